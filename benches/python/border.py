@@ -35,6 +35,8 @@ def main() -> None:
     print(f"{platform.machine()}, {supple.simd_level()}, Python {platform.python_version()}, numpy {np.__version__}")
     step(quick)
     surface(quick)
+    states(quick)
+    fields(quick)
     rotations(quick)
 
 
@@ -80,6 +82,33 @@ def surface(quick: bool) -> None:
     row("a numpy copy of that size", copy)
     row("surface(): a new float64 array", new)
     row("mesh update by numpy, float32, no volume correction", numpy)
+
+
+def states(quick: bool) -> None:
+    """Times saving and restoring the state of a body of 1,000 lattice vertices that rests on a collider."""
+    body = supple.Body(globe(20), lattice_vertices=1000)
+    ground = supple.Plane((0, body.positions[:, 1].min(), 0), (0, 1, 0))
+    sim = supple.Simulation([body], fps=30, colliders=ground)
+    sim.advance(20)
+    state = sim.save_state()
+    save, restore = alternately([sim.save_state, partial(sim.restore_state, state)], 2 if quick else 501)
+    row(f"save_state() of {len(body)} lattice vertices, {len(state) / 1e3:.0f} kB (target: at most 0.2 ms)", save)
+    row("restore_state() (target: at most 0.2 ms)", restore)
+
+
+def fields(quick: bool) -> None:
+    """Times steps without a force field, with a constant one and with a function."""
+    steps = 2 if quick else 200
+    calls: list[Callable[[], object]] = []
+    for force in (None, (0, 1e-3, 0), lambda positions, velocities, time: np.full_like(positions, 1e-3)):
+        body = supple.Body(globe(20), lattice_vertices=1000, material="jelly")
+        if force is not None:
+            body.add_force_field(force)
+        calls.append(partial(supple.Simulation(body, gravity=(0, 0, 0), sleep=False).step, steps))
+    times = [seconds / steps for seconds in alternately(calls, 2 if quick else 15)]
+    row("step of 1,000 lattice vertices without force field", times[0])
+    row("with a constant force field, more by", times[1] - times[0])
+    row("with a function of positions and velocities, more by", times[2] - times[0])
 
 
 def rotations(quick: bool) -> None:

@@ -11,6 +11,7 @@ place of the table. `--quick` measures only 300 lattice vertices, as a smoke tes
 
 import argparse
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +76,9 @@ def jumps(body: supple.Body, triangles: Triangles) -> tuple[float, float]:
     return float(np.percentile(jump[~within], 99)), float(np.percentile(jump[within], 99))
 
 
-def stretched(mesh: supple.Mesh, vertices: int, skin: str, ends: tuple[float, float], distance: float) -> supple.Body:
+def stretched(
+    mesh: supple.Mesh, vertices: int, skin: Literal["linear", "smooth"], ends: tuple[float, float], distance: float
+) -> supple.Body:
     """Return a body that is held below the first end and has been pulled up above the second one."""
     body = supple.Body(
         mesh, lattice_vertices=vertices, half_width=2, stiffness=0.8, region_damping=0.1, damping_ratio=0, skin=skin

@@ -24,6 +24,7 @@ import matplotlib
 import numpy as np
 
 import supple
+from supple.pictures import fill, shades
 
 matplotlib.use("Agg")
 from matplotlib import colors
@@ -91,52 +92,6 @@ def bounds(surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def normals(surface: Surface) -> np.ndarray:
-    """Compute the normals of the triangles, with their areas as lengths: (m, 3)."""
-    a, b, c = surface.points[surface.triangles].transpose(1, 0, 2)
-    return np.cross(b - a, c - a) / 2
-
-
-def shades(surface: Surface, axes: np.ndarray, smooth: bool) -> np.ndarray:
-    """Compute the brightness of the corners of all triangles, (m, 3), under a light above and left of the camera."""
-    normal = normals(surface)
-    corner = np.repeat(normal[:, None], 3, axis=1)
-    if smooth:
-        sums = np.zeros_like(surface.points)
-        np.add.at(sums, surface.triangles, corner)
-        corner = sums[surface.triangles]
-    # The back of a triangle is lit like its front.
-    corner = corner * np.where(normal @ axes[2] < 0, -1, 1)[:, None, None]
-    length = np.linalg.norm(corner, axis=2, keepdims=True)
-    light = np.array([-0.4, -0.4, 1]) @ axes
-    cosine = (corner / np.where(length > 0, length, 1)) @ (light / np.linalg.norm(light))
-    brightness: np.ndarray = 0.3 + 0.7 * np.clip(cosine, 0, 1)
-    return brightness
-
-
-def fill(picture: np.ndarray, depth: np.ndarray, corners: np.ndarray, color: np.ndarray, shade: np.ndarray) -> None:
-    """Draw triangles. `corners` (m, 3, 3) are pixels and depths, the largest depth in front; `shade` is (m, 3).
-
-    `color` is (3,), or (m, 3) for a color of each triangle.
-    """
-    height, width, _ = picture.shape
-    color = np.broadcast_to(color, (len(corners), 3))
-    low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, [width, height]).astype(int)
-    high = np.clip(np.floor(corners[:, :, :2].max(axis=1)) + 1, 0, [width, height]).astype(int)
-    edges = corners[:, 1:, :2] - corners[:, :1, :2]
-    area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
-    for i in np.flatnonzero((area != 0) & (high > low).all(axis=1)):
-        (x0, y0), (x1, y1) = low[i], high[i]
-        dx, dy = np.arange(x0, x1) - corners[i, 0, 0], np.arange(y0, y1)[:, None] - corners[i, 0, 1]
-        (ux, uy), (vx, vy) = edges[i]
-        second, third = (dx * vy - dy * vx) / area[i], (dy * ux - dx * uy) / area[i]
-        weights = np.stack([1 - second - third, second, third], axis=-1)
-        z = weights @ corners[i, :, 2]
-        drawn = (weights.min(axis=-1) >= 0) & (z > depth[y0:y1, x0:x1])
-        depth[y0:y1, x0:x1][drawn] = z[drawn]
-        picture[y0:y1, x0:x1][drawn] = (weights[drawn] @ shade[i])[:, None] * color[i]
-
-
 def draw(
     surface: Surface,
     low: np.ndarray,
@@ -184,7 +139,13 @@ def draw(
         fill(picture, depth, project(flat)[surface.triangles] + [0, 0, 1], SHADOW, np.ones((len(surface.triangles), 3)))
     bodies = surface.bodies if colored else None
     color = SKIN if bodies is None else COLORS[bodies % len(COLORS)]
-    fill(picture, depth, project(surface.points)[surface.triangles], color, shades(surface, axes, smooth))
+    fill(
+        picture,
+        depth,
+        project(surface.points)[surface.triangles],
+        color,
+        shades(surface.points, surface.triangles, axes, smooth),
+    )
     averaged: np.ndarray = picture.reshape(CELL[1], SAMPLES, CELL[0], SAMPLES, 3).mean(axis=(1, 3))
     return averaged
 

@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use supple::{Body, Handle, Key, Pin, Selection, Simulation, Substeps, TimeWindow};
+use supple::{Body, Handle, Interpolation, Key, Pin, Selection, Simulation, Substeps, TimeWindow};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
@@ -23,7 +23,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::builder(mesh)
         .lattice_vertices(1000)
         .pin(Pin { selection: base, window: TimeWindow::default() })
-        .handle(Handle { selection: crown, keys: vec![Key::default(), up], window: TimeWindow::default() })
+        .handle(Handle {
+            interpolation: Interpolation::Linear,
+            selection: crown,
+            keys: vec![Key::default(), up],
+            window: TimeWindow::default(),
+        })
         .build()?;
     let builder = Simulation::builder().body(body).gravity([0.0; 3]);
     let mut simulation = builder.fps(30.0).substeps(Substeps::Auto).build()?;

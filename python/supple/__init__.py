@@ -19,13 +19,17 @@ Contents:
     Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
-                                            edit; pin, handle, holds, apply_force; goals, surface, volume_report;
+                                            edit; pin, handle, holds, apply_force, add_force_field; goals, surface,
+                                            volume_report;
                                             material, youngs_modulus, damping_ratio; mass, momenta, energies
     Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
                                             set between steps
+                                            save_state, restore_state
                                             contacts lists the contacts of the last step; sim["name"] is a body
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
+    save_usd, save_html, Recorder           a live simulation as a USD stage, or as a page for browsers
+    screenshot                              picture of a simulation, without a display
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
@@ -46,13 +50,15 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, plots, reference, reports, viewer
-from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
+from . import edits, errors, pictures, plots, recorder, reference, reports, viewer
+from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
+from .recorder import Recorder, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
+from .screenshots import screenshot
 from .sweeps import SweepResult, sweep
 from .viewer import view
 
@@ -64,6 +70,7 @@ __all__ = [
     "Collider",
     "ComponentReport",
     "ContactWarning",
+    "ForceField",
     "Hold",
     "Lattice",
     "LatticeError",
@@ -74,6 +81,7 @@ __all__ = [
     "OutputError",
     "Plane",
     "Progress",
+    "Recorder",
     "RunReport",
     "SceneError",
     "Simulation",
@@ -87,14 +95,19 @@ __all__ = [
     "edits",
     "errors",
     "load_scene",
+    "pictures",
     "plot_study",
     "plot_volume",
     "plots",
     "read_obj",
+    "recorder",
     "reference",
     "reports",
     "rotations",
     "run",
+    "save_html",
+    "save_usd",
+    "screenshot",
     "simd_level",
     "sweep",
     "view",

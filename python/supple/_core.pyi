@@ -2,22 +2,25 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, Protocol, TypeAlias, TypeVar, final, overload
+from typing import Any, Literal, Protocol, TypeAlias, TypedDict, TypeVar, final, overload
 
 import numpy as np
+from _typeshed import ReadableBuffer
 from numpy.typing import ArrayLike, NDArray
-from trimesh import Trimesh
+from trimesh import Scene, Trimesh
 
-from .colliders import Collider, Key
+from .colliders import Collider, Key, Rotate
 from .edits import Edit
 from .reports import Progress, RunReport, VolumeReport
 
 __all__ = [
     "Body",
     "ColliderMotion",
+    "ForceField",
     "Hold",
     "Lattice",
     "Mesh",
+    "Recording",
     "Simulation",
     "__version__",
     "body_keys",
@@ -25,6 +28,7 @@ __all__ = [
     "load_scene",
     "read_obj",
     "reference_goals",
+    "rotation_matrix",
     "rotations",
     "run",
     "simd_level",
@@ -33,9 +37,19 @@ __version__: str
 
 _Float = TypeVar("_Float", np.float32, np.float64)
 _Path: TypeAlias = str | os.PathLike[str]
+_Material: TypeAlias = Literal["jelly", "flesh", "rubber", "firm"]
+_Skin: TypeAlias = Literal["linear", "smooth"]
+_Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
+_Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
 _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
+
+class _VolumeOptions(TypedDict, total=False):
+    measure: _Volume
+    scope: Literal["global", "regional"]
+    field: Literal["surface", "cells", "paper"]
+    max_correction: float
 
 class _MeshLike(Protocol):
     @property
@@ -45,51 +59,133 @@ class _MeshLike(Protocol):
 
 @final
 class Mesh:
+    """A surface mesh: vertices and polygons.
+
+    Mesh(vertices, faces)
+
+    vertices : (n, 3) float
+        Positions, finite. Vertices at exactly the same position are welded: they move together.
+    faces : (m, 3) or (m, 4) int, or a list of faces of any size
+        Vertex indices of each face, from 0, counter-clockwise seen from outside.
+
+    Open, non-manifold, flipped and self-intersecting surfaces are valid. Raises MeshError for an index out of
+    range, a position that is not finite, a mesh without faces or a mesh without extent.
+    """
     def __new__(cls, vertices: ArrayLike, faces: ArrayLike | Sequence[Sequence[int]]) -> Mesh: ...
+    @staticmethod
+    def from_trimesh(mesh: Trimesh | Scene | _MeshLike) -> Mesh:
+        """Return the mesh of a trimesh.Trimesh, or of all meshes of a trimesh.Scene, at their places in the scene.
+
+        mesh : trimesh.Trimesh, trimesh.Scene, or an object with vertices and faces
+
+        The order of the vertices and triangles is kept. Texture coordinates, materials and colors are kept for
+        Body.to_trimesh. A mesh argument, such as that of Body, may also be the trimesh object itself.
+        """
     @property
-    def vertices(self) -> NDArray[np.float64]: ...
+    def vertices(self) -> NDArray[np.float64]:
+        """Vertex positions in input order: (n, 3) float64, read-only."""
     @property
-    def faces(self) -> NDArray[np.int64]: ...
+    def faces(self) -> NDArray[np.int64]:
+        """Triangles: (m, 3) int64, read-only. Larger faces are fanned from their first vertex."""
     @property
-    def volume(self) -> float: ...
+    def volume(self) -> float:
+        """Enclosed volume, never negative. The volume of an open mesh is not meaningful."""
     @property
-    def is_closed(self) -> bool: ...
+    def is_closed(self) -> bool:
+        """Whether the surface is closed: after welding equal positions, the directed uses of each edge cancel."""
     @property
-    def bounds(self) -> NDArray[np.float64]: ...
+    def bounds(self) -> NDArray[np.float64]:
+        """Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners."""
     def __reduce__(self) -> tuple[Any, ...]: ...
     @classmethod
-    def _restore(cls, data: bytes) -> Mesh: ...
+    def _restore(cls, data: bytes, visual: Any = None) -> Mesh: ...
 
-def read_obj(path: _Path, object: str | None = None) -> Mesh: ...
+def read_obj(path: _Path, object: str | None = None) -> Mesh:
+    """Read a mesh from a Wavefront OBJ file.
+
+    path : str or os.PathLike
+    object : str, optional
+        Reads only the object (`o`) or group (`g`) with this name.
+
+    Raises FileNotFoundError or another OSError for a file that cannot be read, and MeshError, with file and
+    line, for an invalid mesh.
+    """
 
 @final
 class Lattice:
+    """A lattice of cubic cells. The corners of the cells are the simulated vertices.
+
+    Create a lattice with Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by z, then y,
+    then x; arrays with one row per vertex or cell have this order. len(lattice) is the number of vertices.
+    """
     @classmethod
     def from_mesh(
         cls,
-        mesh: Mesh | _Path | _MeshLike,
+        mesh: Mesh | _Path | Scene | _MeshLike,
         *,
         vertices: int | None = None,
         cell_size: float | None = None,
         join: bool = True,
         memory_limit: int | None = None,
-    ) -> Lattice: ...
+    ) -> Lattice:
+        """Create the lattice of a mesh: the cells that the surface passes through or encloses.
+
+        mesh : Mesh, path, or an object with vertices and faces (trimesh.Trimesh)
+        vertices : int, default 1000
+            Target number of lattice vertices, at least 8. The actual number is within 5 % of the target where
+            the shape allows.
+        cell_size : float
+            Edge of a cell, > 0. Mutually exclusive with vertices.
+        join : bool, default True
+            Whether bridges of cells join separate parts. If False, each part is a separate component.
+        memory_limit : int, default half of the machine's memory
+            Limit in bytes of the memory of the lattice and a simulation of it.
+
+        Raises LatticeError for a lattice that cannot be built or exceeds the memory limit, MeshError for an
+        invalid mesh and ValueError for a value out of range.
+        """
     @classmethod
     def from_cells(
         cls, cells: ArrayLike, cell_size: float = 1.0, origin: ArrayLike = (0, 0, 0), join: bool = True
-    ) -> Lattice: ...
+    ) -> Lattice:
+        """Create a lattice from an array of occupied cells.
+
+        cells : (nx, ny, nz) bool
+            True for occupied cells; the first axis is x.
+        cell_size : float, default 1
+            Edge of a cell, > 0.
+        origin : (3,) float, default 0
+            Position of the vertex with indices (0, 0, 0).
+        join : bool, default True
+            Whether bridges of cells join separate parts. If False, each part is a separate component.
+
+        Raises LatticeError if no cell is occupied or a value is invalid.
+        """
     @property
-    def indices(self) -> NDArray[np.int64]: ...
+    def indices(self) -> NDArray[np.int64]:
+        """Grid coordinates of the vertices: (n, 3) int64, read-only.
+
+        If the lattice was created by from_cells, the vertex (0, 0, 0) is the corner of cells[0, 0, 0] with
+        the smallest coordinates.
+        """
     @property
-    def rest_positions(self) -> NDArray[np.float64]: ...
+    def rest_positions(self) -> NDArray[np.float64]:
+        """Rest positions of the vertices, origin + cell_size * indices: (n, 3) float64, read-only."""
     @property
-    def cells(self) -> NDArray[np.int64]: ...
+    def cells(self) -> NDArray[np.int64]:
+        """Grid coordinates of the occupied cells: (m, 3) int64, read-only.
+
+        The grid coordinates of a cell are the grid coordinates of its corner with the smallest coordinates.
+        """
     @property
-    def cell_size(self) -> float: ...
+    def cell_size(self) -> float:
+        """Edge of a cell."""
     @property
-    def origin(self) -> NDArray[np.float64]: ...
+    def origin(self) -> NDArray[np.float64]:
+        """Position of the vertex with indices (0, 0, 0): (3,) float64."""
     @property
-    def component_count(self) -> int: ...
+    def component_count(self) -> int:
+        """Number of connected components of the graph of lattice vertices and links."""
     def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @classmethod
@@ -97,19 +193,85 @@ class Lattice:
 
 @final
 class Body:
+    """A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
+
+    shape : Mesh, Lattice, path, trimesh.Trimesh, trimesh.Scene, or another object with vertices and faces
+        Path of an OBJ file, or of an STL, PLY, GLB, glTF, OFF or 3MF file, which trimesh reads. A body from a Lattice
+        has no mesh to display.
+    name : str, default "body"
+    object : str
+        If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
+    scale : float, default 1
+        Scale factor of the shape, > 0, applied first.
+    rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+        Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
+    translate : (3,) float, default 0
+        Offset in scene units, applied last.
+    lattice_vertices : int, default 1000; or cell_size : float
+        Resolution of the lattice of a mesh: target number of vertices, at least 8, or edge of a cell, > 0.
+    join : bool, default True
+        Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
+    memory_limit : int, default half of the machine's memory
+        Limit in bytes of the memory of the body.
+    material : "jelly", "flesh", "rubber" (default) or "firm"; or youngs_modulus : float
+        What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
+        Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
+        the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
+    half_width : int, default 2; or stiffness_radius : float
+        In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or as a
+        length, > 0. Larger regions are stiffer.
+    stiffness : float, default 1; or frequency : float
+        Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+    damping_ratio : float; or damping_rate : float
+        Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
+        mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
+        the amplitude of every mode decays.
+    region_damping : float, default 0; or region_damping_rate : float
+        Damping of the non-rigid velocity within regions: fraction removed per step, in [0, 1], or rate in
+        1/s, >= 0.
+    density : float, default 1000
+        Mass per volume, > 0.
+    volume : str or dict, default "auto"
+        Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
+        a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
+        field (deformation field of the correction: "surface", "cells" or "paper") and max_correction (cap of
+        the scale, >= 0, as a fraction of the thickness of the body).
+    skin : str, default "linear"
+        How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
+        continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
+        crushed very strongly).
+    friction : float, default 0.5
+        Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider, that
+        of the collider holds.
+    restitution : float, default 0
+        Ratio of the speeds of the touching points after and before an impact on another body, in [0, 1]. That of two
+        bodies is the greater of theirs; at a collider, that of the collider holds.
+    ignore : list of str, default empty
+        Names of bodies that the body does not touch, whichever of the two names the other.
+    self_contact : bool
+        Whether parts of the body touch each other; by default the simulation decides.
+    velocity : (3,) float, default 0
+        Initial velocity in length/s.
+    spin : (3,) float, default 0
+        Initial angular velocity in rad/s about the center of mass.
+
+    Arrays with one row per lattice vertex have the order of lattice.indices. A body belongs to at most one
+    Simulation, and stays usable when it is in a Simulation. Raises ValueError for a value out of range,
+    MeshError and LatticeError for an invalid mesh or lattice, and TypeError for a wrong type.
+    """
     def __new__(
         cls,
-        shape: Mesh | Lattice | _Path | _MeshLike,
+        shape: Mesh | Lattice | _Path | Scene | _MeshLike,
         *,
         name: str = "body",
         object: str | None = None,
         scale: float = 1.0,
-        rotate: ArrayLike = (0, 0, 0),
+        rotate: Rotate = (0, 0, 0),
         translate: ArrayLike = (0, 0, 0),
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
         join: bool = True,
-        material: str | None = "rubber",
+        material: _Material | None = "rubber",
         youngs_modulus: float | None = None,
         half_width: int | None = None,
         stiffness_radius: float | None = None,
@@ -120,8 +282,8 @@ class Body:
         region_damping: float | None = 0.0,
         region_damping_rate: float | None = None,
         density: float = 1000.0,
-        volume: str | Mapping[str, Any] = "auto",
-        skin: str = "linear",
+        volume: _Volume | _VolumeOptions = "auto",
+        skin: _Skin = "linear",
         friction: float = 0.5,
         restitution: float = 0.0,
         ignore: Iterable[str] = (),
@@ -131,118 +293,276 @@ class Body:
         memory_limit: int | None = None,
     ) -> Body: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the body, used in reports and file names."""
     @property
-    def mesh(self) -> Mesh | None: ...
+    def mesh(self) -> Mesh | None:
+        """Mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice."""
     @property
-    def lattice(self) -> Lattice: ...
+    def lattice(self) -> Lattice:
+        """Lattice in the model's frame: after scale, before rotate and translate."""
     @property
-    def simulation(self) -> Simulation | None: ...
+    def simulation(self) -> Simulation | None:
+        """Simulation of the body, which the body keeps alive. None outside a simulation."""
     @property
-    def material(self) -> str | None: ...
+    def material(self) -> _Material | None:
+        """Name of the material: "jelly", "flesh", "rubber" or "firm". None if youngs_modulus or the regions are set.
+
+        Settable; replaces youngs_modulus and the settings of the regions.
+        """
     @material.setter
-    def material(self, value: str) -> None: ...
+    def material(self, value: _Material) -> None: ...
     @property
-    def youngs_modulus(self) -> float: ...
+    def youngs_modulus(self) -> float:
+        """Young's modulus, force per area in scene units (Pa if these are m, kg and s).
+
+        In a simulation: the modulus in force. It is that of the material, or less if steps of this length cannot
+        reach it; supple.MaterialWarning then tells both. Outside a simulation: the value that was set; raises
+        ValueError if none was set, because it then depends on the gravity or the step length of a simulation.
+        Settable, > 0; replaces material and the settings of the regions.
+        """
     @youngs_modulus.setter
     def youngs_modulus(self, value: float) -> None: ...
     @property
-    def half_width(self) -> int: ...
+    def half_width(self) -> int:
+        """Half-width of the regions in cells, at most the extent of the lattice.
+
+        It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
+        Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
+        simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
+        """
     @half_width.setter
     def half_width(self, value: int) -> None: ...
     @property
-    def stiffness_radius(self) -> float | None: ...
+    def stiffness_radius(self) -> float | None:
+        """Half-width of the regions as a length, > 0; None unless it is set. Settable; replaces half_width, material
+        and youngs_modulus.
+        """
     @stiffness_radius.setter
     def stiffness_radius(self, value: float) -> None: ...
     @property
-    def density(self) -> float: ...
+    def density(self) -> float:
+        """Mass per volume, > 0. Settable: the masses change in proportion; Young's modulus stays the same."""
     @density.setter
     def density(self, value: float) -> None: ...
     @property
-    def lowest_frequency(self) -> float: ...
+    def lowest_frequency(self) -> float:
+        """Frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
+
+        The first call computes the mode. Raises ValueError outside a simulation.
+        """
     @property
-    def volume(self) -> float: ...
+    def volume(self) -> float:
+        """Volume after the correction, in cubed scene units, never negative.
+
+        The volume is by the measure of the correction or, with volume "off", by the measure that "auto" would
+        choose.
+        """
     @property
-    def skin(self) -> str: ...
+    def skin(self) -> _Skin:
+        """How the mesh follows the lattice: "linear" or "smooth"."""
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """Coulomb friction coefficient at other bodies, >= 0."""
     @property
-    def restitution(self) -> float: ...
+    def restitution(self) -> float:
+        """Coefficient of restitution at other bodies, in [0, 1]."""
     @property
-    def ignore(self) -> tuple[str, ...]: ...
+    def ignore(self) -> tuple[str, ...]:
+        """Names of bodies that the body does not touch: tuple of str."""
     @property
-    def self_contact(self) -> bool | None: ...
+    def self_contact(self) -> bool | None:
+        """Whether parts of the body touch each other: bool, or None if the simulation decides."""
     @property
-    def volume_options(self) -> dict[str, Any]: ...
+    def volume_options(self) -> _VolumeOptions:
+        """Options of the volume correction: a dict with measure, scope, field and max_correction.
+
+        Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.
+        """
     @volume_options.setter
-    def volume_options(self, value: str | Mapping[str, Any]) -> None: ...
+    def volume_options(self, value: _Volume | _VolumeOptions) -> None: ...
     @property
-    def stiffness(self) -> float | None: ...
+    def stiffness(self) -> float | None:
+        """Stiffness alpha per step, in (0, 1]; None if a frequency, a material or youngs_modulus is set. Settable;
+        replaces these.
+        """
     @stiffness.setter
     def stiffness(self, value: float) -> None: ...
     @property
-    def frequency(self) -> float | None: ...
+    def frequency(self) -> float | None:
+        """Frequency of a vertex about its goal in Hz, > 0; None unless it is set. Settable; replaces stiffness,
+        material and youngs_modulus.
+        """
     @frequency.setter
     def frequency(self, value: float) -> None: ...
     @property
-    def damping_ratio(self) -> float | None: ...
+    def damping_ratio(self) -> float | None:
+        """Damping ratio of the lowest elastic mode, in [0, 1]; None if damping_rate is set. Settable; replaces
+        damping_rate. Unless it is set, it is that of the material, and 0.2 without one.
+        """
     @damping_ratio.setter
     def damping_ratio(self, value: float) -> None: ...
     @property
-    def damping_rate(self) -> float | None: ...
+    def damping_rate(self) -> float | None:
+        """Rate at which the elastic modes decay in 1/s, >= 0; None if damping_ratio is set. Settable; replaces
+        damping_ratio.
+        """
     @damping_rate.setter
     def damping_rate(self, value: float) -> None: ...
     @property
-    def region_damping(self) -> float | None: ...
+    def region_damping(self) -> float | None:
+        """Region damping per step, in [0, 1]; None if a rate is set. Settable; replaces region_damping_rate."""
     @region_damping.setter
     def region_damping(self, value: float) -> None: ...
     @property
-    def region_damping_rate(self) -> float | None: ...
+    def region_damping_rate(self) -> float | None:
+        """Region damping as a rate in 1/s, >= 0; None if it is set per step. Settable; replaces region_damping."""
     @region_damping_rate.setter
     def region_damping_rate(self, value: float) -> None: ...
     @property
-    def positions(self) -> NDArray[np.float64]: ...
+    def positions(self) -> NDArray[np.float64]:
+        """Positions of the lattice vertices: (n, 3) float64, a read-only copy.
+
+        Assign a whole array to set them, or change entries with edit(). Velocities, pins and all other state
+        are unchanged.
+        """
     @positions.setter
     def positions(self, value: ArrayLike) -> None: ...
     @property
-    def velocities(self) -> NDArray[np.float64]: ...
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities of the lattice vertices in length/s: (n, 3) float64, a read-only copy.
+
+        Assign a whole array to set them, or change entries with edit(). Positions, pins and all other state
+        are unchanged.
+        """
     @velocities.setter
     def velocities(self, value: ArrayLike) -> None: ...
-    def edit(self) -> Edit: ...
+    def edit(self) -> Edit:
+        """Return a context manager for a change of single positions and velocities.
+
+        It yields an object with the writable arrays positions and velocities: (n, 3) float64. At the end of
+        the `with` block the arrays that differ from the state are written to the body, or nothing if the block
+        raises an exception or an array has an invalid value.
+
+            with body.edit() as state:
+                state.positions[top, 1] += 0.1
+        """
     @property
-    def rotations(self) -> NDArray[np.float64]: ...
+    def rotations(self) -> NDArray[np.float64]:
+        """Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64,
+        read-only.
+        """
     @property
-    def masses(self) -> NDArray[np.float64]: ...
+    def masses(self) -> NDArray[np.float64]:
+        """Masses of the lattice vertices: (n,) float64, read-only.
+
+        A mass is density x cell_size^3 / 8 x the sum of the filled shares of the cells that share the vertex. The
+        filled share of a cell is the part of it inside the mesh, at least 0.05; 1 with an open mesh and for a bare
+        lattice.
+        """
     @property
-    def mass(self) -> float: ...
+    def mass(self) -> float:
+        """Mass: the sum of masses."""
     @property
-    def center_of_mass(self) -> NDArray[np.float64]: ...
+    def center_of_mass(self) -> NDArray[np.float64]:
+        """Center of mass: (3,) float64, read-only."""
     @property
-    def linear_momentum(self) -> NDArray[np.float64]: ...
+    def linear_momentum(self) -> NDArray[np.float64]:
+        """Linear momentum in mass x length/s: (3,) float64, read-only."""
     @property
-    def angular_momentum(self) -> NDArray[np.float64]: ...
+    def angular_momentum(self) -> NDArray[np.float64]:
+        """Angular momentum about the center of mass in mass x length^2/s: (3,) float64, read-only."""
     @property
-    def kinetic_energy(self) -> float: ...
+    def kinetic_energy(self) -> float:
+        """Kinetic energy in mass x length^2/s^2.
+
+        Velocities are those of the middle of the last step, and positions those of its end. So the sum of the
+        energies of an undamped body oscillates by the fraction dt x omega / 2, with the greatest angular frequency
+        omega of its motion.
+        """
     @property
-    def elastic_energy(self) -> float: ...
+    def elastic_energy(self) -> float:
+        """Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to its
+        shape. Raises ValueError outside a simulation.
+        """
     @property
-    def gravity_energy(self) -> float: ...
+    def gravity_energy(self) -> float:
+        """Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world origin.
+        Raises ValueError outside a simulation.
+        """
     @property
-    def is_asleep(self) -> bool: ...
-    def wake(self) -> None: ...
-    def goals(self) -> NDArray[np.float64]: ...
-    def corrected_positions(self) -> NDArray[np.float64]: ...
+    def is_asleep(self) -> bool:
+        """Whether the body sleeps: it came to rest and is not stepped until something moves it, or wake() is called.
+
+        A body falls asleep if every vertex was nearly still for half a second while the body was held or rested on a
+        collider. See the argument sleep of Simulation.
+        """
+    def wake(self) -> None:
+        """Wake the body up. It falls asleep again after half a second of rest."""
+    def goals(self) -> NDArray[np.float64]:
+        """Compute the goal positions at the current positions, without advancing time: (n, 3) float64."""
+    def corrected_positions(self) -> NDArray[np.float64]:
+        """Compute the lattice positions after the volume correction: (n, 3) float64.
+
+        Without a correction, returns the positions before the correction. All positions are rounded to
+        float32 relative to the origin of the body, as for the displayed surface.
+        """
     @overload
-    def surface(self, out: None = None) -> NDArray[np.float64]: ...
+    def surface(self, out: None = None) -> NDArray[np.float64]:
+        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
     @overload
-    def surface(self, out: NDArray[_Float]) -> NDArray[_Float]: ...
+    def surface(self, out: NDArray[_Float]) -> NDArray[_Float]:
+        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
     @overload
-    def surface_normals(self, out: None = None) -> NDArray[np.float64]: ...
+    def surface_normals(self, out: None = None) -> NDArray[np.float64]:
+        """Evaluate the unit normals of the displayed surface: (k, 3).
+
+        A normal is zero if all faces of its vertex are degenerate.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
     @overload
-    def surface_normals(self, out: NDArray[_Float]) -> NDArray[_Float]: ...
-    def volume_report(self) -> VolumeReport: ...
-    def to_trimesh(self) -> Trimesh: ...
-    def show(self) -> None: ...
+    def surface_normals(self, out: NDArray[_Float]) -> NDArray[_Float]:
+        """Evaluate the unit normals of the displayed surface: (k, 3).
+
+        A normal is zero if all faces of its vertex are degenerate.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
+    def volume_report(self) -> VolumeReport:
+        """Return a VolumeReport: the volume by each measure at rest, before and after the correction."""
+    def to_trimesh(self) -> Trimesh:
+        """Return the displayed surface as a trimesh.Trimesh.
+
+        Vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
+        trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors. Needs
+        trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has
+        no mesh.
+        """
+    @property
+    def _visual(self) -> Any: ...
+    def show(self) -> None:
+        """Open a viewer window with the simulation of the body, or with only the body if it is not in a
+        simulation: see supple.view.
+        """
     def pin(
         self,
         *,
@@ -252,20 +572,60 @@ class Body:
         vertices: ArrayLike | None = None,
         start: float = 0.0,
         end: float | None = None,
-    ) -> Hold: ...
+    ) -> Hold:
+        """Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
+
+        Exactly one of box, sphere, plane and vertices selects the part. Shapes are in world space and are
+        tested against the body at frame 0. A shape selects the corners of every cell that contains a mesh
+        vertex inside the shape. On a bare lattice a shape selects the lattice vertices inside the shape.
+
+        box : ((3,), (3,))
+            Minimum and maximum corner.
+        sphere : ((3,), float)
+            Center and radius.
+        plane : ((3,), (3,))
+            Point and normal: selects the side that the normal points to.
+        vertices : (k,) int or (n,) bool
+            Lattice vertices: indices, or a mask.
+        start, end : float, default 0 and None
+            Time window of the pin in seconds. Without end the pin stays active.
+
+        Parts may overlap: of the pins and handles that are active, the one that was added last moves the
+        common vertices, and when it ends, the one before it moves them again.
+
+        Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
+        """
     def handle(
         self,
         *,
         keys: Iterable[Key],
+        interpolation: _Interpolation = "linear",
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
         start: float = 0.0,
         end: float | None = None,
-    ) -> Hold: ...
+    ) -> Hold:
+        """Move a part of the body along keyframes. Returns a Hold.
+
+        keys : list of (time, translate, rotate), or of dicts with these names
+            Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
+            translate: (3,) length, default 0. rotate: (3,) degrees about the fixed axes x, then y, then z
+            through the mean position of the selected lattice vertices at `start`, default 0; or a quaternion x, y, z,
+            w, a rotation matrix or a scipy Rotation, which become the angles nearest to those of the keyframe before.
+        interpolation : "linear", "smooth" or "cubic", default "linear"
+            How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth",
+            from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
+
+        The other arguments and the errors are the same as for pin.
+        """
     @property
-    def holds(self) -> tuple[Hold, ...]: ...
+    def holds(self) -> tuple[Hold, ...]:
+        """Pins and handles that were not released, in the order in which they were added: tuple of Hold.
+
+        Pins and handles of a scene come first: the pins of the body, then its handles.
+        """
     def zone(
         self,
         factor: float,
@@ -274,10 +634,32 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
-    ) -> None: ...
+    ) -> None:
+        """Multiply the Young's modulus of a part of the body by a factor, from the next step on.
+
+        Around a shape the logarithm of the factor decreases linearly to 0 over the length of a cell. Factors of
+        overlapping zones multiply.
+
+        factor : float
+            In (0, 100], and so are the products of overlapping zones.
+        box, sphere, plane, vertices :
+            As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
+
+        Raises ValueError if the shape contains no lattice vertex.
+        """
     @property
-    def stiffness_factors(self) -> NDArray[np.float64] | None: ...
-    def set_stiffness_factors(self, factors: ArrayLike | None) -> None: ...
+    def stiffness_factors(self) -> NDArray[np.float64] | None:
+        """Stiffness factors of the lattice vertices: (n,) float64, read-only; None if the stiffness does not vary."""
+    def set_stiffness_factors(self, factors: ArrayLike | None) -> None:
+        """Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of the
+        body times the factor of the vertex.
+
+        Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In a
+        simulation, half_width is fixed again at the next step, for the greatest factor.
+
+        factors : (n,) float, or None
+            In (0, 100]; factors below 1e-6 act as 1e-6. None removes all factors, also those of zones.
+        """
     def apply_force(
         self,
         force: ArrayLike,
@@ -286,7 +668,44 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
-    ) -> None: ...
+    ) -> None:
+        """Apply a force in the next step. Several forces add up.
+
+        force : (3,) or (k, 3) float
+            In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices in
+            proportion to their masses. (k, 3): one force for each of the k selected vertices, in the order of the
+            indices `vertices`, otherwise in increasing order.
+        box, sphere, plane, vertices
+            Selection of a part, as for pin. Default: the whole body, k = n.
+
+        Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
+        """
+    def add_force_field(
+        self,
+        force: ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike],
+        *,
+        box: _Box | None = None,
+        sphere: _Sphere | None = None,
+        plane: _Plane | None = None,
+        vertices: ArrayLike | None = None,
+    ) -> ForceField:
+        """Apply a force in every step, until the field is removed. Returns a ForceField.
+
+        force : (3,) or (k, 3) float, or callable
+            A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
+            called before each step, with the (k, 3) positions and velocities of the selected lattice vertices, read-only,
+            and the time in seconds.
+        box, sphere, plane, vertices
+            Selection of a part, as for pin. Default: the whole body. It is made once, now.
+
+        Several fields add up, with apply_force too. A body with a force that is not zero does not fall asleep, and a
+        force of zero does not wake it. A function is called from step and advance, which let an exception pass: the step
+        then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
+        for 1,000 lattice vertices. Pickles and copies contain fields, states of save_state do not.
+        """
+    @property
+    def force_fields(self) -> tuple[ForceField, ...]:
+        """Force fields that were not removed, in the order in which they were added: tuple of ForceField."""
     def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     def _set_state(self, positions: ArrayLike | None, velocities: ArrayLike | None) -> None: ...
@@ -296,27 +715,90 @@ class Body:
     def _restore(shape: Mesh | Lattice, data: bytes) -> Body: ...
 
 @final
+class ForceField:
+    """A force that acts on a body in every step. Body.add_force_field returns it, and Body.force_fields lists those that
+    were not removed.
+    """
+    @property
+    def body(self) -> Body:
+        """Body on which the force acts."""
+    @property
+    def force(self) -> NDArray[np.float64] | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike]:
+        """Force as it was given: (3,) or (k, 3) float64, read-only, or a callable."""
+    @property
+    def vertices(self) -> NDArray[np.int64]:
+        """Lattice vertices on which the force acts: (k,) int64, read-only."""
+    @property
+    def removed(self) -> bool:
+        """Whether the field was removed."""
+    def remove(self) -> None:
+        """Remove the field, from the next step on. A second call has no effect."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
 class Hold:
+    """A pin or a handle of a body.
+
+    Body.pin and Body.handle return it, and Body.holds lists those that were not released. A Hold is pickled
+    together with its body. Only active, body, release and released can be used after a release.
+    """
     @property
-    def body(self) -> Body: ...
+    def body(self) -> Body:
+        """Body that the pin or handle belongs to."""
     @property
-    def vertices(self) -> NDArray[np.int64]: ...
+    def vertices(self) -> NDArray[np.int64]:
+        """Lattice vertices, in increasing order: (k,) int64, read-only."""
     @property
-    def keys(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...] | None: ...
+    def keys(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...] | None:
+        """Keyframes of a handle: tuple of (time, translate, rotate). None for a pin. Replace them with set_keys."""
     @property
-    def active(self) -> bool: ...
+    def interpolation(self) -> _Interpolation | None:
+        """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin."""
     @property
-    def released(self) -> bool: ...
+    def active(self) -> bool:
+        """Whether the pin or handle acted in the last step."""
     @property
-    def start(self) -> float: ...
+    def released(self) -> bool:
+        """Whether the pin or handle was released."""
     @property
-    def end(self) -> float | None: ...
+    def start(self) -> float:
+        """Start of the time window in seconds."""
     @property
-    def force(self) -> NDArray[np.float64]: ...
+    def end(self) -> float | None:
+        """End of the time window in seconds, or None.
+
+        A pin or handle whose window has ended acts again if the time of the simulation is set back.
+        """
     @property
-    def torque(self) -> NDArray[np.float64]: ...
-    def release(self) -> None: ...
-    def set_keys(self, keys: Iterable[Key]) -> None: ...
+    def force(self) -> NDArray[np.float64]:
+        """Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64, read-only.
+
+        It is what the held part needs, beside the elastic forces and gravity, to move as prescribed; zero if the pin or
+        handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces on
+        the held part and region damping are not. Where keyframes change the velocity, the force is that of the change
+        within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
+        """
+    @property
+    def torque(self) -> NDArray[np.float64]:
+        """Torque that belongs to force, about the mean position of the lattice vertices of the pin or handle, in
+        mass x length^2/s^2: (3,) float64, read-only.
+        """
+    def release(self) -> None:
+        """Release the part permanently, from the next step on. A second call has no effect.
+
+        A released pin or handle takes no memory and no time. One whose window has ended does.
+        """
+    def set_keys(self, keys: Iterable[Key], interpolation: _Interpolation | None = None) -> None:
+        """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle.
+
+        keys : list of (time, translate, rotate), as for Body.handle
+            Relative to the pose that the part had when the pin or handle became active.
+        interpolation : "linear", "smooth" or "cubic", optional
+            Default: as before, "linear" for a pin.
+
+        Raises ValueError if the pin or handle was released.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -325,23 +807,64 @@ class Hold:
 
 @final
 class ColliderMotion:
-    def move_to(self, translate: ArrayLike, rotate: ArrayLike, duration: float | None) -> None: ...
+    """The motion of a collider of a simulation. The methods of supple.Collider call its methods."""
+    def move_to(self, translate: ArrayLike, rotate: Rotate, duration: float | None) -> None:
+        """See supple.Collider.move_to."""
     @property
-    def translation(self) -> NDArray[np.float64]: ...
+    def translation(self) -> NDArray[np.float64]:
+        """See supple.Collider.translation."""
     @property
-    def rotation(self) -> NDArray[np.float64]: ...
+    def rotation(self) -> NDArray[np.float64]:
+        """See supple.Collider.rotation."""
     @property
-    def velocity(self) -> NDArray[np.float64]: ...
+    def velocity(self) -> NDArray[np.float64]:
+        """See supple.Collider.velocity."""
     @property
-    def spin(self) -> NDArray[np.float64]: ...
+    def spin(self) -> NDArray[np.float64]:
+        """See supple.Collider.spin."""
     @property
-    def force(self) -> NDArray[np.float64]: ...
+    def force(self) -> NDArray[np.float64]:
+        """See supple.Collider.force."""
 
 @final
 class Simulation:
+    """A simulation of bodies that touch colliders and each other.
+
+    bodies : list of Body, or one Body
+        The bodies move into this simulation and stay usable. A body belongs to at most one simulation.
+    dt : float, default 1/60; or fps : float
+        Length of a step in seconds, from 1e-12 to 1e6, or number of frames per second, > 0. With fps, dt is
+        1 / (fps x steps per frame).
+    substeps : int or "auto", default "auto" with fps, otherwise 1
+        Number of steps per frame, at least 1. "auto" needs fps: the least number, at most 1000, with which bodies
+        reach their material and fast motions are resolved. It is chosen at the first step and then stays the same. The
+        volume correction of the displayed surface uses the contacts and external forces of all steps since the
+        frame began.
+    gravity : (3,) float, default (0, -9.81, 0)
+        In scene units per second squared, each component at most 1e12 in magnitude.
+    colliders : list of Plane, Sphere, Box, Capsule, or one of them
+        Default: no colliders.
+    threads : int, default 0
+        Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
+        of threads.
+    contact : bool, default True
+        Whether bodies touch each other. Pairs can be left out by Body(ignore=...).
+    self_contact : bool, default False
+        Whether parts of a body touch each other, for bodies that do not say so themselves.
+    sleep : bool, default True
+        Whether bodies at rest fall asleep: they are then not stepped until something moves them.
+
+    sim["name"] is the body with this name. Bodies that overlap at the start are pushed apart by the first steps, and
+    supple.ContactWarning names them.
+
+    If steps are too long for the material of a body, the body is softer, and the first step warns with
+    supple.MaterialWarning.
+
+    Raises ValueError for a number out of range or a body that belongs to another simulation.
+    """
     def __init__(
         self,
-        bodies: Iterable[Body],
+        bodies: Iterable[Body] | Body,
         *,
         dt: float | None = 0.016666666666666666,
         fps: float | None = None,
@@ -354,67 +877,233 @@ class Simulation:
         sleep: bool = True,
     ) -> None: ...
     @property
-    def bodies(self) -> tuple[Body, ...]: ...
+    def bodies(self) -> tuple[Body, ...]:
+        """Bodies, in the given order: tuple of Body."""
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """Length of a step in seconds, from 1e-12 to 1e6.
+
+        Settable without fps; the time stays the same. With fps it is 1 / (fps x steps_per_frame): set substeps.
+        """
     @dt.setter
     def dt(self, value: float) -> None: ...
     @property
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """Time in seconds. Settable.
+
+        The time windows of pins and handles and the keyframes of handles and colliders refer to this time. The
+        motion of Collider.move_to does not.
+        """
     @time.setter
     def time(self, value: float) -> None: ...
     @property
-    def gravity(self) -> NDArray[np.float64]: ...
+    def gravity(self) -> NDArray[np.float64]:
+        """Gravity in scene units per second squared: (3,) float64. Settable."""
     @gravity.setter
     def gravity(self, value: ArrayLike) -> None: ...
     @property
-    def colliders(self) -> tuple[Collider, ...]: ...
+    def colliders(self) -> tuple[Collider, ...]:
+        """Colliders: tuple of Plane, Sphere, Box, Capsule. Move one with colliders[i].move_to(translate, rotate).
+
+        The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
+        Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:
+        the new ones have their given poses, and the motion of the old ones ends.
+        """
     @colliders.setter
     def colliders(self, value: Iterable[Collider] | Collider) -> None: ...
     @property
-    def fps(self) -> float | None: ...
+    def fps(self) -> float | None:
+        """Number of frames per second, or None if the step length dt was given."""
     @property
-    def steps_per_frame(self) -> int: ...
+    def steps_per_frame(self) -> int:
+        """Number of steps per frame in force. If substeps is "auto", it can change until the first step."""
     @property
-    def substeps(self) -> int | Literal["auto"]: ...
+    def substeps(self) -> int | Literal["auto"]:
+        """Number of steps per frame as it was set: "auto" or int, at least 1.
+
+        Settable, also to "auto" with fps: the next step then chooses the number anew, for the bodies and motions at
+        that time. With fps, dt changes.
+        """
     @substeps.setter
     def substeps(self, value: int | Literal["auto"]) -> None: ...
     @property
-    def sleep(self) -> bool: ...
+    def sleep(self) -> bool:
+        """Whether bodies at rest fall asleep. Settable."""
     @sleep.setter
     def sleep(self, value: bool) -> None: ...
     @property
-    def threads(self) -> int: ...
+    def threads(self) -> int:
+        """Number of threads."""
     @property
-    def contact(self) -> bool: ...
+    def contact(self) -> bool:
+        """Whether bodies touch each other."""
     @property
-    def self_contact(self) -> bool: ...
+    def self_contact(self) -> bool:
+        """Whether parts of a body touch each other, for bodies that do not say so themselves."""
     def __getitem__(self, name: str, /) -> Body: ...
-    def contacts(self) -> NDArray[np.void]: ...
-    def plan(self) -> str: ...
-    def step(self, n: int = 1) -> None: ...
-    def advance(self, frames: int = 1) -> None: ...
+    def contacts(self) -> NDArray[np.void]:
+        """Return the contacts of the last step: a structured array with one entry per contact and these fields.
+
+        body : int32
+            Index of the body in bodies; the lesser one of two bodies.
+        other : int32
+            Index of the other body, or of the collider. In self-contact it is the body itself.
+        other_is_collider : bool
+            Whether other is the index of a collider.
+        point, normal : (3,) float64
+            Position, and unit vector from the other towards the body.
+        depth : float64
+            Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap.
+        force : (3,) float64
+            Force on the body during the step: pressure and friction. The force on the other is the opposite.
+
+        Contacts with colliders come first. A body that sleeps has the contacts with which it fell asleep. Empty before
+        the first step, and in a copy until its first step.
+        """
+    @overload
+    def surfaces(self, out: None = None) -> list[NDArray[np.float64]]:
+        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of bodies.
+
+        out : list of (k, 3) float32 or float64, optional
+            Arrays to write to and return, one per body. Default: new float64 arrays.
+
+        The arrays are those of body.surface(), bit for bit. That of a bare lattice, which has no mesh, has no rows.
+        """
+    @overload
+    def surfaces(self, out: Sequence[NDArray[_Float]]) -> list[NDArray[_Float]]:
+        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of bodies.
+
+        out : list of (k, 3) float32 or float64, optional
+            Arrays to write to and return, one per body. Default: new float64 arrays.
+
+        The arrays are those of body.surface(), bit for bit. That of a bare lattice, which has no mesh, has no rows.
+        """
+    def save_state(self) -> bytes:
+        """Return the state of the simulation as bytes, for restore_state.
+
+        The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of the
+        next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of steps,
+        and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes and
+        keyframes of colliders, nor force fields.
+        """
+    def restore_state(self, state: ReadableBuffer) -> None:
+        """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that slept
+        sleep.
+
+        state : bytes-like
+            A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps. Pins
+            and handles that were added after the state was saved no longer exist.
+
+        contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
+        version of supple, and for damaged data; the simulation is then unchanged.
+        """
+    def plan(self) -> str:
+        """Return a text that lists the stages of a step and of the evaluation of the displayed surface, with
+        their parameters and memory.
+        """
+    def step(self, n: int = 1) -> None:
+        """Advance the simulation by n steps of length dt.
+
+        n : int, default 1
+            Number of steps, at least 0.
+
+        Other Python threads continue to run. Ctrl-C interrupts between two steps. The first step warns with
+        MaterialWarning if steps are too long for the material of a body, and so does the first one after the
+        material or the step length changed.
+        """
+    def advance(self, frames: int = 1) -> None:
+        """Advance the simulation by whole frames, of steps_per_frame steps each. It needs fps.
+
+        frames : int, default 1
+            Number of frames, at least 0.
+
+        Other Python threads continue to run. Ctrl-C interrupts between two steps, and warnings are as for step.
+        Raises ValueError without fps.
+        """
     def __reduce__(self) -> tuple[Any, ...]: ...
     @classmethod
     def _restore(cls, shapes: list[Mesh | Lattice], data: bytes) -> Simulation: ...
 
-def rotations(a: ArrayLike) -> NDArray[np.float64]: ...
+def rotation_matrix(rotate: Rotate) -> NDArray[np.float64]:
+    """Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3) float64."""
+
+def rotations(a: ArrayLike) -> NDArray[np.float64]:
+    """Compute the rotation factor of each 3x3 matrix A, with the algorithm of a step.
+
+    The rotation factor is the rotation R that maximizes trace(R^T A).
+
+    a : (n, 3, 3) float, or a single (3, 3)
+        Finite, of any scale.
+
+    Returns (n, 3, 3) float64, or (3, 3) for a single matrix. Each R is a proper rotation (det R = +1), also
+    for a singular or inverted A. For det A < 0, R is U diag(1, 1, -1) V^T with the singular value
+    decomposition A = U S V^T (Umeyama 1991). For A = 0, R is the identity.
+    """
+
 def reference_goals(
     lattice: Lattice,
     positions: ArrayLike,
     half_width: int,
     regions: Literal["staircase", "breadth_first"] = "staircase",
-) -> NDArray[np.float64]: ...
-def simd_level() -> str: ...
-def body_keys() -> list[str]: ...
-def check_collider(collider: Collider) -> dict[str, Any]: ...
-def load_scene(path: _Path, overrides: list[str]) -> Simulation: ...
+) -> NDArray[np.float64]:
+    """Compute goal positions by naive sums in float64. The function is slow; it is the reference for Body.goals.
+
+    lattice : Lattice
+    positions : (n, 3) float
+        One per lattice vertex, in the length unit of lattice.cell_size.
+    half_width : int
+        Half-width of the regions in cells, at least 1.
+    regions : "staircase" or "breadth_first"
+        "staircase": the regions of a step, up to half_width links along z, then y, then x.
+        "breadth_first": all vertices that are reached by at most half_width steps, each between two corners
+        of one cell (Rivers & James 2007).
+
+    Returns (n, 3) float64. The mass m_i of vertex i is the number of occupied cells that share the vertex,
+    divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
+    """
+
+def simd_level() -> str:
+    """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
+
+def body_keys() -> list[str]:
+    """Return the names of the keyword arguments of Body.
+
+    They are memory_limit, and the keys of `[[body]]` in a scene except mesh, zone, pin and handle.
+    """
+
+def check_collider(collider: Collider) -> dict[str, Any]:
+    """Check a collider, and return its fields as plain numbers. Raises ValueError for an invalid field."""
+
+@final
+class Recording:
+    """A file with the surfaces of a simulation; see supple.Recorder."""
+    def __new__(
+        cls,
+        simulation: Simulation,
+        path: _Path,
+        *,
+        up: str | None = None,
+        scale: float = 1.0,
+        fps: float | None = None,
+        meters_per_unit: float = 1.0,
+    ) -> Recording: ...
+    def record(self) -> None:
+        """Append a frame with the present state."""
+    @property
+    def frames(self) -> int | None:
+        """Number of frames so far; None when the recording has ended."""
+    def close(self) -> None:
+        """Complete the file. Does nothing when the recording has ended."""
+
+def load_scene(path: _Path, overrides: list[str]) -> Simulation:
+    """Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`."""
+
 def run(
     path: _Path,
     overrides: list[str],
     *,
     output: _Path | None = None,
-    format: str | None = None,
+    format: str | Sequence[str] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     every: int = 1,
@@ -422,4 +1111,5 @@ def run(
     stats: _Path | None = None,
     resume: bool = False,
     threads: int | None = None,
-) -> RunReport: ...
+) -> RunReport:
+    """Run a scene to frames on disk. `overrides` contains strings `KEY=VALUE`."""

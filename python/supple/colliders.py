@@ -5,17 +5,29 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypeAlias, TypeVar
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
-__all__ = ["Box", "Capsule", "Collider", "Key", "MeshCollider", "Plane", "Sphere"]
+__all__ = ["Box", "Capsule", "Collider", "Key", "MeshCollider", "Plane", "Rotate", "RotationLike", "Sphere"]
 
 #: A keyframe: `(time, translate, rotate)`, or a dict with these keys. In seconds, (3,) length and (3,) degrees.
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
+
+
+class RotationLike(Protocol):
+    """An object with a rotation matrix, such as a scipy.spatial.transform.Rotation."""
+
+    def as_matrix(self) -> NDArray[np.float64]:
+        """Return the (3, 3) rotation matrix."""
+
+
+#: A rotation: (3,) degrees about the fixed axes x, then y, then z, (4,) quaternion x, y, z, w, (3, 3) matrix, or a
+#: scipy Rotation.
+Rotate: TypeAlias = ArrayLike | RotationLike
 
 _NO_ROTATION = (0.0, 0.0, 0.0)
 
@@ -33,8 +45,11 @@ class Collider:
         the body.
     keys : list of (time, translate, rotate), default empty
         Keyframes of the motion of the collider, relative to its given position: time in seconds, displacement, and
-        degrees about the fixed axes x, then y, then z through its center. Translations and angles are interpolated
-        linearly.
+        degrees about the fixed axes x, then y, then z through its center. A rotation may also be a quaternion x, y, z,
+        w, a rotation matrix or a scipy Rotation; it becomes the angles nearest to those of the keyframe before.
+    interpolation : "linear", "smooth" or "cubic", default "linear"
+        How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth", from
+        rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
 
     Raises ValueError for an invalid number.
 
@@ -49,19 +64,21 @@ class Collider:
     friction: float
     restitution: float
     keys: Sequence[Key]
+    interpolation: Literal["linear", "smooth", "cubic"]
 
     def __post_init__(self) -> None:
         """Check the numbers and replace them by plain copies."""
         for name, value in _core.check_collider(self).items():
             object.__setattr__(self, name, value)
 
-    def move_to(self, translate: ArrayLike, rotate: ArrayLike = _NO_ROTATION, duration: float | None = None) -> None:
+    def move_to(self, translate: ArrayLike, rotate: Rotate = _NO_ROTATION, duration: float | None = None) -> None:
         """Move the collider of a simulation linearly from its current pose to another one, from the next step on.
 
         translate : (3,) float, each at most 1e15 in magnitude
             Displacement from the given position, as in a keyframe.
-        rotate : (3,) float, default 0, each at most 1e15 in magnitude
-            Rotation from the given orientation in degrees about the fixed axes x, then y, then z through the center.
+        rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+            Rotation from the given orientation in degrees, at most 1e15, about the fixed axes x, then y, then z through
+            the center; or a quaternion x, y, z, w, or a matrix, which become the angles nearest to the current ones.
             The angles are interpolated: from 350 to 370 the collider turns forward by 20 degrees, from 350 to 10 back
             by 340. A turn of 180 degrees or more needs a duration of several steps, because contacts see the
             displacement of a point during a step.
@@ -128,7 +145,7 @@ class Collider:
 
 @dataclass(frozen=True)
 class Plane(Collider):
-    """The half-space behind a plane. For friction, restitution and keys see Collider.
+    """The half-space behind a plane. For friction, restitution, keys and interpolation see Collider.
 
     point : (3,) float
         Any point of the plane.
@@ -142,11 +159,12 @@ class Plane(Collider):
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
+    interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
 
 @dataclass(frozen=True)
 class Sphere(Collider):
-    """A solid sphere. For friction, restitution and keys see Collider.
+    """A solid sphere. For friction, restitution, keys and interpolation see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -158,30 +176,34 @@ class Sphere(Collider):
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
+    interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
 
 @dataclass(frozen=True)
 class Box(Collider):
-    """A solid box. For friction, restitution and keys see Collider.
+    """A solid box. For friction, restitution, keys and interpolation see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
-    rotate : (3,) float, default 0
-        Degrees about the fixed axes x, then y, then z.
+    rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+        Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, or a rotation matrix.
     """
 
     shape: ClassVar[str] = "box"
     center: ArrayLike
     half_extents: ArrayLike
-    rotate: ArrayLike = _NO_ROTATION
+    rotate: Rotate = _NO_ROTATION
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
+    interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
 
 @dataclass(frozen=True)
 class Capsule(Collider):
-    """All points within `radius` of the segment from `a` to `b`. For friction, restitution and keys see Collider.
+    """All points within `radius` of the segment from `a` to `b`.
+
+    For friction, restitution, keys and interpolation see Collider.
 
     a, b : (3,) float
     radius : float, > 0
@@ -194,18 +216,22 @@ class Capsule(Collider):
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
+    interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
 
 @dataclass(frozen=True)
 class MeshCollider(Collider):
-    """A mesh: a solid if it is closed, a thin shell if it is open. For friction, restitution and keys see Collider.
+    """A mesh: a solid if it is closed, a thin shell if it is open.
+
+    For friction, restitution, keys and interpolation see Collider.
 
     mesh : Mesh
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a mesh.
     scale : float, > 0, default 1
         Factor of the lengths of the mesh, applied first, about its origin.
-    rotate : (3,) float, default 0
-        Degrees about the fixed axes x, then y, then z through the origin.
+    rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+        Degrees about the fixed axes x, then y, then z through the origin; or a quaternion x, y, z, w, or a rotation
+        matrix.
     translate : (3,) float, default 0
         Displacement, applied last. Keyframes and move_to turn the mesh about the center of its bounding box.
 
@@ -225,7 +251,7 @@ class MeshCollider(Collider):
     shape: ClassVar[str] = "mesh"
     mesh: _core.Mesh
     scale: float = 1.0
-    rotate: ArrayLike = _NO_ROTATION
+    rotate: Rotate = _NO_ROTATION
     translate: ArrayLike = _NO_ROTATION
     friction: float = 0.5
     restitution: float = 0.0
@@ -233,3 +259,4 @@ class MeshCollider(Collider):
     frames: ArrayLike | None = field(default=None, compare=False, repr=False)
     fps: float = 30.0
     start: float = 0.0
+    interpolation: Literal["linear", "smooth", "cubic"] = "linear"

@@ -8,14 +8,12 @@ from typing import Any
 __all__ = ["import_optional"]
 
 
-def import_optional(module: str, extra: str) -> Any:
-    """Import a module. If it is missing, raise a ModuleNotFoundError with the install command of the extra.
-
-    The extra is the group of optional dependencies in pyproject.toml that contains the module.
-    """
+def import_optional(module: str) -> Any:
+    """Import a module. If it is missing, raise a ModuleNotFoundError with the command that installs it."""
     try:
         return import_module(module)
     except ModuleNotFoundError as missing:
-        command = f'pip install ".[{extra}]"'
-        message = f"{missing.name or module} is not installed; install it with `{command}` in a checkout of supple"
-        raise ModuleNotFoundError(message, name=missing.name) from missing
+        name = (missing.name or module).partition(".")[0]
+        raise ModuleNotFoundError(
+            f"{name} is not installed; install it with `pip install {name}`", name=name
+        ) from missing

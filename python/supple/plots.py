@@ -48,7 +48,7 @@ def plot_volume(
     ax : matplotlib Axes, optional
         Axes to draw on. Default: a new figure.
 
-    Returns the Axes. Needs matplotlib (in a checkout: `pip install ".[plot]"`).
+    Returns the Axes. Needs matplotlib (`pip install matplotlib`).
     """
     single = isinstance(report, (VolumeReport, BodyReport))
     if not isinstance(report, (VolumeReport, BodyReport, Iterable)):
@@ -63,7 +63,7 @@ def plot_volume(
         expected = "a single report has no times" if single else f"it must have {len(reports)}, one per report"
         raise ValueError(f"times has {len(times)} entries; {expected}")
     if ax is None:
-        ax = import_optional("matplotlib.pyplot", "plot").subplots()[1]
+        ax = import_optional("matplotlib.pyplot").subplots()[1]
     if single:
         _bars(ax, reports[0])
     else:
@@ -120,14 +120,14 @@ def plot_study(
 
     The Pareto front consists of the points for which no other point of the study has both a shorter run time and a
     smaller error. Points whose error is unknown are omitted, and so are points whose error is zero, because the
-    logarithmic axis cannot show zero. Returns the Axes. Needs matplotlib (in a checkout: `pip install ".[plot]"`).
+    logarithmic axis cannot show zero. Returns the Axes. Needs matplotlib (`pip install matplotlib`).
     """
     if error not in _ERRORS:
         known = " or ".join(f'"{name}"' for name in _ERRORS)
         raise ValueError(f'error is "{error}"; it must be {known}')
     points = _points(study)
     if ax is None:
-        ax = import_optional("matplotlib.pyplot", "plot").subplots()[1]
+        ax = import_optional("matplotlib.pyplot").subplots()[1]
     by_method: dict[str, list[tuple[float, float]]] = {}
     front: list[tuple[float, float]] = []
     for point in points:

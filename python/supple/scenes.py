@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from . import _core
 from ._core import Simulation
 from .reports import Progress, RunReport
 
 __all__ = ["load_scene", "run"]
+
+if TYPE_CHECKING:
+    _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "html"]
 
 
 def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
@@ -33,7 +36,7 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
 def run(
     path: str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
-    format: Literal["obj", "ply", "pc2"] | None = None,
+    format: _FrameFormat | Sequence[_FrameFormat] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     *,
@@ -50,8 +53,9 @@ def run(
         A scene (.toml) or a model (.obj), as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
         Directory of the frames `NAME_0000.obj`, ... The directory is created if it does not exist.
-    format : "obj", "ply" or "pc2", default the scene's
-        File format of the frames.
+    format : "obj", "ply", "pc2", "usd" or "html", or a list of them, default the scene's
+        File formats of the frames. "usd" writes one USD stage, `supple.usd`, and "html" one page for browsers,
+        `supple.html`, with all bodies and frames.
     frames : int, default the scene's
         Number of frames after frame 0. Frame 0 is the rest pose in its initial placement.
     progress : callable, optional

@@ -26,7 +26,7 @@ def view(target: Simulation | Body) -> None:
 
     The window has controls to run and pause the simulation. For each body it has a checkbox for the volume correction,
     and if the body has no material, sliders for the stiffness (or frequency) and the half-width. Static planes are
-    drawn; other colliders are not. Needs polyscope (in a checkout: `pip install ".[view]"`) and a display.
+    drawn; other colliders are not. Needs polyscope (`pip install polyscope`) and a display.
     """
     Viewer(target).show()
 
@@ -48,8 +48,8 @@ class Viewer:
         """Set up the content of the window without opening it."""
         if not isinstance(target, (Simulation, Body)):
             raise TypeError(f"target must be a Simulation or a Body, not {type(target).__name__}")
-        self._polyscope = import_optional("polyscope", "view")
-        self._imgui = import_optional("polyscope.imgui", "view")
+        self._polyscope = import_optional("polyscope")
+        self._imgui = import_optional("polyscope.imgui")
         bodies: tuple[Body, ...] = (target,) if isinstance(target, Body) else target.bodies
         self._simulation = target.simulation if isinstance(target, Body) else target
         if self._simulation is not None:

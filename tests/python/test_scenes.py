@@ -166,6 +166,16 @@ def test_messages_escape_control_characters_of_paths(scene, tmp_path):
         assert r"a\n\u{1b}[2J\u{202e}" in message
 
 
+def test_run_writes_several_formats(scene, tmp_path):
+    overrides = {"output.format": ["ply", "html"]}
+    supple.run(scene, tmp_path / "a", ["ply", "html"], 1)
+    supple.run(scene, tmp_path / "b", frames=1, overrides=overrides)
+    for out in ["a", "b"]:
+        names = {path.name for path in (tmp_path / out).iterdir() if path.suffix in {".ply", ".html"}}
+        assert {"supple.html", "cube_0000.ply", "cube_0001.ply"} == names
+    assert (tmp_path / "a" / "supple.html").read_bytes() == (tmp_path / "b" / "supple.html").read_bytes()
+
+
 def test_run_uses_the_output_settings_of_the_scene(scene, tmp_path):
     report = supple.run(scene, every=4, start_frame=100, stats=tmp_path / "stats.csv")
     names = sorted(os.listdir(tmp_path / "frames"))
@@ -303,6 +313,9 @@ def test_invalid_outputs_are_errors(scene, tmp_path):
     assert isinstance(caught.value, OSError)
     for settings, error, message in [
         ({"format": "stl"}, ValueError, 'format is "stl"; it must be "obj" or'),
+        ({"format": ["obj", "stl"]}, ValueError, r'format\[1\] is "stl"; it must be "obj" or'),
+        ({"format": []}, ValueError, "format is empty; it must have at least one format"),
+        ({"format": 3}, TypeError, "format must be a string, not int"),
         ({"frames": -1}, ValueError, "frames = -1 is out of range: it must be a whole number, at least 0"),
         ({"every": 0}, ValueError, "every = 0 is out of range: it must be a whole number, at least 1"),
         ({"stats": tmp_path / "stats.txt"}, ValueError, r"stats\.txt must end in \.csv or \.json"),

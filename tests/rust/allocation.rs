@@ -2,8 +2,9 @@
 
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Material, Mesh, Pin, Preservation, Selection,
-    Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope,
+    Body, BodyBuilder, Collider, Display, Handle, Interpolation, Key, Lattice, Material, Mesh, Pin,
+    Preservation, Selection, Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure,
+    VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
@@ -41,6 +42,7 @@ fn full_simulation(n: i32, threads: usize) -> Simulation {
         .region_damping(0.1)
         .pin(Pin { selection: corner, window: TimeWindow::default() })
         .handle(Handle {
+            interpolation: Interpolation::Linear,
             selection: top,
             keys: vec![key(0.0, 0.0), key(9.0, 90.0)],
             window: TimeWindow::default(),

@@ -144,3 +144,23 @@ fn a_point_that_is_not_a_number_has_no_distance() {
         assert!(shape.signed_distance([f64::NAN; 3]).distance.is_nan(), "{shape:?}");
     }
 }
+
+#[test]
+fn moving_colliders_have_their_pose_at_time_0() {
+    let plane = Collider::plane([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    assert_eq!(plane.signed_distance_at(0.0).unwrap()([5.0, 2.0, 0.0]), 2.0);
+    let key = |time, y, angle| Key { time, translate: [0.0, y, 0.0], rotate: [0.0, 0.0, angle] };
+    for (keys, expected) in [
+        (vec![key(1.0, 0.5, 0.0), key(2.0, 9.0, 0.0)], 1.5),
+        (vec![key(-1.0, 0.0, 0.0), key(1.0, 1.0, 0.0)], 1.5),
+        (vec![key(-2.0, 7.0, 0.0), key(-1.0, 1.0, 0.0)], 1.0),
+        // A rotation by 90 degrees about z turns the normal to -x.
+        (vec![key(0.0, 0.0, 90.0)], -5.0),
+    ] {
+        let moving = Collider { keys, ..plane.clone() };
+        assert!(
+            (moving.signed_distance_at(0.0).unwrap()([5.0, 2.0, 0.0]) - expected).abs() < 1e-12,
+            "{moving:?}"
+        );
+    }
+}

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use supple::euler_degrees;
 use supple::internals::{BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion};
-use supple::{ConstraintError, Key, MotionError, Selection, SelectionError, TimeWindow};
+use supple::{ConstraintError, Interpolation, Key, MotionError, Selection, SelectionError, TimeWindow};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -304,4 +304,55 @@ fn empty_or_non_finite_time_windows_are_errors() {
         assert!(matches!(error, ConstraintError::TimeWindow { .. }), "{error}");
         assert!(error.to_string().starts_with(&format!("start is {start} and end is {end}; ")), "{error}");
     }
+}
+
+#[test]
+fn smooth_keys_begin_and_end_each_interval_at_rest() {
+    let keys = vec![key(1.0, [0.0; 3], [0.0; 3]), key(3.0, [4.0, 0.0, -2.0], [0.0, 720.0, 0.0])];
+    let motion = Motion::new(keys).unwrap().interpolated(Interpolation::Smooth);
+    for step in 0..=64 {
+        let s = f64::from(step) / 64.0;
+        let share = s * s * (3.0 - 2.0 * s);
+        let pose = motion.pose(1.0 + 2.0 * s);
+        assert_eq!(pose.translate, Vector3::new(4.0 * share, 0.0, -2.0 * share));
+        assert_eq!(pose.rotation, euler_degrees([0.0, 720.0 * share, 0.0]));
+    }
+    let velocity =
+        |time: f64| (motion.pose(time + 1e-6).translate - motion.pose(time - 1e-6).translate) / 2e-6;
+    // The acceleration is 6 x 4/2², so that the velocity within 1e-6 s of a keyframe is at most 6e-6.
+    assert!(velocity(1.0).norm() < 1e-5 && velocity(3.0).norm() < 1e-5);
+    assert!((velocity(2.0).x - 1.5 * 4.0 / 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn cubic_keys_have_a_continuous_velocity_and_no_overshoot() {
+    let heights = [(0.0, 0.0), (0.5, 1.0), (2.0, 2.0), (2.5, 2.0), (4.0, -1.0), (4.5, 3.0)];
+    let keys: Vec<Key> = heights.map(|(time, y)| key(time, [0.0, y, 0.0], [90.0 * y, 0.0, 0.0])).to_vec();
+    let motion = Motion::new(keys).unwrap().interpolated(Interpolation::Cubic);
+    let height = |time: f64| motion.pose(time).translate.y;
+    for pair in heights.windows(2) {
+        let [(start, a), (end, b)] = [pair[0], pair[1]];
+        assert_eq!([height(start), height(end)], [a, b]);
+        let mut last = a;
+        for part in 1..=100 {
+            let y = height(start + (end - start) * f64::from(part) / 100.0);
+            // Rounding errors of values of at most 3.
+            assert!(if b >= a { y >= last - 1e-14 } else { y <= last + 1e-14 }, "{start} {part}");
+            last = y;
+        }
+    }
+    for (time, _) in heights {
+        let one_sided = |sign: f64| sign * (height(time + sign * 1e-7) - height(time)) / 1e-7;
+        // The accelerations are below 6 x 4/0.5² = 96, so that the one-sided slopes differ by less than 1e-5.
+        assert!((one_sided(1.0) - one_sided(-1.0)).abs() < 1e-4, "{time}");
+    }
+    // It passes the second keyframe, and rests where it turns back or does not change.
+    let slope = (height(0.5 + 1e-6) - height(0.5 - 1e-6)) / 2e-6;
+    assert!(slope > 0.66 && slope < 2.0);
+    for time in [2.0, 2.2, 2.5, 4.0] {
+        assert!((height(time + 1e-6) - height(time - 1e-6)).abs() / 2e-6 < 1e-3, "{time}");
+    }
+    assert_eq!([height(-1.0), height(9.0)], [0.0, 3.0]);
+    // Angles are interpolated as displacements are.
+    assert_eq!(motion.pose(1.1).rotation, euler_degrees([90.0 * height(1.1), 0.0, 0.0]));
 }

@@ -4,8 +4,9 @@
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, ConstraintError, Elasticity, Error, Handle, Key, LatticeError, Material, RegionDamping, RegionSize,
-    Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
+    Body, ConstraintError, Elasticity, Error, Handle, Interpolation, Key, LatticeError, Material,
+    RegionDamping, RegionSize, Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure,
+    VolumeOptions,
 };
 
 #[test]
@@ -45,7 +46,7 @@ fn settings_out_of_range_are_errors_and_change_nothing() {
     assert_eq!(*body.material(), Material::fast_lsm());
     let missing = Err(ConstraintError::NoSuchConstraint { index: 0, count: 0 });
     assert_eq!(body.release(0), missing);
-    assert_eq!(body.set_keys(0, &[Key::default()]), missing);
+    assert_eq!(body.set_keys(0, &[Key::default()], None), missing);
 }
 
 #[test]
@@ -130,12 +131,18 @@ fn handles_follow_new_keys_and_are_released() {
     let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&Handle { selection: all, keys, window: TimeWindow::default() }).unwrap();
+    body.handle(&Handle {
+        interpolation: Interpolation::Linear,
+        selection: all,
+        keys,
+        window: TimeWindow::default(),
+    })
+    .unwrap();
     let rest = body.positions();
     let mut simulation = without_gravity(body);
     simulation.steps(5);
     let shifted = Key { time: 0.0, translate: [1.0, 0.0, 0.0], rotate: [0.0; 3] };
-    simulation.body_mut(0).set_keys(0, &[shifted]).unwrap();
+    simulation.body_mut(0).set_keys(0, &[shifted], None).unwrap();
     simulation.step();
     let shift = |simulation: &Simulation| simulation.body(0).positions()[7] - rest[7];
     assert!((shift(&simulation) - Vector3::x()).norm() < 1e-6);
@@ -198,11 +205,11 @@ fn released_constraints_take_no_memory_and_keep_the_indices_of_the_others() {
 
     let body = simulation.body_mut(0);
     let moved = [Key { time: 0.0, translate: [1.0, 0.0, 0.0], rotate: [0.0; 3] }];
-    body.set_keys(2, &moved).unwrap();
+    body.set_keys(2, &moved, None).unwrap();
     assert_eq!(body.constraint(2).unwrap().keys(), Some(&moved[..]));
     assert_eq!(body.constraint(0).unwrap().keys(), None);
     body.release(1).unwrap();
-    let error = body.set_keys(1, &moved).unwrap_err();
+    let error = body.set_keys(1, &moved, None).unwrap_err();
     assert_eq!(error, ConstraintError::Released { index: 1 });
     assert_eq!(error.to_string(), "pin or handle 1 was released; add another one");
     assert_eq!(body.release(2000), Err(ConstraintError::NoSuchConstraint { index: 2000, count: 2000 }));

@@ -2,7 +2,7 @@
 
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::Vector3;
-use supple::{Body, Error, Handle, Key, Material, Selection, Simulation, TimeWindow};
+use supple::{Body, Error, Handle, Interpolation, Key, Material, Selection, Simulation, TimeWindow};
 
 #[test]
 fn a_force_on_any_selection_gives_its_impulse_once() {
@@ -96,13 +96,18 @@ fn forces_and_keys_beyond_the_limits_are_errors_and_within_them_results_stay_fin
     let keys = |height| vec![Key { time: 0.0, translate: [0.0, height, 0.0], rotate: [0.0; 3] }];
     let handle = |height| {
         let selection = Selection::Vertices(vec![0, 1]);
-        Handle { selection, keys: keys(height), window: TimeWindow::default() }
+        Handle {
+            interpolation: Interpolation::Linear,
+            selection,
+            keys: keys(height),
+            window: TimeWindow::default(),
+        }
     };
     body.handle(&handle(-5e14)).unwrap();
     let error = body.handle(&handle(1e39)).unwrap_err().to_string();
     assert!(error.contains("key 0: translate is 1e39, too far: the limit is 5.000e14"), "{error}");
-    body.set_keys(0, &keys(5e14)).unwrap();
-    let error = body.set_keys(0, &keys(-5.1e14)).unwrap_err().to_string();
+    body.set_keys(0, &keys(5e14), None).unwrap();
+    let error = body.set_keys(0, &keys(-5.1e14), None).unwrap_err().to_string();
     assert!(error.contains("key 0: translate is -5.1e14, too far: the limit is 5.000e14"), "{error}");
     assert_eq!(body.constraint_count(), 1);
     let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();

@@ -3,7 +3,8 @@
 use crate::common::{block, half_cells, lattice};
 use nalgebra::Vector3;
 use supple::{
-    Body, BodyBuilder, Handle, HoldForce, Key, Pin, Selection, Simulation, Substeps, TimeWindow, Zone,
+    Body, BodyBuilder, Handle, HoldForce, Interpolation, Key, Pin, Selection, Simulation, Substeps,
+    TimeWindow, Zone,
 };
 
 /// Selects the lattice vertices of a bar along x at the coordinate `x`, on the side away from its middle `middle`.
@@ -63,7 +64,12 @@ fn errors_and_changes(sim: &mut Simulation) -> (f64, f64) {
 fn moved(body: BodyBuilder) -> Simulation {
     let key = |time, x, turn| Key { time, translate: [x, 0.3 * x, 0.0], rotate: [turn, 0.0, 0.0] };
     let keys = vec![key(0.0, 0.0, 0.0), key(0.3, 2.0, 40.0), key(0.5, 0.5, 0.0)];
-    let handle = Handle { selection: end(12.0, 6.0), keys, window: TimeWindow::default() };
+    let handle = Handle {
+        interpolation: Interpolation::Linear,
+        selection: end(12.0, 6.0),
+        keys,
+        window: TimeWindow::default(),
+    };
     let zone = Zone::new(Selection::Sphere { center: [8.0, 1.0, 1.0], radius: 2.0 }, 3.0);
     let body = body.youngs_modulus(3e5).zone(zone).pin(pin(end(1.0, 6.0))).handle(handle).build().unwrap();
     let world = Simulation::builder().body(body).gravity([1.0, -9.81, 2.0]).sleep(false).fps(30.0);

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Damping, Elasticity, Handle, Key, Lattice, Pin, Preset, Selection,
-    Simulation, Substeps, TimeWindow,
+    Body, BodyBuilder, Collider, Damping, Elasticity, Handle, Interpolation, Key, Lattice, Pin, Preset,
+    Selection, Simulation, Substeps, TimeWindow,
 };
 
 use crate::shapes::block;
@@ -128,7 +128,14 @@ fn a_body_at_rest_sleeps_without_motion_until_something_moves_it() {
         ("handle", |s| {
             let selection = Selection::Vertices(vec![0, 1]);
             let keys = vec![Key::default(), Key { time: 100.0, translate: [9.0; 3], ..Key::default() }];
-            s.body_mut(0).handle(&Handle { selection, keys, window: TimeWindow::default() }).unwrap();
+            s.body_mut(0)
+                .handle(&Handle {
+                    interpolation: Interpolation::Linear,
+                    selection,
+                    keys,
+                    window: TimeWindow::default(),
+                })
+                .unwrap();
         }),
     ];
     for (name, wake) in wakes {

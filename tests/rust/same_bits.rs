@@ -4,8 +4,8 @@ use crate::common::{Random, block, coordinates, lattice, points, rest, tolerance
 use nalgebra::{Point3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{
-    Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, Substeps, TimeWindow,
-    VolumeOptions, VolumeScope, Zone,
+    Body, Collider, Handle, Interpolation, Key, Lattice, Material, Pin, Selection, Simulation, Substeps,
+    TimeWindow, VolumeOptions, VolumeScope, Zone,
 };
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
@@ -26,7 +26,12 @@ fn full_simulation(threads: usize) -> Simulation {
         .stiffness(0.8)
         .region_damping(0.1)
         .pin(Pin { selection: side(1.0), window })
-        .handle(Handle { selection: side(32.0), keys: vec![key(0.0, 0.0), key(0.5, 40.0)], window })
+        .handle(Handle {
+            interpolation: Interpolation::Linear,
+            selection: side(32.0),
+            keys: vec![key(0.0, 0.0), key(0.5, 40.0)],
+            window,
+        })
         .volume(VolumeOptions { scope: VolumeScope::Regional, ..VolumeOptions::default() })
         .build()
         .unwrap();

@@ -99,7 +99,7 @@ fn every_key_is_read() {
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
     assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
     assert_eq!((scene.simulation.contact, scene.simulation.self_contact), (false, true));
-    assert_eq!(scene.output.format, Format::Ply);
+    assert_eq!(scene.output.format, Format::Ply.into());
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
 
     let body = &scene.bodies[0];
@@ -304,7 +304,16 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "\"auto\" or a whole number from 1 to 100000",
         ),
         ("[simulation]\nframes = -1\n", "simulation.frames", "-1", "a whole number from 0 to 10000000"),
-        ("[output]\nformat = \"abc\"\n", "output.format", "\"abc\"", "one of \"obj\", \"ply\", \"pc2\""),
+        (
+            "[output]\nformat = \"abc\"\n",
+            "output.format",
+            "\"abc\"",
+            "one of \"obj\", \"ply\", \"pc2\", \"usd\", \"html\"",
+        ),
+        ("[output]\nup = \"x\"\n", "output.up", "\"x\"", "one of \"y\", \"z\""),
+        ("[output]\nscale = 0\n", "output.scale", "0", "a number above 0"),
+        ("[output]\nfps = -25\n", "output.fps", "-25", "a number above 0"),
+        ("[output]\nmeters_per_unit = inf\n", "output.meters_per_unit", "inf", "a number above 0"),
     ] {
         let message = parse(&format!("{text}{SMALL}")).unwrap_err().to_string();
         assert!(message.starts_with(&format!("scene.toml:2: `{key}` is ")), "{message}");

@@ -53,7 +53,7 @@ fn overrides_change_values_of_the_scene() {
         ],
     )
     .unwrap();
-    assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
+    assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2.into()));
     assert_eq!(scene.output.directory, Path::new("else where"));
     // The override of `half_width` replaces `stiffness_radius`.
     assert_eq!(

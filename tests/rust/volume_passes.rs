@@ -8,8 +8,8 @@ use crate::shapes::{apply_in, lattice};
 use nalgebra::Vector3;
 use supple::internals::{Correction, CorrectionWorkspace};
 use supple::{
-    Body, Handle, Key, Material, Mesh, Pin, Preservation, Selection, Simulation, TimeWindow, VolumeMeasure,
-    VolumeOptions, VolumeScope,
+    Body, Handle, Interpolation, Key, Material, Mesh, Pin, Preservation, Selection, Simulation, TimeWindow,
+    VolumeMeasure, VolumeOptions, VolumeScope,
 };
 
 /// The measures, each with both scopes.
@@ -49,6 +49,7 @@ fn check_frames(size: [i32; 3], material: Material, keys: &[Key]) -> usize {
     let mut checked = 0;
     for volume in options() {
         let handle = Handle {
+            interpolation: Interpolation::Linear,
             selection: beyond(0.875 * height, 1.0),
             keys: keys.to_vec(),
             window: TimeWindow::default(),

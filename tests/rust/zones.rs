@@ -4,7 +4,8 @@ use crate::common::{Random, bare, block, coordinates, lattice, points, rest, sha
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Naive, Regions};
 use supple::{
-    Body, Elasticity, Handle, Key, Pin, Selection, Simulation, Stiffness, Substeps, TimeWindow, Zone,
+    Body, Elasticity, Handle, Interpolation, Key, Pin, Selection, Simulation, Stiffness, Substeps,
+    TimeWindow, Zone,
 };
 
 /// Returns one factor per vertex from 0.01 to 100, evenly distributed by their logarithms.
@@ -115,7 +116,10 @@ fn held_bar(length: f64, distance: f64) -> (Pin, Handle) {
     let end = |x: f64| Selection::Plane { point: [x, 0.0, 0.0], normal: [x - length / 2.0, 0.0, 0.0] };
     let key = |time, x| Key { time, translate: [x, 0.0, 0.0], rotate: [0.0; 3] };
     let (window, keys) = (TimeWindow::default(), vec![key(0.0, 0.0), key(0.3, distance)]);
-    (Pin { selection: end(0.0), window }, Handle { selection: end(length), keys, window })
+    (
+        Pin { selection: end(0.0), window },
+        Handle { interpolation: Interpolation::Linear, selection: end(length), keys, window },
+    )
 }
 
 #[test]

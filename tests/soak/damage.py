@@ -13,7 +13,7 @@ from .frames import CHECKPOINT, LOCK, contents, describe_difference, rows, same_
 #: Frames before and after the run is resumed.
 BEFORE, AFTER = "6", "12"
 
-FORMATS = ("obj", "ply", "pc2")
+FORMATS = ("obj", "ply", "pc2", "usd", "html")
 
 
 def check(settings: Settings) -> Check:

@@ -47,6 +47,8 @@ def _is_finite(name: str, data: bytes) -> bool:
         types = np.dtype([(line[2], f"<{_PLY_TYPES[line[1]]}") for line in lines if _is_scalar(line)])
         vertices = np.frombuffer(body, types, count)
         return all(np.isfinite(vertices[field]).all() for field in types.names)
+    if name.endswith((".html", ".usd")):
+        return True
     if name.endswith(".pc2"):
         return bool(np.isfinite(np.frombuffer(data, "<f4", offset=32)).all())
     return all(np.isfinite(float(value)) for row in rows(name, data) for value in row.values() if _is_number(value))

@@ -30,7 +30,7 @@ def _case(case: Case) -> None:
     else:
         scene = scenes.write_generated(case.folder, random)
         options = ["--frames", str(random.integers(50, 400))]
-    kind = str(random.choice(["obj", "ply", "pc2"]))
+    kind = str(random.choice(["obj", "ply", "pc2", "usd", "html", "obj,usd,html"]))
     stats = str(random.choice(["stats.csv", "stats.json"]))
     options += ["--format", kind, "--threads", "1", "-q"]
     options += ["--every", str(random.integers(1, 4)), "--start-frame", str(random.choice([0, 1, 9990]))]
@@ -66,7 +66,7 @@ def _case(case: Case) -> None:
     compare(found, expected)
     if not same_rows(found_rows, expected_rows):
         raise FaultError("the statistics differ from those of an uninterrupted run")
-    left = [path.name for path in (case.folder / "killed").iterdir() if path.name.endswith(".part")]
+    left = [path.name for path in (case.folder / "killed").iterdir() if path.name.endswith((".part", ".data"))]
     if left or not (case.folder / "killed" / CHECKPOINT).exists():
         raise FaultError(f"temporary files {left}, or no checkpoint, after the end of the run")
 
@@ -80,5 +80,5 @@ def _check_killed(
             kept = list(whole_rows(name, data))
             if not same_rows(kept, expected_rows[: len(kept)]):
                 raise FaultError("rows of the statistics are wrong after the run was killed")
-        elif not name.endswith(".part") and data != expected.get(name):
+        elif not name.endswith((".part", ".data")) and data != expected.get(name):
             raise FaultError(f"{name} is not a whole frame after the run was killed")

@@ -24,6 +24,8 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Measure error against run time for a scene, the accuracy of the summation, the stability of extreme cases, or materials
     Study(StudyArgs),
+    /// Show finished runs side by side in one page for browsers
+    Html(HtmlArgs),
 }
 
 /// Arguments of `supple run`.
@@ -35,16 +37,16 @@ pub(crate) struct RunArgs {
     /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each; with --print-scene, the scene file (.toml) to write
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Format of the frames [default: the scene's output.format]
-    #[arg(long, value_enum)]
-    pub(crate) format: Option<Format>,
+    /// Formats of the frames, separated by commas [default: the scene's output.format]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub(crate) format: Vec<Format>,
     /// Number of frames after frame 0 [default: the scene's simulation.frames]
     #[arg(long, value_name = "N", value_parser = count::<0, 10_000_000>, allow_negative_numbers = true)]
     pub(crate) frames: Option<u32>,
     /// Write only every K-th frame; frames keep their numbers
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<1, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) every: u32,
-    /// Number of the first frame (the rest pose) in file names, statistics and PC2 headers
+    /// Number of the first frame (the rest pose) in file names, statistics, PC2 headers and time codes of USD
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count::<0, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) start_frame: u32,
     /// Number of threads; 0 uses all processors [default: the scene's simulation.threads]
@@ -123,6 +125,17 @@ pub(crate) struct StudyArgs {
     pub(crate) scene: SceneArgs,
 }
 
+/// Arguments of `supple html`.
+#[derive(Debug, Args)]
+pub(crate) struct HtmlArgs {
+    /// Folders of runs with --format html, or pages (.html)
+    #[arg(value_name = "RUN", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Page to write; an existing file is replaced
+    #[arg(short, long, value_name = "PAGE.html", default_value = "page.html")]
+    pub(crate) output: PathBuf,
+}
+
 /// Arguments that select or change the scene of an input.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
@@ -148,6 +161,10 @@ impl Command {
             Self::Run(args) => (&args.scene, args.inputs.as_slice()),
             Self::Inspect(args) => (&args.scene, std::slice::from_ref(&args.input)),
             Self::Study(args) => (&args.scene, args.input.as_slice()),
+            Self::Html(args) if !has_extension(&args.output, &["html"]) => {
+                return Err(format!("-o {}: the page must end in .html", args.output.display()));
+            }
+            Self::Html(_) => return Ok(()),
         };
         let input = inputs.iter().find(|input| has_extension(input, &["toml"]));
         match (scene.up, input) {
@@ -176,6 +193,10 @@ pub(crate) enum Format {
     Ply,
     /// One PC2 point cache per body
     Pc2,
+    /// A USD stage, supple.usd, with all bodies
+    Usd,
+    /// A page for browsers, supple.html, with all bodies
+    Html,
 }
 
 /// Axes of a model that can point up.
@@ -193,6 +214,8 @@ impl From<Format> for frames::Format {
             Format::Obj => Self::Obj,
             Format::Ply => Self::Ply,
             Format::Pc2 => Self::Pc2,
+            Format::Usd => Self::Usd,
+            Format::Html => Self::Html,
         }
     }
 }

@@ -10,6 +10,7 @@
 
 mod args;
 mod exit;
+mod html;
 mod inspect;
 mod interrupt;
 mod progress;
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Study(args) => study::study(&args),
+        Command::Html(args) => html::html(&args),
     };
     exit.into()
 }

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use supple_io::frames::Formats;
 use supple_io::run::{Job, Outcome, RunError, RunReport};
 use supple_io::scene::Scene;
 use supple_io::{counted, write_atomically};
@@ -91,8 +92,8 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     if let Some(threads) = args.threads {
         scene.simulation.threads = threads as usize;
     }
-    if let Some(format) = args.format {
-        scene.output.format = format.into();
+    if let Some(formats) = Formats::new(args.format.iter().map(|&format| format.into())) {
+        scene.output.format = formats;
     }
     Ok(scene)
 }

@@ -13,7 +13,7 @@ const LONG: [&str; 6] = ["run", "scene.toml", "--frames", "300", "--checkpoint",
 
 #[test]
 fn resuming_a_finished_run_writes_only_additional_frames() {
-    for format in ["obj", "ply", "pc2"] {
+    for format in ["obj", "ply", "pc2", "usd", "html", "obj,usd,html"] {
         let workspace = Workspace::new();
         let run = |frames: &str, more: &[&str]| {
             let mut arguments = vec!["run", "scene.toml", "--format", format, "--frames", frames];
@@ -100,7 +100,7 @@ fn a_damaged_checkpoint_is_rejected_with_a_message() {
 
 #[test]
 fn resuming_after_kills_at_random_times_gives_the_same_frames() {
-    for (format, seed) in [("obj", 1), ("ply", 2), ("pc2", 3)] {
+    for (format, seed) in [("obj", 1), ("ply", 2), ("pc2", 3), ("html", 4), ("pc2,html", 5)] {
         let workspace = Workspace::new();
         let mut whole = LONG.to_vec();
         whole.extend(["--format", format, "--quiet", "-o", "whole", "--stats", "whole.json"]);
@@ -119,7 +119,7 @@ fn resuming_after_kills_at_random_times_gives_the_same_frames() {
             // Every file with a final name is complete.
             let expected = workspace.frames("whole");
             for (name, bytes) in workspace.frames("out") {
-                let is_final = name.ends_with(&format!(".{format}"));
+                let is_final = format.split(',').any(|format| name.ends_with(&format!(".{format}")));
                 assert!(!is_final || expected[&name] == bytes, "{name} is not complete");
             }
         }
@@ -159,7 +159,7 @@ impl Random {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
-    for format in ["obj", "pc2"] {
+    for format in ["obj", "pc2", "html,obj"] {
         let workspace = Workspace::new();
         // The default checkpoint interval is longer than this run, so only Ctrl-C writes a checkpoint.
         let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
@@ -175,7 +175,7 @@ fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
         let done = rows.len();
         let frames = workspace.frames("out");
         assert!(
-            !frames.keys().any(|name| name.contains("part") || name.contains("tmp")),
+            !frames.keys().any(|name| ["part", "tmp", "data"].iter().any(|word| name.contains(word))),
             "{:?}",
             frames.keys()
         );

@@ -42,7 +42,7 @@ fn frames_of_another_motion_and_format_are_never_kept() {
 
 #[test]
 fn resuming_with_other_numbers_or_without_statistics_is_rejected() {
-    for format in ["obj", "pc2"] {
+    for format in ["obj", "pc2", "html"] {
         let workspace = Workspace::new();
         run(&workspace, &format!("--frames 4 --format {format} --stats s.csv")).expect(0, &[]);
         let before = files(&workspace.path("out"));
@@ -66,10 +66,14 @@ fn resuming_with_other_numbers_or_without_statistics_is_rejected() {
 
 #[test]
 fn a_missing_or_shorter_frame_restarts_the_run() {
-    for format in ["obj", "ply", "pc2"] {
+    for format in ["obj", "ply", "pc2", "usd", "html"] {
         let workspace = Workspace::new();
         let options = format!("--frames 8 --format {format}");
-        let name = if format == "pc2" { "block.pc2" } else { &format!("block_0002.{format}") };
+        let name = match format {
+            "pc2" => "block.pc2",
+            "html" | "usd" => &format!("supple.{format}"),
+            _ => &format!("block_0002.{format}"),
+        };
         for length in [None, Some(0), Some(100)] {
             run(&workspace, &format!("--frames 5 --format {format}")).expect(0, &[]);
             let path = workspace.path(&format!("out/{name}"));

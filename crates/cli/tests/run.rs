@@ -56,6 +56,11 @@ fn options_select_frames_numbers_and_formats() {
     assert!(run(&["--frames", "2", "--format", "ply"], "ply").keys().all(|name| name.ends_with(".ply")));
     assert!(run(&["--frames", "2", "--format", "pc2"], "pc2").keys().eq(&["block.pc2"]));
     assert!(run(&["--set", "simulation.frames=1", "--set", "output.format=ply"], "set").len() == 2);
+    assert!(run(&["--frames", "2", "--format", "html"], "html").keys().eq(&["supple.html"]));
+    let several = run(&["--frames", "1", "--format", "obj,html,pc2"], "several");
+    assert!(several.keys().eq(&["block.pc2", "block_0000.obj", "block_0001.obj", "supple.html"]));
+    let list = "output.format=[\"obj\", \"html\", \"pc2\"]";
+    assert!(run(&["--set", "simulation.frames=1", "--set", list], "list") == several);
 }
 
 #[test]

@@ -144,8 +144,9 @@ pub use contact::{
     Collider, ColliderError, ColliderFault, CollisionMesh, MeshAnimation, Shape, SignedDistance,
 };
 pub use dynamics::{
-    Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Key, Material, MotionError, Pin,
-    Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow, Zone,
+    Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Interpolation, Key, Material,
+    MotionError, Pin, Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
+    Zone,
 };
 pub use error::Error;
 pub use lattice::{
@@ -162,7 +163,7 @@ pub use simulation::{
     StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
-pub use state::{Placement, euler_degrees};
+pub use state::{Placement, euler_degrees, euler_degrees_near};
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
     VolumeScope, Volumes,

@@ -1,9 +1,14 @@
 //! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
+//! * `space` converts the coordinates of scenes to those of files.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
-//! * [`frames`] writes frame sequences as OBJ, PLY and PC2.
+//! * `usd` writes USD stages.
+//! * `html` writes and reads pages that show runs in a browser.
+//! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
+//! * [`pages`] joins the pages of several runs.
+//! * [`saved_state`] converts the state of a simulation to bytes.
 //!
 //! Each module may use only the modules above it in this list.
 
@@ -11,10 +16,15 @@ mod count;
 mod escape;
 mod file;
 pub mod frames;
+mod html;
 pub mod obj;
+pub mod pages;
 mod path;
 pub mod run;
+pub mod saved_state;
 pub mod scene;
+mod space;
+mod usd;
 
 pub use count::counted;
 pub use escape::Escaped;

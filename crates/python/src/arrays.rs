@@ -205,7 +205,7 @@ fn contiguous<'py, T: numpy::Element>(
 }
 
 /// Returns the error that another call writes to the array of an argument.
-fn in_use(name: &str) -> PyErr {
+pub(crate) fn in_use(name: &str) -> PyErr {
     PyValueError::new_err(format!("{name} is in use by another call, in another thread; pass another array"))
 }
 
@@ -255,20 +255,23 @@ pub(crate) fn from_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> 
     Array3::from_shape_vec((n, 3, 3), numbers).expect("the length is 9 n").into_pyarray(py)
 }
 
-/// Checks the `out` argument: a writable numpy array of shape `(rows, 3)`.
-pub(crate) fn check_out<'a, 'py>(
-    out: &'a Bound<'py, PyAny>,
-    rows: usize,
-) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
-    let array = out.cast::<PyUntypedArray>().map_err(|_| wrong_type(out, "out", "a numpy array"))?;
+/// Checks an output argument: a writable numpy array of shape `(rows, 3)`, float32 or float64.
+pub(crate) fn check_out<'py>(out: &Bound<'py, PyAny>, name: &str, rows: usize) -> PyResult<()> {
+    let array = out.cast::<PyUntypedArray>().map_err(|_| wrong_type(out, name, "a numpy array"))?;
     if array.shape() != [rows, 3] {
-        let shape = joined(array.shape());
-        return Err(PyValueError::new_err(format!("out has the shape ({shape}); it must be ({rows}, 3)")));
+        let (shape, comma) = (joined(array.shape()), if array.ndim() == 1 { "," } else { "" });
+        return Err(PyValueError::new_err(format!(
+            "{name} has the shape ({shape}{comma}); it must be ({rows}, 3)"
+        )));
     }
     if !array.getattr("flags")?.getattr("writeable")?.extract::<bool>()? {
-        return Err(PyValueError::new_err("out is read-only; pass a writable array"));
+        return Err(PyValueError::new_err(format!("{name} is read-only; pass a writable array")));
     }
-    Ok(array)
+    if out.cast::<PyArray2<f32>>().is_err() && out.cast::<PyArray2<f64>>().is_err() {
+        let dtype = array.dtype();
+        return Err(PyTypeError::new_err(format!("{name} has dtype {dtype}; it must be float32 or float64")));
+    }
+    Ok(())
 }
 
 /// Calls `fill` with the rows of `array`. `fill` writes directly to a contiguous array. For another array it

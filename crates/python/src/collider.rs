@@ -8,13 +8,14 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::{Collider, ColliderRef, CollisionMesh, Key, MeshAnimation, Shape, Touched};
+use supple::{Collider, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Shape, Touched};
 
-use crate::argument::{conversion_error, number, wrong_type};
+use crate::argument::{choice, conversion_error, number, wrong_type};
 use crate::arrays::{self, vector};
 use crate::body::SharedSimulation;
 use crate::mesh::Mesh;
-use crate::{constraint, error};
+use crate::rotation::rotate_once;
+use crate::{constraint, error, rotation};
 
 /// Reads the `colliders` argument, a list or one collider, and returns the Python objects as a tuple.
 pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
@@ -71,7 +72,7 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         "box" => Shape::Box {
             center: read_vector("center")?,
             half_extents: read_vector("half_extents")?,
-            rotate: read_vector("rotate")?,
+            rotate: rotate_once(&collider.getattr("rotate")?, "rotate")?,
         },
         "capsule" => {
             Shape::Capsule { a: read_vector("a")?, b: read_vector("b")?, radius: read_number("radius")? }
@@ -79,14 +80,15 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         "mesh" => Shape::Mesh {
             mesh: read_mesh(collider, name)?,
             scale: read_number("scale")?,
-            rotate: read_vector("rotate")?,
+            rotate: rotate_once(&collider.getattr("rotate")?, "rotate")?,
             translate: read_vector("translate")?,
         },
         shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
     };
     let (friction, restitution) = (read_number("friction")?, read_number("restitution")?);
     let keys = constraint::keys(&collider.getattr("keys")?)?;
-    Ok(Collider { shape, friction, restitution, keys })
+    let interpolation = choice(&collider.getattr("interpolation")?, "interpolation", &Interpolation::NAMED)?;
+    Ok(Collider { shape, friction, restitution, keys, interpolation })
 }
 
 /// Returns the mesh of a `MeshCollider`. The search tree of a rigid mesh is built once, and stored in the `Mesh`.
@@ -168,6 +170,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     let key =
         |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
     fields.set_item("keys", PyTuple::new(py, collider.keys.iter().map(key))?)?;
+    fields.set_item("interpolation", collider.interpolation.name())?;
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
     Ok((class, fields))
@@ -239,7 +242,9 @@ impl ColliderMotion {
         rotate: &Bound<'_, PyAny>,
         duration: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let (translate, rotate) = (vector(translate, "translate")?, vector(rotate, "rotate")?);
+        let near = self.with(py, |simulation| simulation.collider(self.index).rotation())?;
+        let (translate, rotate) =
+            (vector(translate, "translate")?, rotation::rotate(rotate, "rotate", near)?);
         let duration = if duration.is_none() { None } else { Some(number(duration, "duration")?) };
         let moved = self.with(py, |simulation| {
             let mut collider = simulation.collider_mut(self.index);

@@ -5,16 +5,22 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use supple::{Key, Selection, TimeWindow};
+use supple::{Interpolation, Key, Selection, TimeWindow};
 
-use crate::argument::{Settings, conversion_error, number, wrong_type};
+use crate::argument::{Settings, choice, conversion_error, number, wrong_type};
 use crate::arrays::{self, Axis, vector};
+use crate::rotation::rotate;
 
 /// Keyword arguments that give a selection.
 pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 
 /// Keyword arguments of a pin or a handle that may be `None`.
 pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
+
+/// Returns whether the arguments give a selection.
+pub(crate) fn has_selection(settings: &Settings<'_>) -> PyResult<bool> {
+    SHAPES.into_iter().try_fold(false, |found, shape| Ok(found || settings.get(shape)?.is_some()))
+}
 
 /// Reads the selection from the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
@@ -99,6 +105,11 @@ fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
     list.as_slice()?.iter().map(checked).collect()
 }
 
+/// Reads `interpolation`; `None` if it is missing.
+pub(crate) fn interpolation(settings: &Settings<'_>) -> PyResult<Option<Interpolation>> {
+    settings.read("interpolation", |value, name| choice(value, name, &Interpolation::NAMED))
+}
+
 /// Reads keyframes, in the given order.
 pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
     let expected = "a list of (time, translate, rotate)";
@@ -106,17 +117,22 @@ pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
         return Err(wrong_type(keys, "keys", expected));
     }
     let items = keys.try_iter().map_err(|error| conversion_error(error, keys, "keys", expected))?;
-    items.enumerate().map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
+    let mut list: Vec<Key> = Vec::new();
+    for (index, key) in items.enumerate() {
+        let near = list.last().map_or([0.0; 3], |before| before.rotate);
+        list.push(read_key(&key?, &format!("keys[{index}]"), near)?);
+    }
+    Ok(list)
 }
 
-/// Reads a keyframe: a sequence or a dict.
-fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
+/// Reads a keyframe: a sequence or a dict. `near` has the angles of the one before.
+fn read_key(key: &Bound<'_, PyAny>, name: &str, near: [f64; 3]) -> PyResult<Key> {
     if let Ok(dict) = key.cast::<PyDict>() {
         let settings = Settings::from_dict(dict, name, &["time", "translate", "rotate"])?;
         let missing = || PyValueError::new_err(format!("{name} has no time"));
         let time = settings.number("time")?.ok_or_else(missing)?;
         let translate = settings.read("translate", vector)?.unwrap_or_default();
-        let rotate = settings.read("rotate", vector)?.unwrap_or_default();
+        let rotate = settings.read("rotate", |value, name| rotate(value, name, near))?.unwrap_or_default();
         return Ok(Key { time, translate, rotate });
     }
     let expected = "(time, translate, rotate)";
@@ -125,14 +141,13 @@ fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
     }
     let parts = key.try_iter().and_then(|parts| parts.collect::<PyResult<Vec<_>>>());
     let parts = parts.map_err(|error| conversion_error(error, key, name, expected))?;
-    let part = |index: usize, field: &str| match parts.get(index) {
-        Some(value) if !value.is_none() => vector(value, &format!("{name}.{field}")),
-        _ => Ok([0.0; 3]),
-    };
+    let part = |index: usize| parts.get(index).filter(|value| !value.is_none());
     if parts.is_empty() || parts.len() > 3 {
         let message = format!("{name} has {} parts; it must be (time, translate, rotate)", parts.len());
         return Err(PyValueError::new_err(message));
     }
     let time = number(&parts[0], &format!("{name}.time"))?;
-    Ok(Key { time, translate: part(1, "translate")?, rotate: part(2, "rotate")? })
+    let translate = part(1).map_or(Ok([0.0; 3]), |value| vector(value, &format!("{name}.translate")))?;
+    let rotate = part(2).map_or(Ok([0.0; 3]), |value| rotate(value, &format!("{name}.rotate"), near))?;
+    Ok(Key { time, translate, rotate })
 }

@@ -10,6 +10,7 @@
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
 //! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
+//! | `rotation` | reads angles, quaternions and matrices |
 //! | `scene` | loads and runs scenes |
 //! | `pickle` | encodes the data of pickles, with a checksum |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
@@ -27,6 +28,7 @@ mod lattice;
 mod mesh;
 mod pickle;
 mod report;
+mod rotation;
 mod scene;
 mod simulation;
 
@@ -43,7 +45,7 @@ mod _core {
     }
 
     #[pymodule_export]
-    use crate::body::{Body, Hold, body_keys};
+    use crate::body::{Body, ForceField, Hold, body_keys};
     #[pymodule_export]
     use crate::collider::{ColliderMotion, check_collider};
     #[pymodule_export]
@@ -53,7 +55,9 @@ mod _core {
     #[pymodule_export]
     use crate::mesh::{Mesh, read_obj};
     #[pymodule_export]
+    use crate::rotation::rotation_matrix;
+    #[pymodule_export]
     use crate::scene::{load_scene, run};
     #[pymodule_export]
-    use crate::simulation::{Simulation, simd_level};
+    use crate::simulation::{Recording, Simulation, simd_level};
 }

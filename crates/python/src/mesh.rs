@@ -31,6 +31,8 @@ pub(crate) struct Mesh {
     pub(crate) mesh: supple::Mesh,
     vertices: PyOnceLock<Py<PyArray2<f64>>>,
     faces: PyOnceLock<Py<PyArray2<i64>>>,
+    /// The `visual` of the `trimesh.Trimesh` from which the mesh was made: texture coordinates, materials, colors.
+    pub(crate) visual: Option<Py<PyAny>>,
     /// The mesh as the shape of colliders.
     collision: PyOnceLock<Result<CollisionMesh, ColliderFault>>,
 }
@@ -38,7 +40,12 @@ pub(crate) struct Mesh {
 impl Mesh {
     pub(crate) fn from_core(mesh: supple::Mesh) -> Self {
         let (vertices, faces, collision) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
-        Self { mesh, vertices, faces, collision }
+        Self { mesh, vertices, faces, visual: None, collision }
+    }
+
+    /// Attaches the `visual` of a `trimesh.Trimesh` with the same triangles.
+    fn with_visual(self, visual: Option<Py<PyAny>>) -> Self {
+        Self { visual, ..self }
     }
 
     /// Returns the mesh of a collider.
@@ -64,6 +71,17 @@ impl Mesh {
     fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
         let points = read_vertices(vertices).map_err(|e| Exception::Mesh.wrap_value_error(e))?;
         mesh_from_faces(faces, points).map_err(|e| Exception::Mesh.wrap_value_error(e))
+    }
+
+    /// Return the mesh of a trimesh.Trimesh, or of all meshes of a trimesh.Scene, at their places in the scene.
+    ///
+    /// mesh : trimesh.Trimesh, trimesh.Scene, or an object with vertices and faces
+    ///
+    /// The order of the vertices and triangles is kept. Texture coordinates, materials and colors are kept for
+    /// Body.to_trimesh. A mesh argument, such as that of Body, may also be the trimesh object itself.
+    #[staticmethod]
+    fn from_trimesh<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
+        mesh_like(mesh, "mesh", None)
     }
 
     /// Vertex positions in input order: (n, 3) float64, read-only.
@@ -113,14 +131,20 @@ impl Mesh {
         let vertices: Vec<[f64; 3]> = mesh.vertices().iter().map(|&p| p.into()).collect();
         let faces: Vec<&[u32]> = mesh.faces().collect();
         let restore = py.get_type::<Self>().getattr("_restore")?;
-        (restore, (encode(py, &(vertices, faces))?,)).into_pyobject(py)
+        let data = encode(py, &(vertices, faces))?;
+        match &slf.get().visual {
+            Some(visual) => (restore, (data, visual)).into_pyobject(py),
+            None => (restore, (data,)).into_pyobject(py),
+        }
     }
 
     /// Restore a mesh. Pickles call this function.
     #[classmethod]
-    fn _restore(class: &Bound<'_, PyType>, data: &[u8]) -> PyResult<Self> {
+    #[pyo3(signature = (data, visual=None))]
+    fn _restore(class: &Bound<'_, PyType>, data: &[u8], visual: Option<Py<PyAny>>) -> PyResult<Self> {
         let (vertices, faces): (Vec<[f64; 3]>, Vec<Vec<u32>>) = decode(class.py(), data)?;
-        supple::Mesh::new(vertices, &faces).map(Self::from_core).map_err(error::from_core)
+        let mesh = supple::Mesh::new(vertices, &faces).map_err(error::from_core)?;
+        Ok(Self::from_core(mesh).with_visual(visual))
     }
 }
 
@@ -145,7 +169,10 @@ fn read_mesh(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh
     mesh.map(Mesh::from_core).map_err(error::from_obj)
 }
 
-/// Converts a mesh argument: a `Mesh`, a path, or an object with `vertices` and `faces`, such as a
+/// Endings of files that trimesh reads.
+const READ_BY_TRIMESH: [&str; 6] = ["stl", "ply", "glb", "gltf", "off", "3mf"];
+
+/// Converts a mesh argument: a `Mesh`, a path, a `trimesh.Scene`, or an object with `vertices` and `faces`, such as a
 /// `trimesh.Trimesh`.
 pub(crate) fn mesh_like<'py>(
     value: &Bound<'py, PyAny>,
@@ -154,7 +181,15 @@ pub(crate) fn mesh_like<'py>(
 ) -> PyResult<Bound<'py, Mesh>> {
     let py = value.py();
     if let Ok(path) = value.extract::<PathBuf>() {
-        return Bound::new(py, read_mesh(py, &path, object.as_deref())?);
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        if ending.is_none_or(|ending| !READ_BY_TRIMESH.contains(&ending.as_str())) {
+            return Bound::new(py, read_mesh(py, &path, object.as_deref())?);
+        }
+        if object.is_some() {
+            return Err(PyValueError::new_err("object needs an OBJ file; load another file with trimesh"));
+        }
+        let read = py.import("supple.interchange")?.call_method1("read_with_trimesh", (path,))?;
+        return mesh_like(&read, name, None);
     }
     if object.is_some() {
         return Err(PyValueError::new_err("object needs a mesh that is read from a file; pass a path"));
@@ -162,8 +197,17 @@ pub(crate) fn mesh_like<'py>(
     if let Ok(mesh) = value.cast::<Mesh>() {
         return Ok(mesh.clone());
     }
+    // A scene of trimesh.
+    if value.getattr_opt("geometry")?.is_some() && value.hasattr("graph")? {
+        let merged = py.import("supple.interchange")?.call_method1("merged", (value,))?;
+        return mesh_like(&merged, name, None);
+    }
     match (value.getattr_opt("vertices")?, value.getattr_opt("faces")?) {
-        (Some(vertices), Some(faces)) => Bound::new(py, Mesh::new(&vertices, &faces)?),
+        (Some(vertices), Some(faces)) => {
+            let visual = py.import("supple.interchange")?.call_method1("visual", (value,))?;
+            let visual = if visual.is_none() { None } else { Some(visual.unbind()) };
+            Bound::new(py, Mesh::new(&vertices, &faces)?.with_visual(visual))
+        }
         _ => Err(wrong_type(value, name, "a supple.Mesh, a path, or an object with vertices and faces")),
     }
 }

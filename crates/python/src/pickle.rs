@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyTuple};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -54,8 +54,9 @@ pub(crate) fn loads<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, P
 /// Returns the checksum in the pickle of a `Mesh` or a `Lattice`. The pickle of a body contains it, so that a
 /// reference to another shape is an error.
 pub(crate) fn shape_checksum(shape: &Bound<'_, PyAny>) -> PyResult<[u8; CHECKSUM]> {
-    let (_, (data,)): (Bound<'_, PyAny>, (Bound<'_, PyBytes>,)) =
+    let (_, arguments): (Bound<'_, PyAny>, Bound<'_, PyTuple>) =
         shape.call_method0("__reduce__")?.extract()?;
+    let data = arguments.get_item(0)?.cast_into::<PyBytes>()?;
     Ok(*data.as_bytes().last_chunk().expect("the data ends with a checksum"))
 }
 

@@ -2,13 +2,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyTuple};
+use pyo3::types::{IntoPyDict, PyDict, PyList, PyTuple};
 use supple::{
     Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness,
     TouchingOptions,
 };
-use supple_io::frames::Format;
+use supple_io::frames::{Format, Formats};
 use supple_io::run::{
     BodyReport, Flow, Input, Job, Note, Observer, Outcome, Progress, RunError, RunReport, Softened,
     UnkeptVolume, prepare,
@@ -132,9 +133,9 @@ pub(crate) fn run<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let options = Settings::from_call(options, "run()", &KEYS, &OPTIONAL)?;
     let mut scene = open(path, &overrides)?;
-    let formats = Format::ALL.map(|format| (format.name(), format));
-    let format = options.read("format", |format, key| argument::choice(format, key, &formats))?;
-    scene.output.format = format.unwrap_or(scene.output.format);
+    if let Some(formats) = options.read("format", formats)? {
+        scene.output.format = formats;
+    }
     let simulation = &mut scene.simulation;
     simulation.frames = options.count_u32("frames", 0)?.unwrap_or(simulation.frames);
     simulation.threads = options.count("threads", 0)?.unwrap_or(simulation.threads);
@@ -152,6 +153,21 @@ pub(crate) fn run<'py>(
         return Err(raised);
     }
     run_report(py, &report.map_err(run_error)?)
+}
+
+/// Reads a format, or a list or tuple of formats.
+fn formats(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Formats> {
+    let known = Format::ALL.map(|format| (format.name(), format));
+    let is_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+    if !is_list {
+        return argument::choice(value, name, &known).map(Formats::from);
+    }
+    let mut formats = Vec::new();
+    for (index, item) in value.try_iter()?.enumerate() {
+        formats.push(argument::choice(&item?, &format!("{name}[{index}]"), &known)?);
+    }
+    Formats::new(formats)
+        .ok_or_else(|| PyValueError::new_err(format!("{name} is empty; it must have at least one format")))
 }
 
 /// Checks for Ctrl-C and calls the `progress` callback after each frame. A `KeyboardInterrupt` or an

@@ -2,7 +2,9 @@
 #![allow(dead_code, unreachable_pub, reason = "not every test program uses every item")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Body, BodyBuilder, Handle, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow};
+use supple::{
+    Body, BodyBuilder, Handle, Interpolation, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow,
+};
 
 /// A seeded random number generator (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
@@ -101,6 +103,7 @@ pub fn pull_apart(
     let key = |time, distance| Key { time, translate: along(distance), rotate: [0.0; 3] };
     let keys = vec![key(0.0, 0.0), key(1.0, distance)];
     let body = body.pin(Pin { selection: beyond(low, -1.0), window: TimeWindow::default() }).handle(Handle {
+        interpolation: Interpolation::Linear,
         selection: beyond(high, 1.0),
         keys,
         window: TimeWindow::default(),

@@ -27,7 +27,7 @@ pub(super) struct Facts {
     pub(super) threads: usize,
     pub(super) simd: String,
     pub(super) directory: String,
-    pub(super) format: &'static str,
+    pub(super) format: String,
     /// Size of all frames on disk, in bytes.
     pub(super) bytes_on_disk: u64,
     pub(super) bodies: Vec<BodyFacts>,
@@ -179,7 +179,7 @@ impl Facts {
             threads: prepared.simulation.threads(),
             simd: supple::simd_level().to_string(),
             directory: scene.output_directory().display().to_string(),
-            format: scene.output.format.name(),
+            format: scene.output.format.to_string(),
             bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
             bodies,
             colliders: scene.colliders.len(),
@@ -237,7 +237,7 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         material: MaterialFacts::new(body),
         touching: touching(scene, &body, &plan.bodies[index]),
         half_width: body.half_width(),
-        frame_bytes: source.frame_bytes(scene.output.format),
+        frame_bytes: scene.output.format.iter().map(|format| source.frame_bytes(format)).sum(),
         memory_bytes: plan.bodies[index].bytes(),
         pc2: pc2(source.points(), scene, input),
     }

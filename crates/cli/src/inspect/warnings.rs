@@ -1,7 +1,7 @@
 //! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that overlap, bodies
 //! that positions in `f32` cannot represent, and bodies that are softer than specified.
 
-use supple::{Body, Collider, Key, Shape, euler_degrees};
+use supple::{Body, Collider, Shape};
 use supple_io::run::{Prepared, Softened};
 use supple_io::scene::Scene;
 
@@ -82,8 +82,9 @@ fn spacing(value: f64) -> f64 {
 /// collider at the start.
 fn overlap(placed: &Placed<'_>, body: &Body, index: usize, collider: &Collider) -> Option<String> {
     let (mut inside, mut count, mut depth) = (0_usize, 0_usize, 0.0_f64);
+    let distance = collider.signed_distance_at(0.0).ok()?;
     for point in placed.surface_points() {
-        let point_depth = -distance_at_start(collider, point);
+        let point_depth = -distance(point);
         count += 1;
         if point_depth > TOLERANCE * body.lattice().cell_size() {
             inside += 1;
@@ -104,38 +105,6 @@ fn overlap(placed: &Placed<'_>, body: &Body, index: usize, collider: &Collider) 
     ))
 }
 
-/// Returns the signed distance of a point from a collider at time 0.
-fn distance_at_start(collider: &Collider, point: [f64; 3]) -> f64 {
-    let Key { translate, rotate, .. } = pose_at_start(&collider.keys);
-    let center = collider.shape.center();
-    let mut moved = center;
-    for axis in 0..3 {
-        moved[axis] = point[axis] - translate[axis];
-    }
-    let local = center + euler_degrees(rotate).transpose() * (moved - center);
-    collider.shape.signed_distance(local.into()).distance
-}
-
-/// Returns the pose of keyframes at time 0: linear between two keyframes, constant before the first and after
-/// the last.
-fn pose_at_start(keys: &[Key]) -> Key {
-    match keys.iter().position(|key| key.time > 0.0) {
-        None => keys.last().copied().unwrap_or_default(),
-        Some(0) => keys[0],
-        Some(after) => {
-            let (a, b) = (keys[after - 1], keys[after]);
-            let share = -a.time / (b.time - a.time);
-            let between =
-                |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|axis| a[axis] + share * (b[axis] - a[axis]));
-            Key {
-                time: 0.0,
-                translate: between(a.translate, b.translate),
-                rotate: between(a.rotate, b.rotate),
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,22 +113,5 @@ mod tests {
     fn the_spacing_of_f32_is_a_power_of_two() {
         assert_eq!([1.0, 1.9, 1000.0, 1e6].map(spacing), [-23, -23, -14, -4].map(|power| 2_f64.powi(power)));
         assert!(spacing(1e300).is_finite() && spacing(0.0) > 0.0);
-    }
-
-    #[test]
-    fn moving_colliders_have_their_pose_at_time_0() {
-        let plane = Collider::plane([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        assert_eq!(distance_at_start(&plane, [5.0, 2.0, 0.0]), 2.0);
-        let key = |time, y, angle| Key { time, translate: [0.0, y, 0.0], rotate: [0.0, 0.0, angle] };
-        for (keys, expected) in [
-            (vec![key(1.0, 0.5, 0.0), key(2.0, 9.0, 0.0)], 1.5),
-            (vec![key(-1.0, 0.0, 0.0), key(1.0, 1.0, 0.0)], 1.5),
-            (vec![key(-2.0, 7.0, 0.0), key(-1.0, 1.0, 0.0)], 1.0),
-            // A rotation by 90 degrees about z turns the normal to -x.
-            (vec![key(0.0, 0.0, 90.0)], -5.0),
-        ] {
-            let moving = Collider { keys, ..plane.clone() };
-            assert!((distance_at_start(&moving, [5.0, 2.0, 0.0]) - expected).abs() < 1e-12, "{moving:?}");
-        }
     }
 }

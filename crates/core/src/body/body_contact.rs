@@ -3,12 +3,15 @@
 use nalgebra::Vector3;
 
 use super::{Body, StepContext};
-use crate::contact::bodies::{BodyContact, BodyView, Bounds, ContactSurface, Island, SurfaceProperties};
+use crate::contact::Pressure;
+use crate::contact::bodies::{
+    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, SEARCH_DISTANCE, SurfaceProperties,
+};
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
-use crate::state::{SampleTouch, Touches};
+use crate::state::{ContactForce, ContactKey, Touches};
 use crate::volume::Limit;
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
@@ -55,13 +58,19 @@ impl Body {
 
     /// Creates or removes the data of contact with bodies.
     pub(crate) fn set_body_contact(&mut self, enabled: bool) {
+        // The touches of another simulation would name other bodies.
+        self.state.touches = Touches::default();
         if !enabled {
             self.body_contact = None;
-            self.state.touches = Touches::default();
         } else if self.body_contact.is_none() {
             self.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
+    }
+
+    /// Lets the contacts of the next step begin without impulses: the colliders are others.
+    pub(crate) fn forget_contact_forces(&mut self) {
+        self.state.touches.forget_forces();
     }
 
     /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
@@ -153,7 +162,7 @@ impl Body {
         let Some(contact) = self.body_contact.as_ref().filter(|contact| contact.has_surface()) else {
             return;
         };
-        limits.extend(self.state.touches.samples().iter().flat_map(|touch| {
+        limits.extend(self.state.touches.samples().flat_map(|touch| {
             let normal = Vector3::from(touch.normal.map(f64::from));
             let vertices = contact.surface().vertices_of(touch.sample);
             vertices.map(move |vertex| Limit { vertex, normal, clearance: 0.0 })
@@ -186,6 +195,12 @@ impl Body {
         // Pins and handles move the body, so the velocities at its contacts are those of their motion.
         self.apply_constraints(context);
         self.detect_contacts(context);
+        let is_asleep = self.is_asleep();
+        let Self { state, matching, body_contact, .. } = self;
+        if let Some(contact) = body_contact {
+            let mut distance = || state.search_distance(matching.layout.occupied(), SEARCH_DISTANCE);
+            contact.search_distance = if is_asleep { f64::INFINITY } else { distance() };
+        }
     }
 
     /// Poses the lattice `past` seconds before the end of the step, to search contacts in `region`.
@@ -201,15 +216,16 @@ impl Body {
         }
     }
 
-    /// Applies the impulses and pushes of an island, of which the body is the `member`-th one. `touches`: the samples of
-    /// the body that touch bodies.
+    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one. `index` is
+    /// that of the body.
     pub(super) fn apply_island(
         &mut self,
         context: &StepContext,
         (island, member, index): (&Island, usize, u32),
-        touches: impl Iterator<Item = SampleTouch>,
+        between_bodies: &BodyContacts,
         executor: &Executor,
     ) {
+        let was_asleep = self.is_asleep();
         self.wake_in_contact();
         let dt = context.interval.dt;
         self.add_momenta(island, index, executor);
@@ -233,14 +249,27 @@ impl Body {
         }
         state.energy_limit = None;
         self.restore_momenta(executor);
-        let state = &mut self.state;
+        let cell_mass = self.cell_mass();
+        let Self { contacts, state, .. } = self;
         let pairs = island.pairs().iter();
         let touched = pairs.flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
             sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
         });
         let touched = touched.filter(|(body, ..)| *body == index);
-        state.touches.set(touches, touched.map(|(_, component, other)| (component, other)));
+        let between = island.pairs().iter().filter(|pair| pair.bodies[0] == index);
+        let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
+        let unit = cell_mass * state.frame.cell_size() / dt;
+        let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
+        let with_colliders =
+            pressures.map(|&Pressure { collider, vertex, normal, impulse, friction, .. }| {
+                let key = ContactKey::Collider { collider, vertex };
+                ContactForce { key, force: ((normal * impulse + friction) * unit).into() }
+            });
+        let bodies = touched.map(|(_, component, other)| (component, other));
+        // The bodies that the body touched when it fell asleep, and that still sleep, are not searched in this step.
+        let keep = |other: u32| was_asleep && !between_bodies.is_pair(index, other);
+        state.touches.set(keep, between_bodies.touches(index), bodies, between.chain(with_colliders));
     }
 
     /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before they

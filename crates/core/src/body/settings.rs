@@ -4,7 +4,8 @@ use nalgebra::Point3;
 
 use super::{Body, Surface};
 use crate::dynamics::{
-    Constraint, ConstraintError, Constraints, Handle, Key, Motion, Pin, Selection, SelectionError, TimeWindow,
+    Constraint, ConstraintError, Constraints, Handle, Interpolation, Key, Motion, Pin, Selection,
+    SelectionError, TimeWindow,
 };
 use crate::error::Error;
 use crate::range::in_range;
@@ -44,19 +45,26 @@ impl Body {
     /// Replaces the keyframes of a handle, from the next step on. Keyframes are relative to the pose that the
     /// selected part had when the handle became active. A pin that gets keyframes becomes a handle.
     ///
+    /// * `interpolation`: `None` for that of the handle before; linear for a pin.
     /// * `index`: as for [`Body::release`].
     ///
     /// # Errors
     ///
     /// An index out of range, a released handle, invalid keyframes, or a displacement of more than 10^15
     /// cells.
-    pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
+    pub fn set_keys(
+        &mut self,
+        index: usize,
+        keys: &[Key],
+        interpolation: Option<Interpolation>,
+    ) -> Result<(), ConstraintError> {
         self.wake();
         let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
         let motion = Motion::new(keys.to_vec())?;
         motion.check_limit(limit)?;
-        constraints.set_motion(index, motion)
+        let before = constraints.get(index)?.interpolation();
+        constraints.set_motion(index, motion.interpolated(interpolation.or(before).unwrap_or_default()))
     }
 
     /// Returns the number of pins and handles added so far, including released ones.
@@ -95,7 +103,7 @@ impl Body {
     ///
     /// An empty or invalid selection, or an empty time window.
     pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
-        self.constrain(&pin.selection, pin.window, None)
+        self.constrain(&pin.selection, pin.window, None, Interpolation::Linear)
     }
 
     /// Adds a handle, which moves the selected part of the body along keyframes, relative to the pose that
@@ -105,7 +113,7 @@ impl Body {
     ///
     /// The errors of [`Body::pin`], invalid keyframes, or a displacement of more than 10^15 cells.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
-        self.constrain(&handle.selection, handle.window, Some(&handle.keys))
+        self.constrain(&handle.selection, handle.window, Some(&handle.keys), handle.interpolation)
     }
 
     /// Adds a handle if there are `keys`, otherwise a pin.
@@ -114,8 +122,9 @@ impl Body {
         selection: &Selection,
         window: TimeWindow,
         keys: Option<&[Key]>,
+        interpolation: Interpolation,
     ) -> Result<(), Error> {
-        let constraint = Constraint::new(self.select(selection)?, window, keys)?;
+        let constraint = Constraint::new(self.select(selection)?, window, keys)?.interpolated(interpolation);
         constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
         self.wake();
         let vertices = self.lattice.len();

@@ -6,6 +6,9 @@
 //! is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero. A
 //! component that is exactly still needs no support.
 //!
+//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second: where edges are
+//! squeezed, contacts come and go, and single vertices jump to and fro by small distances at high speeds.
+//!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body that
 //! another one touches wakes up.
 //!
@@ -16,6 +19,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{Body, StepContext};
 use crate::contact::Colliders;
+use crate::contact::bodies::BodyContact;
 use crate::dynamics::effective_gravity;
 use crate::parallel::Executor;
 use crate::state::{Interval, Rest};
@@ -57,6 +61,10 @@ impl Body {
 
     /// Wakes the body up. It falls asleep again after half a second of rest.
     pub fn wake(&mut self) {
+        if self.is_asleep() {
+            // A sleeping body keeps contacts that the bodies at them may have forgotten.
+            self.state.touches.forget_search();
+        }
         self.state.rest = Rest::default();
     }
 
@@ -104,10 +112,17 @@ impl Body {
         if !context.sleep {
             return;
         }
-        let limit = self.rest_speed(context, executor);
-        let is_at_rest = self.state.escapes.list().is_empty() && self.is_slow(limit) && self.is_supported();
+        let is_at_rest = self.state.escapes.list().is_empty()
+            && (self.is_where_it_was_searched() || self.is_slow(self.rest_speed(context, executor)))
+            && self.is_supported();
         let rest = &mut self.state.rest;
         rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
+    }
+
+    /// Returns whether the body touches others, and is where it was when these contacts were searched.
+    fn is_where_it_was_searched(&self) -> bool {
+        let is_near = |contact: &BodyContact| contact.search_distance.is_finite();
+        !self.state.touches.bodies().is_empty() && self.body_contact.as_ref().is_some_and(is_near)
     }
 
     fn fall_asleep(&mut self) {

@@ -127,7 +127,12 @@ impl Body {
     /// A state that does not match the body. The body is then unchanged.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.check_snapshot(snapshot)?;
-        self.apply_snapshot(snapshot)
+        self.apply_snapshot(snapshot)?;
+        // The other bodies may be elsewhere than when the state was saved.
+        if self.body_contact.is_some() {
+            self.state.touches.forget();
+        }
+        Ok(())
     }
 
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
@@ -150,11 +155,16 @@ impl Body {
         }
         self.measure_contact_bounds();
         // The limits of the displayed surface at touching bodies need it.
-        if !self.state.touches.samples().is_empty() {
+        if self.state.touches.samples().next().is_some() {
             self.create_contact_surface();
         }
+        let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);
+        let is_tracked =
+            constrained == snapshot.constraints.as_ref().map_or(&[][..], Constraints::constrained);
         self.constraints = snapshot.constraints.clone();
-        self.track_constraints();
+        if !is_tracked {
+            self.track_constraints();
+        }
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_displacements(&snapshot.displacements);

@@ -115,7 +115,7 @@ impl Body {
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         match part {
             BodyContactPart::InIsland { contacts, island, member, index } => {
-                self.apply_island(context, (island, *member, *index), contacts.touches(*index), executor);
+                self.apply_island(context, (island, *member, *index), contacts, executor);
                 self.finish_contacts(context);
                 self.apply_constraints(context);
             }
@@ -136,7 +136,7 @@ impl Body {
             }
         }
         if self.body_contact.is_some() && !matches!(part, BodyContactPart::InIsland { .. }) {
-            self.state.touches.set(std::iter::empty(), std::iter::empty());
+            self.state.touches.clear();
         }
         self.track_rest(context, executor);
     }
@@ -334,7 +334,7 @@ impl Body {
     /// Stores the velocities before the impacts of this step.
     pub(super) fn begin_contacts(&mut self, context: &StepContext) {
         if let Some(contact) = &mut self.body_contact {
-            contact.begin(&self.state);
+            contact.begin(&self.state, self.matching.layout.occupied());
         }
         self.begin_escapes(context);
         if let Some(contacts) = &mut self.contacts {

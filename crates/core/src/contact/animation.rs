@@ -77,6 +77,11 @@ impl MeshAnimation {
         self.interval
     }
 
+    /// Computes the positions of all vertices at a time in seconds, and replaces the contents of `positions`.
+    pub fn positions_at_time(&self, time: f64, positions: &mut Vec<Point3<f64>>) {
+        self.positions_at(self.phase(time), positions);
+    }
+
     /// Returns the time in samples, between zero and the last one.
     pub(super) fn phase(&self, time: f64) -> f64 {
         ((time - self.start) / self.interval).clamp(0.0, (self.samples() - 1) as f64)

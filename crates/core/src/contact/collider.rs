@@ -1,9 +1,11 @@
 //! Descriptions of colliders: shapes with friction, restitution and keyframes.
 
+use nalgebra::Point3;
+
 use super::collision_mesh::CollisionMesh;
 use super::fault::ColliderFault;
 use super::shape::Shape;
-use crate::dynamics::{Key, Motion, direction};
+use crate::dynamics::{Interpolation, Key, Motion, Pose, direction};
 use crate::mesh::Mesh;
 
 /// Rigid obstacle that bodies cannot enter.
@@ -22,12 +24,20 @@ pub struct Collider {
     pub restitution: f64,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,
+    /// Interpolation between the keyframes. Default: linear.
+    pub interpolation: Interpolation,
 }
 
 impl Collider {
     /// Creates a collider at rest with the default friction and restitution.
     pub fn new(shape: Shape) -> Self {
-        Self { shape, friction: 0.5, restitution: 0.0, keys: Vec::new() }
+        Self {
+            shape,
+            friction: 0.5,
+            restitution: 0.0,
+            keys: Vec::new(),
+            interpolation: Interpolation::Linear,
+        }
     }
 
     /// Creates the half space below the plane through `point`; `normal` points to the free side.
@@ -74,7 +84,21 @@ impl Collider {
     pub(super) fn validated_motion(&self) -> Result<Option<Motion>, ColliderFault> {
         self.check_numbers()?;
         let has_keys = !self.keys.is_empty();
-        Ok(has_keys.then(|| Motion::new(self.keys.clone())).transpose()?)
+        let motion = has_keys.then(|| Motion::new(self.keys.clone())).transpose()?;
+        Ok(motion.map(|motion| motion.interpolated(self.interpolation)))
+    }
+
+    /// Returns the signed distance of points from the shape at a time, as a function: see [`Shape::signed_distance`].
+    ///
+    /// # Errors
+    /// The errors of [`Collider::validate`].
+    pub fn signed_distance_at(&self, time: f64) -> Result<impl Fn([f64; 3]) -> f64, ColliderFault> {
+        let pose = self.validated_motion()?.map_or_else(Pose::identity, |motion| motion.pose(time));
+        let center = self.shape.center();
+        Ok(move |point| {
+            let local = center + pose.rotation.tr_mul(&(Point3::from(point) - center - pose.translate));
+            self.shape.signed_distance(local.into()).distance
+        })
     }
 
     fn check_numbers(&self) -> Result<(), ColliderFault> {

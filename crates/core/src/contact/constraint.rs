@@ -43,8 +43,6 @@ pub(super) struct Contact {
     pub(super) limit: f32,
     /// Coulomb friction coefficient.
     pub(super) friction: f32,
-    /// Depth of the deepest sample of the patch, in cells; negative outside the collider.
-    pub(super) depth: f32,
 }
 
 impl Contact {
@@ -71,15 +69,8 @@ impl SurfacePoint {
     ///   because this adds no energy, but not so fast that it enters the collider.
     /// * For any other point the target is 0.
     ///
-    /// `depth` is the depth of the deepest sample of the patch, in cells. `min_bounce` is the least speed of
-    /// approach that bounces, in cells per second.
-    pub(super) fn contact(
-        &self,
-        collider: &PosedCollider<'_>,
-        depth: f64,
-        dt: f64,
-        min_bounce: f64,
-    ) -> Contact {
+    /// `min_bounce` is the least speed of approach that bounces, in cells per second.
+    pub(super) fn contact(&self, collider: &PosedCollider<'_>, dt: f64, min_bounce: f64) -> Contact {
         let velocity = wide(&self.velocity);
         let nearest = || PatchSide {
             normal: collider.shape.signed_distance(&self.position).normal,
@@ -103,7 +94,6 @@ impl SurfacePoint {
             limit: approach.max(target) as f32,
             // Keeps the coefficient finite: infinity times an impulse of zero is NaN.
             friction: collider.friction.min(f64::from(f32::MAX)) as f32,
-            depth: depth as f32,
         }
     }
 }
@@ -167,6 +157,17 @@ impl ContactConstraint {
     #[inline(always)]
     pub(super) fn impulse(&self) -> Vec4 {
         self.friction_impulse + self.contact.normal * self.normal_impulse
+    }
+
+    /// Sets the impulses: the part of `impulse` along the normal, if it pushes, and the friction in the Coulomb friction
+    /// cone.
+    pub(super) fn set_impulse(&mut self, impulse: &Vec4) {
+        let Contact { normal, friction, .. } = &self.contact;
+        let along = dot(impulse, normal);
+        let tangential = impulse - normal * along;
+        self.normal_impulse = along.max(0.0);
+        let (length, limit) = (dot(&tangential, &tangential).sqrt(), friction * self.normal_impulse);
+        self.friction_impulse = if length > limit { tangential * (limit / length) } else { tangential };
     }
 
     /// Updates the impulses and returns the change of their sum.

@@ -194,6 +194,11 @@ impl Patch {
         })
     }
 
+    /// Returns the row of the nearest lattice vertex of the samples.
+    pub(super) fn nearest_row(&self) -> u32 {
+        self.rows[13]
+    }
+
     /// Returns whether at least one sample of the patch has a weight above zero. A sample exactly at the
     /// outer bound of the skin has the weight zero.
     pub(super) fn has_weight(&self) -> bool {

@@ -25,9 +25,9 @@
 //! or slip make the impulses exceed the solution, `limit_energy` scales all impulses down until they add no
 //! energy.
 //!
-//! In the code below, a *row* is not a row of the matrix A but an index into `SampleCells::vertices`, and the
-//! index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in
-//! place of velocities.
+//! In the code below, a *row* is not a row of the matrix A but the number of a vertex in the problem, as the caller counts
+//! them, and the index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in place
+//! of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, buffer_bytes};
@@ -37,13 +37,13 @@ use super::vec4::{Vec4, dot};
 ///
 /// The iteration stops after `passes` passes, or after a pass in which no velocity of a contact changes by
 /// more than the threshold. The threshold is the greater of `absolute`, and `relative` times the greatest
-/// change in the first pass.
+/// change by the impulses with which the iteration begins, or in the first pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
     /// Maximum number of passes: 1 plus a multiple of 4, so that the remaining fraction of the error is not
     /// negative.
     pub(super) passes: usize,
-    /// Threshold as a fraction of the greatest change in the first pass.
+    /// Threshold as a fraction of the greatest change at the beginning.
     pub(super) relative: f32,
     /// Threshold in the unit of the solved quantity.
     pub(super) absolute: f32,
@@ -69,8 +69,8 @@ pub(super) struct Units {
     pub(super) mobility: f32,
 }
 
-/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow if there are more contacts than
-/// before.
+/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow
+/// if there are more contacts than before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     constraints: Vec<ContactConstraint>,
@@ -142,14 +142,35 @@ impl Solver {
         self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
+    /// Sets the impulses with which [`solve`](Self::solve) begins: those of the step before, one for each contact, without
+    /// the parts that no contact can have. Contacts that were faster than `slow` before the step begin without an impulse:
+    /// that of an impact is another one in each step, and would add energy.
+    pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
+        let Self { constraints, links, changes, .. } = self;
+        for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
+            let Contact { slip_before, limit, .. } = &constraint.contact;
+            let is_fast = dot(slip_before, slip_before) + limit * limit >= slow * slow;
+            if is_fast || !impulse.iter().all(|x| x.is_finite()) {
+                continue;
+            }
+            constraint.set_impulse(impulse);
+            let impulse = constraint.impulse();
+            for link in &links[constraint.links.clone()] {
+                changes[link.vertex as usize] += impulse * link.response;
+            }
+        }
+    }
+
     /// Computes the impulses.
     pub(super) fn solve(&mut self, tolerance: Tolerance) {
         self.find_responses();
+        let begun = self.constraints.iter().map(|constraint| constraint.speed_change(&constraint.impulse()));
+        let begun = begun.fold(0.0, f32::max);
         let mut threshold = tolerance.absolute;
         for pass in 0..tolerance.passes {
             let change = self.pass(if pass % 2 == 1 { 2.0 } else { 1.0 });
             if pass == 0 {
-                threshold = threshold.max(tolerance.relative * change);
+                threshold = threshold.max(tolerance.relative * change.max(begun));
             }
             if change <= threshold {
                 break;
@@ -238,14 +259,6 @@ impl Solver {
             *constraint = ContactConstraint::new(contact, constraint.links.clone());
         }
         changes.fill(Vec4::zeros());
-    }
-
-    /// Returns, for each contact, its normal impulse and the row of one of its vertices.
-    pub(super) fn normal_impulses(&self) -> impl Iterator<Item = (f32, u32)> {
-        self.constraints.iter().map(|constraint| {
-            let vertex = self.links[constraint.links.start].vertex;
-            (constraint.normal_impulse, self.rows.list()[vertex as usize])
-        })
     }
 
     /// Computes the response of each constraint: the velocity change of its contact point if every constraint
@@ -364,6 +377,41 @@ mod tests {
             let (velocity, _) = outcome(&solver, 0);
             assert!((velocity.x - slip).abs() < 1e-5 && velocity.y.abs() < 1e-5, "{friction}: {velocity:?}");
         }
+    }
+
+    #[test]
+    fn solution_that_begins_with_the_impulses_of_the_solution_keeps_them() {
+        let slow = 10.0;
+        let problem = |solver: &mut Solver| {
+            solver.clear();
+            for row in 0..4 {
+                let contact = Contact { friction: 0.3, ..up(0.0, vector(0.4, -1.0 - row as f32, 0.0)) };
+                solver.add(contact, [(row, 0.7, 1.0), (row + 1, 0.3, 2.0)].into_iter());
+            }
+        };
+        let mut solver = Solver::new(5);
+        problem(&mut solver);
+        solver.solve(TOLERANCE);
+        let solution: Vec<Vec4> = solver.constraints.iter().map(ContactConstraint::impulse).collect();
+        assert!(solution.iter().all(|impulse| impulse.norm() > 0.1), "{solution:?}");
+        let difference = |solver: &Solver| {
+            let impulses = solver.constraints.iter().map(ContactConstraint::impulse).zip(&solution);
+            impulses.map(|(impulse, expected)| (impulse - expected).norm()).fold(0.0, f32::max)
+        };
+        // One pass finds the solution only from the solution.
+        problem(&mut solver);
+        solver.solve(ONE_PASS);
+        assert!(difference(&solver) > 0.1);
+        problem(&mut solver);
+        solver.begin_with(&solution, slow);
+        solver.solve(ONE_PASS);
+        assert!(difference(&solver) < 1e-4, "{}", difference(&solver));
+        // A contact that was fast before the step begins without an impulse.
+        problem(&mut solver);
+        solver.constraints[2].contact.limit = slow;
+        solver.begin_with(&solution, slow);
+        let begun: Vec<bool> = solver.constraints.iter().map(|c| c.impulse().norm() > 0.0).collect();
+        assert_eq!(begun, [true, true, false, true]);
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
-pub(super) const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
+const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
@@ -53,13 +53,14 @@ const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
 pub(crate) struct Pressure {
     /// Index of the collider.
     pub(crate) collider: u32,
-    /// One of the lattice vertices of the contact.
+    /// Nearest lattice vertex of the contact.
     pub(crate) vertex: u32,
     /// Normal impulse, 0 if the contact does not press on the body.
     pub(crate) impulse: f64,
     /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
     pub(crate) friction: Vector3<f64>,
-    /// Greatest depth of a sample before the impulses in cells, negative outside.
+    /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact moved
+    /// like the contact point.
     pub(crate) depth: f64,
     /// Contact point, in cells from the body's origin.
     pub(crate) point: Vector3<f64>,
@@ -229,11 +230,11 @@ impl Contacts {
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
-                let contact = point.contact(&collider, patch.deepest, step.dt, min_bounce);
+                let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
                     collider: index as u32,
-                    vertex: 0,
+                    vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
                     friction: Vector3::zeros(),
                     depth: patch.deepest,
@@ -277,24 +278,25 @@ impl Contacts {
 
     /// Stores the impulses, and pushes samples out of colliders.
     fn finish(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, solver, pressures, displacements, .. } = self;
-        for (pressure, (impulse, row)) in pressures.iter_mut().zip(solver.normal_impulses()) {
+        let Self { solver, pressures, displacements, .. } = self;
+        for (pressure, (impulse, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.impulse = f64::from(impulse);
-            pressure.vertex = samples.vertices[row as usize];
-        }
-        for (pressure, (_, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.friction = wide(&friction);
         }
-        // The greatest remaining depth in cells, if every sample of a patch moves like the contact point of the patch.
-        let depths = solver.contacts();
-        let depths = depths.map(|(contact, change)| f64::from(contact.depth) - f64::from(change) * step.dt);
-        let remaining = depths.fold(0.0, f64::max);
+        let mut remaining = 0.0_f64;
+        for (pressure, (_, change)) in pressures.iter_mut().zip(solver.contacts()) {
+            pressure.depth -= f64::from(change) * step.dt;
+            remaining = remaining.max(pressure.depth);
+        }
         for (row, change) in solver.normal_changes() {
             // The displacement plus the velocity change times the step; the two are equal.
             add_displacement(&mut displacements[row as usize], change, 2.0 * step.dt as f32);
         }
         if remaining > ALLOWED_DEPTH {
-            self.push_out(state, colliders, step);
+            let deepest = self.push_out(state, colliders, step);
+            for pressure in &mut self.pressures {
+                pressure.depth = pressure.depth.min(deepest);
+            }
         }
         self.touched.sort_unstable();
         self.touched.dedup();
@@ -310,13 +312,15 @@ impl Contacts {
         }
     }
 
-    /// Pushes samples that are still inside a collider out of it. Changes positions, but not velocities.
+    /// Pushes samples that are still inside a collider out of it. Changes positions, but not velocities. Returns the
+    /// greatest depth of a sample in cells before the last push.
     ///
     /// Few steps need a push-out. The possible causes are a body that was placed inside a collider or is
     /// constrained to be inside it, a patch that rotated about its contact point, and a penetration within
     /// the tolerance of the impulses.
-    fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
+    fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
         let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
+        let mut deepest = f64::INFINITY;
         for round in 0..PUSH_ROUNDS {
             solver.clear();
             detection.read(state.positions, &samples.slots, leaving);
@@ -338,10 +342,11 @@ impl Contacts {
                     solver.add(contact, samples.links(patch));
                 }
             }
-            if report.deepest <= ALLOWED_DEPTH {
+            deepest = report.deepest;
+            if deepest <= ALLOWED_DEPTH {
                 break;
             }
-            let is_soft = round == 0 && report.deepest <= SOFT_DEPTH;
+            let is_soft = round == 0 && deepest <= SOFT_DEPTH;
             let part = if is_soft { SOFT_PART } else { 1.0 };
             solver.solve(PUSH);
             for (row, displacement) in solver.changes() {
@@ -350,10 +355,11 @@ impl Contacts {
                 add_displacement(&mut displacements[row as usize], displacement, part as f32);
                 touched.push(row);
             }
-            if is_soft || report.deepest > PUSH_LIMIT {
+            if is_soft || deepest > PUSH_LIMIT {
                 break;
             }
         }
+        deepest
     }
 
     /// Keeps the contacts of the last step, before those of a sleeping body are searched because another body is near.

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use super::{Key, Motion, MotionError, Pose, Selection};
+use super::{Interpolation, Key, Motion, MotionError, Pose, Selection};
 use crate::state::{BodyState, Interval};
 
 /// A constraint that fixes selected lattice vertices at the positions that they have when it becomes active.
@@ -24,6 +24,8 @@ pub struct Handle {
     /// Keyframes: displacements from the captured positions, and rotations about the mean of the captured
     /// positions.
     pub keys: Vec<Key>,
+    /// Interpolation between the keyframes. Default: linear.
+    pub interpolation: Interpolation,
     /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
 }
@@ -91,6 +93,12 @@ impl Constraint {
         Ok(Self { index: 0, vertices, window, motion, capture: None, active: false })
     }
 
+    /// Returns the constraint with another interpolation between the keyframes. It changes no pin.
+    pub fn interpolated(mut self, interpolation: Interpolation) -> Self {
+        self.motion = self.motion.map(|motion| motion.interpolated(interpolation));
+        self
+    }
+
     /// Returns the index of the constraint: its position, from 0, among all constraints that were added to
     /// the body, including released ones. The index never changes.
     pub fn index(&self) -> usize {
@@ -110,6 +118,16 @@ impl Constraint {
     /// Returns the keyframes of a handle, or `None` for a pin.
     pub fn keys(&self) -> Option<&[Key]> {
         self.motion.as_ref().map(Motion::keys)
+    }
+
+    /// Returns the motion of a handle, or `None` for a pin.
+    pub(crate) fn motion(&self) -> Option<&Motion> {
+        self.motion.as_ref()
+    }
+
+    /// Returns the interpolation between the keyframes of a handle, or `None` for a pin.
+    pub fn interpolation(&self) -> Option<Interpolation> {
+        self.motion.as_ref().map(Motion::interpolation)
     }
 
     /// Returns whether the constraint was active in the last step.

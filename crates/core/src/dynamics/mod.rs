@@ -5,6 +5,7 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
 //! | `stiffness_factors` | the factors with which the stiffness varies over a body |
+//! | `interpolation` | interpolation between keyframes |
 //! | `motion` | keyframed rigid motion of handles and colliders |
 //! | `drive` | motion of a driven collider to a target pose |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
@@ -31,6 +32,7 @@ mod elastic_law;
 mod energy;
 mod forces;
 mod integration;
+mod interpolation;
 mod lowest_mode;
 mod material;
 mod momentum;
@@ -49,6 +51,7 @@ pub(crate) use elastic_law::half_width_of;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
+pub use interpolation::Interpolation;
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;
 pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};

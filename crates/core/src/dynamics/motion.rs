@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
 
+use super::interpolation::{self, Interpolation};
 use crate::state::euler_degrees;
 
 /// A keyframe of a motion: a pose at a time.
@@ -17,8 +18,8 @@ pub struct Key {
     pub rotate: [f64; 3],
 }
 
-/// A rigid motion along keyframes. It is linear in time between two keyframes, and constant before the first
-/// and after the last keyframe.
+/// A rigid motion along keyframes. It is linear in time between two keyframes unless it has another
+/// [`Interpolation`], and constant before the first and after the last keyframe.
 ///
 /// The Euler angles are interpolated, not the rotations. So the motion from 0 to 720 degrees is two full
 /// turns.
@@ -26,6 +27,7 @@ pub struct Key {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     keys: Vec<Key>,
+    interpolation: Interpolation,
 }
 
 /// Displacement and Euler angles relative to a given pose: a keyframe without its time.
@@ -107,7 +109,17 @@ impl Motion {
                 return Err(MotionError::NotIncreasing { key: index, time: key.time, previous });
             }
         }
-        Ok(Self { keys })
+        Ok(Self { keys, interpolation: Interpolation::Linear })
+    }
+
+    /// Returns the motion with another interpolation between the keyframes.
+    pub fn interpolated(self, interpolation: Interpolation) -> Self {
+        Self { interpolation, ..self }
+    }
+
+    /// Returns the interpolation between the keyframes.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
     }
 
     /// Checks that the components of each displacement have a magnitude of at most `limit`.
@@ -136,11 +148,61 @@ impl Motion {
         match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
             (Some(previous), Some(next)) => {
                 let s = (time - previous.time) / (next.time - previous.time);
-                previous.pose().lerp(&next.pose(), s)
+                match self.interpolation {
+                    Interpolation::Linear => previous.pose().lerp(&next.pose(), s),
+                    Interpolation::Smooth => previous.pose().lerp(&next.pose(), interpolation::smooth(s)),
+                    Interpolation::Cubic => self.cubic(after, s),
+                }
             }
             (Some(only), None) | (None, Some(only)) => only.pose(),
             (None, None) => EulerPose::default(),
         }
+    }
+
+    /// Returns the pose at the share `s` of the time from keyframe `next - 1` to keyframe `next`, on cubics.
+    fn cubic(&self, next: usize, s: f64) -> EulerPose {
+        let length = self.keys[next].time - self.keys[next - 1].time;
+        let value = |of: fn(&Key) -> &[f64; 3]| {
+            std::array::from_fn(|c| {
+                let slopes = [next - 1, next].map(|key| length * self.slope(key, |key| of(key)[c]));
+                interpolation::hermite(of(&self.keys[next - 1])[c], of(&self.keys[next])[c], slopes, s)
+            })
+        };
+        EulerPose { translate: value(|key| &key.translate), rotate: value(|key| &key.rotate) }
+    }
+
+    /// Returns the slope of the cubics of a coordinate at a keyframe, per second. The motion begins and ends at rest.
+    fn slope(&self, key: usize, of: impl Fn(&Key) -> f64) -> f64 {
+        let (Some(before), Some(after)) = (key.checked_sub(1), self.keys.get(key + 1)) else { return 0.0 };
+        let (before, at) = (&self.keys[before], &self.keys[key]);
+        interpolation::slope(
+            [of(at) - of(before), of(after) - of(at)],
+            [at.time - before.time, after.time - at.time],
+        )
+    }
+
+    /// Returns the greatest speed, in scene units per second, of a point at the distance `radius` from the center of
+    /// rotation; to about 1 % between cubic keyframes.
+    pub(crate) fn greatest_speed(&self, radius: f64) -> f64 {
+        let speed = |a: &EulerPose, b: &EulerPose, seconds: f64| {
+            let translation = Vector3::from(b.translate) - Vector3::from(a.translate);
+            let degrees = Vector3::from(b.rotate) - Vector3::from(a.rotate);
+            (translation.norm() + degrees.norm().to_radians() * radius) / seconds
+        };
+        let greatest = |next: usize| {
+            let (a, b) = (&self.keys[next - 1], &self.keys[next]);
+            let length = b.time - a.time;
+            match self.interpolation {
+                Interpolation::Linear => speed(&a.pose(), &b.pose(), length),
+                // The slope of 3 s² - 2 s³ is at most 3/2.
+                Interpolation::Smooth => 1.5 * speed(&a.pose(), &b.pose(), length),
+                Interpolation::Cubic => (0..16).fold(0.0, |greatest: f64, part| {
+                    let [from, to] = [part, part + 1].map(|part| self.cubic(next, f64::from(part) / 16.0));
+                    greatest.max(speed(&from, &to, length / 16.0))
+                }),
+            }
+        };
+        (1..self.keys.len()).map(greatest).fold(0.0, f64::max)
     }
 }
 

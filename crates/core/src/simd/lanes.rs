@@ -76,6 +76,11 @@ impl<const N: usize> Lanes<N> {
         self.blocks.clone_from(&other.blocks);
     }
 
+    /// Removes all blocks. Keeps the allocation.
+    pub(crate) fn clear(&mut self) {
+        self.blocks.clear();
+    }
+
     /// Returns the numbers of one slot.
     #[inline]
     pub fn get(&self, slot: u32) -> [f32; N] {
@@ -168,24 +173,49 @@ fn split(slot: u32) -> (usize, usize) {
 impl<const N: usize> serde::Serialize for Lanes<N> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let numbers = self.blocks.as_flattened().iter().flat_map(|row| row.0);
-        let bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
-        serde::Serialize::serialize(&bytes, serializer)
+        let mut bytes = Vec::with_capacity(self.bytes());
+        numbers.for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+        serializer.serialize_bytes(&bytes)
     }
 }
 
 #[cfg(feature = "serde")]
 impl<'de, const N: usize> serde::Deserialize<'de> for Lanes<N> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let bytes = <Vec<u8> as serde::Deserialize>::deserialize(deserializer)?;
+        deserializer.deserialize_bytes(BytesVisitor::<N>)
+    }
+}
+
+/// Reads the bytes of [`Lanes`], also from formats that write bytes as a list of numbers.
+#[cfg(feature = "serde")]
+struct BytesVisitor<const N: usize>;
+
+#[cfg(feature = "serde")]
+impl<'de, const N: usize> serde::de::Visitor<'de> for BytesVisitor<N> {
+    type Value = Lanes<N>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the bytes of a lattice array")
+    }
+
+    fn visit_bytes<E: serde::de::Error>(self, bytes: &[u8]) -> Result<Lanes<N>, E> {
         let (words, extra_bytes) = bytes.as_chunks::<4>();
         let (rows, extra_words) = words.as_chunks::<LANES>();
         let (blocks, extra_rows) = rows.as_chunks::<N>();
         if !(extra_bytes.is_empty() && extra_words.is_empty() && extra_rows.is_empty()) {
-            return Err(serde::de::Error::custom("a lattice array is not a whole number of blocks"));
+            return Err(E::custom("a lattice array is not a whole number of blocks"));
         }
         let number = |word: &[u8; 4]| f32::from_le_bytes(*word);
-        Ok(Self {
+        Ok(Lanes {
             blocks: blocks.iter().map(|block| block.map(|row| Row(row.map(|word| number(&word))))).collect(),
         })
+    }
+
+    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<Lanes<N>, A::Error> {
+        let mut bytes = Vec::new();
+        while let Some(byte) = list.next_element()? {
+            bytes.push(byte);
+        }
+        self.visit_bytes(&bytes)
     }
 }

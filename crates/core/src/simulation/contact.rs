@@ -132,9 +132,11 @@ impl Simulation {
                     body.prepare_body_contact(context);
                 }
             });
-            for past in contacts.looks() {
+            let view = |index: u32| bodies[index as usize].contact_view();
+            contacts.choose_searches(view, (dt, context.gravity.norm()));
+            for past in contacts.search_times() {
                 executor.for_each_indexed(bodies, |index, body| {
-                    if let Some(region) = contacts.region(index) {
+                    if let Some(region) = contacts.region_at(index, past) {
                         body.pose_for_contact(past * dt, &region);
                     }
                 });
@@ -160,11 +162,9 @@ impl Simulation {
         store_supports(bodies, contacts, supports);
         contacts.record(|body| bodies[body as usize].is_asleep(), dt);
     }
-}
 
-impl Simulation {
-    /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in scene units if
-    /// it is more than 0.1 cells of the smaller cell size. Bodies that do not touch each other
+    /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in scene
+    /// units if it is more than 0.1 cells of the smaller cell size. Bodies that do not touch each other
     /// ([`BodyBuilder::ignore`](crate::BodyBuilder::ignore)) are no pairs. Bodies that overlap at first are pushed apart.
     pub fn overlapping_bodies(&mut self) -> Vec<(usize, usize, f64)> {
         let Self { bodies, contacts, .. } = self;

@@ -288,6 +288,7 @@ impl Simulation {
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
             body.search_ways_out();
+            body.forget_contact_forces();
         }
         self.wake();
         Ok(())

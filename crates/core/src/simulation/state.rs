@@ -6,10 +6,10 @@ use crate::contact::DrivenCollider;
 use crate::error::Error;
 use crate::state::PairSupports;
 
-/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which bodies rest on each other and, for
-/// each body, a [`BodySnapshot`] with positions, velocities, rotations, origin, momenta, forces, pins and handles with
-/// their captured poses, and the settings that can change between steps. Descriptions of colliders are not included. A
-/// state can be restored in any simulation that was built with the same bodies and colliders.
+/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which
+/// bodies rest on each other and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin, momenta,
+/// forces, pins and handles with their captured poses, and the settings that can change between steps. Descriptions of
+/// colliders are not included. A state can be restored in any simulation that was built with the same bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::body::Body;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::{Key, Stiffness, half_width_of};
+use crate::dynamics::{Key, Motion, Stiffness, half_width_of};
 
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;
@@ -119,7 +119,8 @@ impl Needs {
         let (low, high) = body.bounds();
         let radius = (high - low).norm() / 2.0;
         let handles = || body.constraints().filter_map(|constraint| constraint.keys());
-        let handle_speed = handles().map(|keys| motion_speed(keys, radius)).fold(0.0, f64::max);
+        let motions = body.constraints().filter_map(|constraint| constraint.motion());
+        let handle_speed = motions.map(|motion| motion.greatest_speed(radius)).fold(0.0, f64::max);
         let lift = |key: &Key| -Vector3::from(key.translate).dot(&gravity) / gravity.norm();
         let lifted = handles().flatten().map(lift).fold(0.0, f64::max);
         let center = nalgebra::center(&low, &high);
@@ -200,15 +201,6 @@ fn collider_speed(collider: &Collider) -> f64 {
         }
         _ => 0.0,
     };
-    motion_speed(&collider.keys, radius) + deformation
-}
-
-/// Returns the largest speed of a motion, for a point at distance `radius` from the center of rotation.
-fn motion_speed(keyframes: &[Key], radius: f64) -> f64 {
-    let speed = |pair: &[Key]| {
-        let translation = Vector3::from(pair[1].translate) - Vector3::from(pair[0].translate);
-        let degrees = Vector3::from(pair[1].rotate) - Vector3::from(pair[0].rotate);
-        (translation.norm() + degrees.norm().to_radians() * radius) / (pair[1].time - pair[0].time)
-    };
-    keyframes.windows(2).map(speed).fold(0.0, f64::max)
+    let motion = Motion::new(collider.keys.clone()).map(|motion| motion.interpolated(collider.interpolation));
+    motion.map_or(0.0, |motion| motion.greatest_speed(radius)) + deformation
 }

@@ -1,4 +1,4 @@
-//! Computes rotation matrices from Euler angles in degrees. The results are bit-identical on every machine.
+//! Computes rotation matrices from Euler angles in degrees, bit-identical on every machine, and Euler angles from matrices.
 
 use nalgebra::Matrix3;
 
@@ -63,6 +63,30 @@ pub fn euler_degrees(angles: [f64; 3]) -> Matrix3<f64> {
         * Matrix3::new(1.0, 0.0, 0.0, 0.0, cx, -sx, 0.0, sx, cx)
 }
 
+/// Computes Euler angles in degrees about the *fixed* axes x, then y, then z of a rotation matrix: the inverse of
+/// [`euler_degrees`]. Of all angles of the rotation it returns those nearest to `near`, so that the angles of rotations
+/// one after another do not jump. The error is approximately 1e-13 degrees, also where the y axis turns by 90 degrees.
+pub fn euler_degrees_near(rotation: &Matrix3<f64>, near: [f64; 3]) -> [f64; 3] {
+    let r = rotation;
+    let cos_y = r.m11.hypot(r.m21);
+    // With y = 90 degrees, only the difference of x and z is determined. Rounding errors leave a cosine of about 1e-16.
+    let z = if cos_y < 1e-12 { near[2].to_radians() } else { r.m21.atan2(r.m11) };
+    let (sz, cz) = z.sin_cos();
+    // The rotation about x is what is left when the one about z is undone (Day 2012, "Extracting Euler angles from a
+    // rotation matrix"). It is accurate for every y.
+    let x = (sz * r.m13 - cz * r.m23).atan2(cz * r.m22 - sz * r.m12);
+    let y = (-r.m31).atan2(cos_y);
+    let first = [x, y, z].map(f64::to_degrees);
+    // The other rotations about x and z by half a turn more have the same matrix.
+    let second = [first[0] + 180.0, 180.0 - first[1], first[2] + 180.0];
+    let nearest = |angles: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|c| angles[c] + 360.0 * ((near[c] - angles[c]) / 360.0).round())
+    };
+    let distance = |angles: &[f64; 3]| (0..3).map(|c| (angles[c] - near[c]).abs()).sum::<f64>();
+    let [first, second] = [nearest(first), nearest(second)];
+    if distance(&second) < distance(&first) { second } else { first }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +116,32 @@ mod tests {
             assert_eq!(sin_cos_degrees(degrees), expected, "{degrees}");
         }
         assert!(sin_cos_degrees(f64::INFINITY).0.is_nan());
+    }
+
+    #[test]
+    fn euler_angles_of_a_matrix_give_the_matrix_and_are_the_nearest() {
+        let steps = [-180.0, -135.0, -90.0, -89.999_999, -30.0, 0.0, 45.0, 90.0, 90.000_001, 179.0];
+        for x in steps {
+            for y in steps {
+                for z in steps {
+                    let rotation = euler_degrees([x, y, z]);
+                    for near in [[0.0; 3], [x, y, z], [720.0 + x, y - 360.0, z + 5.0], [300.0, -200.0, 100.0]]
+                    {
+                        let angles = euler_degrees_near(&rotation, near);
+                        assert!((euler_degrees(angles) - rotation).norm() < 1e-14, "{x} {y} {z} {near:?}");
+                        // No two sets of angles are farther apart than half a turn about each axis.
+                        assert!((0..3).all(|c| (angles[c] - near[c]).abs() <= 180.0 + 1e-9));
+                    }
+                    let same = euler_degrees_near(&rotation, [x + 720.0, y, z - 360.0]);
+                    if y.abs() != 90.0 {
+                        let error = [same[0] - x - 720.0, same[1] - y, same[2] - z + 360.0];
+                        // Near y = 90 degrees the angles x and z amplify rounding errors by 1/cos(y).
+                        let limit = 1e-12 / sin_cos_degrees(y).1.abs();
+                        assert!(error.iter().all(|e| e.abs() < limit), "{x} {y} {z} {same:?}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -19,14 +19,14 @@ mod placement;
 mod supports;
 mod touches;
 
-pub use angles::{euler_degrees, sin_cos_degrees};
+pub use angles::{euler_degrees, euler_degrees_near, sin_cos_degrees};
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use supports::{Deflection, Support, Supports};
-pub(crate) use touches::{SampleTouch, Touches};
+pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, Touches};
 
 use nalgebra::{Point3, Vector3};
 
@@ -124,7 +124,7 @@ impl State {
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
         vectors_match
             && supports_match
-            && self.touches.is_valid(components)
+            && self.touches.is_valid(blocks, components)
             && self.escapes.is_valid(components)
             && rotations.blocks().len() == blocks
             && self.momenta.len() == components
@@ -133,7 +133,8 @@ impl State {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, compensation, velocities, rotations, .. } = self;
-        positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes()
+        let lanes = positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes();
+        lanes + self.touches.bytes()
     }
 
     /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the
@@ -151,6 +152,12 @@ impl State {
         }
         // The frame stores the common velocity of all vertices in f64.
         self.frame.velocity = velocity.into();
+    }
+
+    /// Returns how far the body moved since its contacts with other bodies were searched: see
+    /// [`Touches::search_distance`].
+    pub(crate) fn search_distance(&mut self, occupied: &[u8], limit: f64) -> f64 {
+        self.touches.search_distance((&self.positions, self.frame.shift), occupied, limit)
     }
 
     /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.

@@ -1,19 +1,58 @@
 //! The contacts of a body with other bodies in the last step.
 
+use nalgebra::Vector3;
+
+use crate::simd::bounds::difference_bounds;
+use crate::simd::lanes::Lanes;
+
 /// The contacts of a body with other bodies, and with itself, in the last step. Contact between bodies uses them to tell
 /// from which side a sample came.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Touches {
     /// Whether the positions were set since the last step, so that no side is known.
-    pub(crate) all_count: bool,
+    pub(crate) sides_unknown: bool,
     /// The samples that touched, in increasing order of the other body, then of the sample.
     samples: Vec<SampleTouch>,
     /// The touched bodies: pairs of connected component and body, in increasing order.
     bodies: Vec<(u32, u32)>,
+    /// The forces of the contacts, in increasing order of the keys. The next step begins with them.
+    forces: Vec<ContactForce>,
+    /// The positions in the last search.
+    searched: SearchedPositions,
 }
 
-/// A sample that touched a body.
+/// The positions of a body in the last step in which its contacts with other bodies were searched, because it had moved.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct SearchedPositions {
+    /// In cells from the origin of the body. No blocks if the next step has to search.
+    positions: Lanes<3>,
+    /// Displacement of the origin, in cells.
+    shift: [f64; 3],
+}
+
+/// The force on the body by a contact in the last step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct ContactForce {
+    pub(crate) key: ContactKey,
+    /// In scene units.
+    pub(crate) force: [f64; 3],
+}
+
+/// What a contact of one step has in common with the same contact in the next step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum ContactKey {
+    /// A contact with a collider, of the samples nearest to a lattice vertex.
+    Collider { collider: u32, vertex: u32 },
+    /// A contact of samples of the body with a connected component of another body: the point of the grid of half the
+    /// cell size that is nearest to the samples, and the dominant axis of the normal, 0..6.
+    Body { other: u32, component: u32, node: [i32; 3], axis: u8 },
+}
+
+/// A sample that touched a body in the last step, or in the last step in which the body was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SampleTouch {
@@ -21,13 +60,53 @@ pub(crate) struct SampleTouch {
     pub(crate) other: u32,
     /// Index of the sample.
     pub(crate) sample: u32,
+    /// Whether it touched in the last step.
+    pub(crate) is_touching: bool,
     /// Unit normal of the other body, in world space.
     pub(crate) normal: [f32; 3],
+    /// The point of the other body that it touches.
+    pub(crate) foot: Foot,
+}
+
+/// A point of the surface of a body that a sample of another one touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Foot {
+    pub(crate) cell: u32,
+    /// Local coordinates in the cell, in [0, 1].
+    pub(crate) local: [f32; 3],
+    /// Unit normal at rest, on the side of the sample.
+    pub(crate) normal: [f32; 3],
+    /// Distance from the surface at which a sample touches it, in cells.
+    pub(crate) shell: f32,
 }
 
 impl Default for Touches {
     fn default() -> Self {
-        Self { all_count: true, samples: Vec::new(), bodies: Vec::new() }
+        let searched = SearchedPositions::default();
+        Self { sides_unknown: true, samples: Vec::new(), bodies: Vec::new(), forces: Vec::new(), searched }
+    }
+}
+
+impl SearchedPositions {
+    /// Removes the positions, so that the next step searches.
+    fn forget(&mut self) {
+        self.positions.clear();
+        self.shift = [0.0; 3];
+    }
+
+    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since the positions were stored;
+    /// infinity if there are none.
+    fn distance(&self, positions: &Lanes<3>, shift: [f64; 3], occupied: &[u8]) -> f64 {
+        if self.positions.blocks().is_empty() {
+            return f64::INFINITY;
+        }
+        let (low, high) = difference_bounds(positions, &self.positions, occupied);
+        let greatest = |a: usize| {
+            let shift = shift[a] - self.shift[a];
+            (f64::from(low[a]) + shift).abs().max((f64::from(high[a]) + shift).abs())
+        };
+        Vector3::from_fn(|a, _| greatest(a)).norm()
     }
 }
 
@@ -39,9 +118,9 @@ impl Touches {
         &self.samples[first..end]
     }
 
-    /// Returns all touches.
-    pub(crate) fn samples(&self) -> &[SampleTouch] {
-        &self.samples
+    /// Returns the samples that touched in the last step.
+    pub(crate) fn samples(&self) -> impl Iterator<Item = &SampleTouch> {
+        self.samples.iter().filter(|touch| touch.is_touching)
     }
 
     /// Returns the touched bodies: pairs of connected component and body.
@@ -49,33 +128,160 @@ impl Touches {
         &self.bodies
     }
 
-    /// Forgets all sides: the positions were set.
-    pub(crate) fn forget(&mut self) {
-        self.all_count = true;
-        self.samples.clear();
-        self.bodies.clear();
+    /// Returns the force of a contact in the last step; zero if there was no such contact.
+    pub(crate) fn force(&self, key: ContactKey) -> Vector3<f64> {
+        let found = self.forces.binary_search_by_key(&key, |force| force.key);
+        found.map_or_else(|_| Vector3::zeros(), |index| self.forces[index].force.into())
     }
 
-    /// Replaces the touches by those of a step. `bodies`: pairs of connected component and body, in any order.
+    /// Forgets all contacts: the positions were set.
+    pub(crate) fn forget(&mut self) {
+        self.clear();
+        self.sides_unknown = true;
+    }
+
+    /// Forgets the forces: the next step begins without them.
+    pub(crate) fn forget_forces(&mut self) {
+        self.forces.clear();
+    }
+
+    /// Lets the next step search all contacts.
+    pub(crate) fn forget_search(&mut self) {
+        self.searched.forget();
+    }
+
+    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since its contacts were searched;
+    /// infinity if that is more than `limit`, so that they have to be searched. The positions are then stored as the searched
+    /// ones. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied` has the bit mask of the
+    /// lanes with a vertex, for each block.
+    pub(super) fn search_distance(
+        &mut self,
+        (positions, shift): (&Lanes<3>, [f64; 3]),
+        occupied: &[u8],
+        limit: f64,
+    ) -> f64 {
+        let distance = self.searched.distance(positions, shift, occupied);
+        if distance <= limit {
+            return distance;
+        }
+        self.searched.positions.copy_from(positions);
+        self.searched.shift = shift;
+        f64::INFINITY
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let Self { samples, bodies, forces, searched, .. } = self;
+        let lists = size_of_val(&**samples) + size_of_val(&**bodies) + size_of_val(&**forces);
+        lists + searched.positions.bytes()
+    }
+
+    /// Removes all contacts: nothing touches.
+    pub(crate) fn clear(&mut self) {
+        self.searched.forget();
+        self.remove_all();
+    }
+
+    fn remove_all(&mut self) {
+        self.sides_unknown = false;
+        self.samples.clear();
+        self.bodies.clear();
+        self.forces.clear();
+    }
+
+    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects. `bodies`:
+    /// pairs of connected component and body.
     pub(crate) fn set(
         &mut self,
+        keep: impl Fn(u32) -> bool,
         samples: impl Iterator<Item = SampleTouch>,
         bodies: impl Iterator<Item = (u32, u32)>,
+        forces: impl Iterator<Item = ContactForce>,
     ) {
-        self.all_count = false;
-        self.samples.clear();
+        self.sides_unknown = false;
+        self.samples.retain(|touch| keep(touch.other));
+        self.bodies.retain(|(_, other)| keep(*other));
+        self.forces.retain(|force| matches!(force.key, ContactKey::Body { other, .. } if keep(other)));
         self.samples.extend(samples);
         self.samples.sort_unstable_by_key(|touch| (touch.other, touch.sample));
-        self.bodies.clear();
         self.bodies.extend(bodies);
         self.bodies.sort_unstable();
         self.bodies.dedup();
+        self.forces.extend(forces);
+        self.forces.sort_unstable_by_key(|force| force.key);
     }
 
-    /// Returns whether the touches can belong to a body with this number of connected components.
-    pub(super) fn is_valid(&self, components: usize) -> bool {
-        let sorted = self.samples.is_sorted_by_key(|touch| (touch.other, touch.sample));
-        let is_finite = self.samples.iter().all(|touch| touch.normal.iter().all(|x| x.is_finite()));
-        sorted && is_finite && self.bodies.iter().all(|(component, _)| (*component as usize) < components)
+    /// Returns whether the touches can belong to a body with this number of blocks of positions and connected components.
+    pub(super) fn is_valid(&self, blocks: usize, components: usize) -> bool {
+        let sorted = self.samples.is_sorted_by_key(|touch| (touch.other, touch.sample))
+            && self.forces.is_sorted_by_key(|force| force.key);
+        let is_valid_touch = |touch: &SampleTouch| {
+            let Foot { local, normal, shell, .. } = touch.foot;
+            let is_unit = |vector: [f32; 3]| (0.5..2.0).contains(&Vector3::from(vector).norm());
+            let is_inside = local.iter().all(|u| (0.0..=1.0).contains(u)) && (0.0..=1.0).contains(&shell);
+            is_inside && is_unit(touch.normal) && is_unit(normal)
+        };
+        let are_valid = self.samples.iter().all(is_valid_touch)
+            && self.forces.iter().all(|force| force.force.iter().all(|x| x.is_finite()));
+        let searched = self.searched.positions.blocks().len();
+        sorted
+            && are_valid
+            && (searched == 0 || searched == blocks)
+            && self.bodies.iter().all(|(component, _)| (*component as usize) < components)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(other: u32, sample: u32) -> SampleTouch {
+        let foot = Foot { cell: 0, local: [0.5; 3], normal: [0.0, 1.0, 0.0], shell: 0.0 };
+        SampleTouch { other, sample, is_touching: true, normal: [0.0, 1.0, 0.0], foot }
+    }
+
+    fn force(other: u32) -> ContactForce {
+        let key = ContactKey::Body { other, component: 0, node: [0; 3], axis: 1 };
+        ContactForce { key, force: [0.0, f64::from(other), 0.0] }
+    }
+
+    #[test]
+    fn touches_of_kept_bodies_remain_and_those_of_other_bodies_are_replaced() {
+        let none = |_: u32| false;
+        let mut touches = Touches::default();
+        let samples = [touch(7, 3), touch(2, 5), touch(2, 1)].into_iter();
+        touches.set(none, samples, [(0, 2), (0, 7)].into_iter(), [force(7), force(2)].into_iter());
+        assert!(touches.is_valid(0, 1));
+        // The next step finds body 4, does not search body 7, and no longer touches body 2.
+        touches.set(
+            |other| other == 7,
+            [touch(4, 9)].into_iter(),
+            [(0, 4)].into_iter(),
+            [force(4)].into_iter(),
+        );
+        assert!(touches.is_valid(0, 1));
+        let samples: Vec<_> = touches.samples().map(|touch| (touch.other, touch.sample)).collect();
+        assert_eq!(samples, [(4, 9), (7, 3)]);
+        assert_eq!(touches.bodies(), [(0, 4), (0, 7)]);
+        let forces = [2, 4, 7].map(|other| touches.force(force(other).key).y);
+        assert_eq!(forces, [0.0, 4.0, 7.0]);
+        touches.set(none, std::iter::empty(), std::iter::empty(), std::iter::empty());
+        assert_eq!(touches.samples().count() + touches.bodies().len(), 0);
+    }
+
+    #[test]
+    fn invalid_touches_are_found() {
+        let valid = |change: fn(&mut SampleTouch)| {
+            let mut touch = touch(1, 2);
+            change(&mut touch);
+            let mut touches = Touches::default();
+            touches.set(|_| false, [touch].into_iter(), std::iter::empty(), std::iter::empty());
+            touches.is_valid(0, 1)
+        };
+        assert!(valid(|_| {}));
+        assert!(!valid(|touch| touch.foot.local[1] = 1.5));
+        assert!(!valid(|touch| touch.foot.normal = [f32::NAN, 0.0, 0.0]));
+        assert!(!valid(|touch| touch.normal = [0.0; 3]));
+        assert!(!valid(|touch| touch.foot.shell = f32::INFINITY));
     }
 }

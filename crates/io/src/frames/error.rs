@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::Format;
 use crate::escape::Escaped;
 
 /// Error of writing the frames of a body.
@@ -63,14 +64,34 @@ pub enum OutputError {
         /// Index of the vertex, from 0.
         vertex: usize,
     },
-    /// A point cache cannot be continued.
+    /// The format has one file for all bodies of a run, and a [`FrameWriter`](super::FrameWriter) writes one body.
+    #[error(
+        "a frame writer writes one body, and {format} has one file for all bodies of a run: run a job instead"
+    )]
+    NotPerBody {
+        /// The format.
+        format: Format,
+    },
+    /// The name of a recording has another extension than the formats that contain all bodies.
+    #[error("{}: the name of a recording ends in .usd or .html", Escaped(.path.display()))]
+    NoRecording {
+        /// The name.
+        path: PathBuf,
+    },
+    /// A body without a mesh cannot be recorded.
+    #[error("body `{}` is a bare lattice, and recordings show meshes: build the body from a mesh", Escaped(.body))]
+    NoMesh {
+        /// Name of the body.
+        body: String,
+    },
+    /// A point cache, a stage or a page cannot be continued.
     #[error(
         "cannot continue {}: {}; write the sequence again from its first frame",
         Escaped(.path.display()),
         Escaped(.reason)
     )]
     Cache {
-        /// Point cache file.
+        /// Point cache, stage, page or its data.
         path: PathBuf,
         /// Reason, a clause of the message.
         reason: String,
@@ -80,11 +101,28 @@ pub enum OutputError {
 impl OutputError {
     /// Returns whether the cause is the input of the writer. In this case nothing was written.
     pub fn is_input(&self) -> bool {
-        matches!(self, Self::OverwritesInput { .. } | Self::NameTooLong { .. } | Self::Link { .. })
+        matches!(
+            self,
+            Self::OverwritesInput { .. }
+                | Self::NameTooLong { .. }
+                | Self::Link { .. }
+                | Self::NotPerBody { .. }
+                | Self::NoRecording { .. }
+                | Self::NoMesh { .. }
+        )
     }
 
     /// Returns a function for `map_err` that adds the attempted `action` and its `path` to an I/O error.
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// Returns an error if a position of frame `frame` is not finite.
+pub(super) fn check_finite(frame: u64, positions: &[[f32; 3]]) -> Result<(), OutputError> {
+    let is_finite = |point: &[f32; 3]| point.iter().all(|number| number.is_finite());
+    match positions.iter().position(|point| !is_finite(point)) {
+        Some(vertex) => Err(OutputError::NotFinite { frame, vertex }),
+        None => Ok(()),
     }
 }

@@ -1,6 +1,6 @@
 //! Lists the files of sequences in a directory, and checks that frames do not replace inputs.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::sequence::FileName;
 use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path};
 
-/// The files in a directory that belong to sequences with this directory and one format.
+/// The files in a directory that belong to sequences with this directory.
 #[derive(Debug, Default)]
 pub(crate) struct Listing {
     /// Files of each sequence, sorted by path.
@@ -30,33 +30,34 @@ impl Drop for SetAside {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ListedFile {
     pub(super) path: PathBuf,
-    /// Number of the frame; `None` for a point cache.
+    /// Number of the frame; `None` for a file with all frames.
     pub(super) frame: Option<u64>,
     /// Whether the name ends in `.part`.
     pub(super) is_part: bool,
 }
 
 impl Listing {
-    /// Lists the directory of `sequences` once. All sequences have the same directory and format.
+    /// Lists the directory of `sequences` once. All sequences have the same directory.
     pub(crate) fn read(sequences: &[Sequence]) -> Result<Self, OutputError> {
         let mut files = vec![Vec::new(); sequences.len()];
-        let Some(Sequence { directory, format, .. }) = sequences.first() else { return Ok(Self::default()) };
+        let Some(Sequence { directory, .. }) = sequences.first() else { return Ok(Self::default()) };
         let entries = match fs::read_dir(directory) {
             Ok(entries) => entries,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self { files }),
             Err(error) => return Err(OutputError::io("read", directory)(error)),
         };
-        let indices: HashMap<&str, usize> =
-            sequences.iter().enumerate().map(|(index, sequence)| (&*sequence.name, index)).collect();
+        let indexed = sequences.iter().enumerate();
+        let indices: HashMap<(Format, &str), usize> =
+            indexed.map(|(index, sequence)| ((sequence.format, &*sequence.name), index)).collect();
+        let formats = formats(sequences);
         for entry in entries {
             let name = entry.map_err(OutputError::io("read", directory))?.file_name();
-            let Some(FileName { body, frame, is_part }) =
-                name.to_str().and_then(|name| FileName::parse(name, *format))
-            else {
-                continue;
-            };
-            if let Some(&index) = indices.get(body) {
-                files[index].push(ListedFile { path: directory.join(&name), frame, is_part });
+            let Some(text) = name.to_str() else { continue };
+            for &format in &formats {
+                let Some(FileName { body, frame, is_part }) = FileName::parse(text, format) else { continue };
+                if let Some(&index) = indices.get(&(format, body)) {
+                    files[index].push(ListedFile { path: directory.join(&name), frame, is_part });
+                }
             }
         }
         files.iter_mut().for_each(|files| files.sort());
@@ -100,7 +101,8 @@ impl Listing {
         self.files.into_iter().flatten().try_for_each(|file| remove(&file.path))
     }
 
-    /// Removes incomplete files, except incomplete point caches, which can be continued.
+    /// Removes incomplete frames. Incomplete files with all frames stay: point caches and stages can be continued, and the next
+    /// page replaces an incomplete one.
     pub(crate) fn remove_parts(&self) -> Result<(), OutputError> {
         let parts = self.files.iter().flatten().filter(|file| file.is_part && file.frame.is_some());
         parts.map(|file| &file.path).try_for_each(|path| remove(path))
@@ -112,9 +114,9 @@ fn remove(path: &Path) -> Result<(), OutputError> {
 }
 
 impl Sequence {
-    /// Returns the files in the directory that belong to a sequence of this name and format with any number
-    /// of frames, sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>`
-    /// (four digits or more) or `NAME.pc2`. Incomplete files, with `.part` appended, are included.
+    /// Returns the files in the directory that belong to a sequence of this name and format with any number of frames,
+    /// sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>` (four digits or more),
+    /// `NAME.pc2`, `NAME.usd` or `NAME.html`. Incomplete files, with `.part` appended, and the data of pages are included.
     ///
     /// # Errors
     /// If the directory exists but cannot be read.
@@ -132,22 +134,36 @@ impl Sequence {
     }
 }
 
-/// Returns an error if frames of `sequences`, which have the same directory and format, would replace one of
+/// Returns the formats of sequences, each once.
+fn formats(sequences: &[Sequence]) -> Vec<Format> {
+    let mut formats = Vec::new();
+    for sequence in sequences {
+        if !formats.contains(&sequence.format) {
+            formats.push(sequence.format);
+        }
+    }
+    formats
+}
+
+/// Returns an error if frames of `sequences`, which have the same directory, would replace one of
 /// `inputs`, if it would be removed as an older frame, or if it is the file `other` of the directory.
 pub(crate) fn check_inputs<'a>(
     sequences: &[Sequence],
     other: &[&str],
     inputs: impl Iterator<Item = &'a Path>,
 ) -> Result<(), OutputError> {
-    let Some(Sequence { directory, format, .. }) = sequences.first() else { return Ok(()) };
+    let Some(Sequence { directory, .. }) = sequences.first() else { return Ok(()) };
     // If the directory is missing, no input is in it.
     let Ok(directory) = fs::canonicalize(directory) else { return Ok(()) };
-    let bodies: BTreeSet<&str> = sequences.iter().map(|sequence| &*sequence.name).collect();
+    let names: HashSet<(Format, &str)> =
+        sequences.iter().map(|sequence| (sequence.format, &*sequence.name)).collect();
+    let formats = formats(sequences);
     let is_output = |name: &str| {
-        let is_frame =
-            |format: Format| FileName::parse(name, format).is_some_and(|file| bodies.contains(file.body));
+        let is_frame = |format: &Format| {
+            FileName::parse(name, *format).is_some_and(|file| names.contains(&(*format, file.body)))
+        };
         let is_other = |other: &&str| name == *other || part_path(Path::new(other)).as_os_str() == name;
-        is_frame(*format) || other.iter().any(is_other)
+        formats.iter().any(is_frame) || other.iter().any(is_other)
     };
     let mut in_directory: HashMap<PathBuf, bool> = HashMap::new();
     for input in inputs.collect::<BTreeSet<_>>() {

@@ -5,6 +5,8 @@
 //! | [`Format::Obj`] | `NAME_0000.obj`, ... | the bytes of the input file, with new positions and normals |
 //! | [`Format::Ply`] | `NAME_0000.ply`, ... | positions, vertex normals and faces, binary little endian |
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: positions of all frames, in input vertex order |
+//! | [`Format::Usd`] | `supple.usd` | a USD stage with all bodies and frames of a run |
+//! | [`Format::Html`] | `supple.html` | a page for browsers, with all bodies and frames of a run |
 //!
 //! A [`Sequence`] names the files, and a [`FrameWriter`] writes them from positions and a [`Source`], the
 //! input of the body. The writer uses one of four modules:
@@ -14,6 +16,8 @@
 //! * `ply`;
 //! * `pc2`.
 //!
+//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of their own until the run ends.
+//!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`).
 //!
@@ -21,11 +25,14 @@
 //! file with a final name is therefore always complete.
 
 mod error;
+mod format;
 mod library_path;
 mod listing;
 mod normal_transform;
 mod number;
 mod obj;
+mod page;
+mod page_data;
 mod pc2;
 mod plain;
 mod ply;
@@ -33,14 +40,17 @@ mod present;
 mod read_pc2;
 mod record;
 mod sequence;
+mod stage;
 mod writer;
 
 pub use error::OutputError;
+pub use format::{Format, Formats, UnknownFormat};
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
-pub(crate) use pc2::{check_link as check_cache_link, finish as finish_cache};
-pub(crate) use present::{Present, Renames, check};
+pub(crate) use page::PageWriter;
+pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
-pub use sequence::{Format, Sequence, UnknownFormat};
+pub use sequence::Sequence;
+pub(crate) use stage::{StageWriter, is_complete};
 pub use writer::{FrameWriter, Source};

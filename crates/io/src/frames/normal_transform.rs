@@ -87,6 +87,11 @@ impl NormalTransform {
         }
     }
 
+    /// Returns the number of `vn` in the file.
+    pub(super) fn len(&self) -> usize {
+        self.input.len()
+    }
+
     /// Returns whether a corner of the part uses `vn` number `normal`, counted from 0. Frames keep the lines
     /// of unused `vn` unchanged.
     #[inline]

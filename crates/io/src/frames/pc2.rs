@@ -19,9 +19,9 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::record::{Compare, Record};
-use super::{Format, OutputError, Sequence};
+use super::{OutputError, Sequence};
 use crate::count::counted;
-use crate::file::{create_part, is_link, part_path};
+use crate::file::{create_part, part_path};
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
 /// Size of the header, in bytes.
@@ -51,8 +51,8 @@ impl PointCache {
     /// Changes nothing if the cache cannot be continued.
     pub(super) fn resume(sequence: &Sequence, points: u32, samples: u64) -> Result<Self, OutputError> {
         let path = sequence.path(0);
-        let existing = existing(sequence);
-        check_link(sequence)?;
+        let existing = sequence.continued_path();
+        sequence.check_continued_path()?;
         if let Some(reason) = problem(sequence, points, samples)? {
             return Err(OutputError::Cache { path, reason });
         }
@@ -111,26 +111,10 @@ impl PointCache {
     }
 }
 
-/// Returns the path of an existing cache: of the unfinished one, or else of the finished one.
-fn existing(sequence: &Sequence) -> PathBuf {
-    let path = sequence.path(0);
-    let part = part_path(&path);
-    if part.symlink_metadata().is_ok() { part } else { path }
-}
-
-/// Returns an error if an existing cache is a link, which would have to be followed to continue the cache.
-pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
-    let path = existing(sequence);
-    if sequence.format == Format::Pc2 && is_link(&path) {
-        return Err(OutputError::Link { path });
-    }
-    Ok(())
-}
-
 /// Returns why an existing cache cannot be continued after `samples` samples of `points` points; `None` if it
 /// can.
 fn problem(sequence: &Sequence, points: u32, samples: u64) -> Result<Option<String>, OutputError> {
-    let path = existing(sequence);
+    let path = sequence.continued_path();
     let failed = |error| OutputError::io("read", &path)(error);
     let mut file = match File::open(&path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Some("it is missing".to_owned())),
@@ -163,7 +147,7 @@ pub(super) fn check(
     compare: Compare,
 ) -> Result<Option<String>, OutputError> {
     let Some(first) = records.first() else { return Ok(None) };
-    let path = existing(sequence);
+    let path = sequence.continued_path();
     let text = path.display();
     if let Some(reason) = problem(sequence, points(first), records.len() as u64)? {
         return Ok(Some(format!("cannot continue {text}: {reason}")));
@@ -183,9 +167,9 @@ pub(super) fn check(
 }
 
 /// Gives an unfinished cache that has all frames its final name, and removes the samples after `records`.
-pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
     match records.first() {
-        Some(first) if existing(sequence) != sequence.path(0) => {
+        Some(first) if sequence.continued_path() != sequence.path(0) => {
             PointCache::resume(sequence, points(first), records.len() as u64)?.finish()
         }
         _ => Ok(()),

@@ -1,4 +1,4 @@
-//! Compares the frames on disk with the records of an earlier run.
+//! Compares the frames on disk with the records of an earlier run, and completes files with all frames.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::listing::{ListedFile, Listing};
 use super::record::{Compare, Record};
-use super::{Format, OutputError, Sequence, pc2};
+use super::{Format, OutputError, Sequence, page, pc2, stage};
 
 /// Result of comparing the frames on disk with their records.
 #[derive(Debug)]
@@ -42,6 +42,8 @@ pub(crate) fn check(
     for (index, (sequence, records)) in sequences.iter().zip(records).enumerate() {
         let problem = match sequence.format {
             Format::Pc2 => pc2::check(sequence, records, compare)?,
+            Format::Usd => stage::check(sequence, records, compare)?,
+            Format::Html => page::check(sequence, records, compare)?,
             Format::Obj | Format::Ply => {
                 check_files(listing.files(index), sequence, records, compare, &mut renames)?
             }
@@ -51,6 +53,25 @@ pub(crate) fn check(
         }
     }
     Ok(Present::All(renames))
+}
+
+/// Gives the unfinished file of a sequence that has all frames its final form and name, without the frames after
+/// `records`. A USD stage needs the simulation for this; see [`is_complete`](super::is_complete).
+pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+    match sequence.format {
+        Format::Pc2 => pc2::finish(sequence, records),
+        Format::Html => page::finish(sequence, records),
+        Format::Usd | Format::Obj | Format::Ply => Ok(()),
+    }
+}
+
+/// Returns an error if the existing file of a sequence is a link, which would have to be followed to continue it.
+pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    match sequence.format {
+        Format::Pc2 | Format::Usd => sequence.check_continued_path(),
+        Format::Html => page::check_link(sequence),
+        Format::Obj | Format::Ply => Ok(()),
+    }
 }
 
 /// Checks the frames of a sequence with one file per frame. Returns the first problem, and appends the frames

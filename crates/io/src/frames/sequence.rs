@@ -1,79 +1,22 @@
-//! Defines the files of a frame sequence: formats and names.
+//! Defines the files of a frame sequence: their names.
 
-use std::fmt;
 use std::path::PathBuf;
-use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use super::{Format, OutputError};
+use crate::file::{PART, is_link, part_path};
 
-use super::OutputError;
-use crate::file::{PART, part_path};
+/// Suffix of the file with the data of a page that is not written yet.
+pub(super) const PAGE_DATA: &str = ".data";
 
 /// Length of the longest file name that common file systems allow, in bytes.
 const MAX_NAME: usize = 255;
 
-/// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Format {
-    /// Wavefront OBJ, one file per frame: the input with new positions and normals. The default.
-    #[default]
-    Obj,
-    /// PLY, binary little endian, one file per frame. Faces are polygons if all have the same number of
-    /// corners, otherwise triangles, because many readers require lists of equal length.
-    Ply,
-    /// Point Cache 2, one file per body.
-    ///
-    /// The program that loads the cache applies it to the *input* mesh. The points of the cache are all `v`
-    /// of the OBJ file in file order, including unused ones. Load the input without reordering, merging or
-    /// splitting vertices. The positions are in world space, in the axes of the scene. A program that rotates
-    /// the input on import (y up to z up) must rotate the cache in the same way.
-    Pc2,
-}
-
-impl Format {
-    /// All formats.
-    pub const ALL: [Self; 3] = [Self::Obj, Self::Ply, Self::Pc2];
-
-    /// Returns the name, which is also the file extension.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Obj => "obj",
-            Self::Ply => "ply",
-            Self::Pc2 => "pc2",
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// Error: no [`Format`] has this name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown format `{0}`: it must be obj, ply or pc2")]
-pub struct UnknownFormat(pub String);
-
-impl FromStr for Format {
-    type Err = UnknownFormat;
-
-    fn from_str(name: &str) -> Result<Self, UnknownFormat> {
-        Self::ALL
-            .into_iter()
-            .find(|format| format.name() == name)
-            .ok_or_else(|| UnknownFormat(name.to_owned()))
-    }
-}
-
-/// The files of one body: directory, names, format and frame numbers.
+/// The files of one body, or of a run: directory, names, format and frame numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sequence {
     /// Directory of the files. It is created if it is missing.
     pub directory: PathBuf,
-    /// Name of the body. File names start with it.
+    /// Name of the body, or of the stage or the page of a run. File names start with it.
     pub name: String,
     /// Format of the files.
     pub format: Format,
@@ -86,15 +29,33 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache has one path for all frames,
-    /// `NAME.pc2`.
+    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache, a stage and a page have one path for all
+    /// frames: `NAME.pc2`, `NAME.usd`, `NAME.html`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
         self.directory.join(match format {
-            Format::Pc2 => format!("{name}.{format}"),
+            Format::Pc2 | Format::Usd | Format::Html => format!("{name}.{format}"),
             Format::Obj | Format::Ply => format!("{name}_{frame:0width$}.{format}"),
         })
+    }
+
+    /// Returns the path of the file of a point cache or a stage that a run continues: of the unfinished one if there is
+    /// one, or else of the finished one.
+    pub(super) fn continued_path(&self) -> PathBuf {
+        let path = self.path(0);
+        let part = part_path(&path);
+        if part.symlink_metadata().is_ok() { part } else { path }
+    }
+
+    /// Returns an error if the file at [`continued_path`](Self::continued_path) is a link, which would have to be
+    /// followed.
+    pub(super) fn check_continued_path(&self) -> Result<(), OutputError> {
+        let path = self.continued_path();
+        if is_link(&path) {
+            return Err(OutputError::Link { path });
+        }
+        Ok(())
     }
 
     /// Returns how many frames are written before frame number `frame`.
@@ -109,7 +70,7 @@ impl Sequence {
 
     /// Returns an error if the name of a file of the sequence would be longer than file systems allow.
     pub(crate) fn check_length(&self) -> Result<(), OutputError> {
-        // The name of the last frame is the longest. While it is written, `.part` is appended.
+        // The name of the last frame is the longest. While it is written, a suffix of five bytes is appended.
         let path = part_path(&self.path(self.last));
         let length = path.file_name().map_or(0, |name| name.len());
         if length > MAX_NAME {
@@ -124,20 +85,22 @@ impl Sequence {
 pub(super) struct FileName<'a> {
     /// Name of the body.
     pub(super) body: &'a str,
-    /// Number of the frame; `None` for a point cache, and for a number of more than 19 digits.
+    /// Number of the frame; `None` for a file with all frames, and for a number of more than 19 digits.
     pub(super) frame: Option<u64>,
     /// Whether the name ends in `.part`.
     pub(super) is_part: bool,
 }
 
 impl<'a> FileName<'a> {
-    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, or `BODY.pc2`, both also
-    /// with `.part` appended. Returns `None` for other names.
+    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, `BODY.pc2`, `BODY.usd` or `BODY.html`,
+    /// all also with `.part` appended, or `BODY.html.data`. Returns `None` for other names.
     pub(super) fn parse(name: &'a str, format: Format) -> Option<Self> {
         let stem = name.strip_suffix(PART);
         let is_part = stem.is_some();
-        let stem = stem.unwrap_or(name).strip_suffix(format.name())?.strip_suffix('.')?;
-        if format == Format::Pc2 {
+        let stem = stem.unwrap_or(name);
+        let stem = if format == Format::Html { stem.strip_suffix(PAGE_DATA).unwrap_or(stem) } else { stem };
+        let stem = stem.strip_suffix(format.name())?.strip_suffix('.')?;
+        if format.is_per_sequence() {
             return Some(Self { body: stem, frame: None, is_part });
         }
         let (body, digits) = stem.rsplit_once('_')?;

@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 use std::fs;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::error::check_finite;
 use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
 use super::pc2::PointCache;
@@ -46,7 +47,8 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the size of a frame on disk, in bytes. The size is approximate for OBJ and exact otherwise.
+    /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
+    /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them; in the page they are compressed.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         match (format, self) {
             (Format::Pc2, _) => 12 * self.points() as u64,
@@ -59,6 +61,9 @@ impl Source<'_> {
                 (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
             }
             (Format::Obj, Self::Document(document, _)) => document.bytes().len() as u64,
+            // The points and their bounds.
+            (Format::Usd, _) => 12 * self.mesh().vertices().len() as u64 + 48,
+            (Format::Html, _) => 6 * self.mesh().vertices().len() as u64,
         }
     }
 }
@@ -99,7 +104,7 @@ impl FrameWriter {
     ///
     /// # Errors
     /// If the directory cannot be created or read, older frames cannot be removed, or a frame would replace
-    /// the input of `source`.
+    /// the input of `source`. Also for a format with one file per run.
     pub fn create(sequence: Sequence, source: Source<'_>) -> Result<Self, OutputError> {
         let existing = Self::prepare(&sequence, source)?;
         existing.remove_all()?;
@@ -121,6 +126,10 @@ impl FrameWriter {
     /// Creates the directory, checks that no input is replaced, and lists the existing files of the sequence.
     fn prepare(sequence: &Sequence, source: Source<'_>) -> Result<Listing, OutputError> {
         sequence.check_length()?;
+        let format = sequence.format;
+        if format.is_per_run() {
+            return Err(OutputError::NotPerBody { format });
+        }
         let directory = &sequence.directory;
         fs::create_dir_all(directory).map_err(OutputError::io("create", directory))?;
         let sequence = std::slice::from_ref(sequence);
@@ -144,6 +153,7 @@ impl FrameWriter {
                 Kind::Obj(Box::new(ObjTemplate::new(document, part, directory)))
             }
             (Format::Ply, source) => Kind::Ply(Ply::new(source.mesh())),
+            (format @ (Format::Usd | Format::Html), _) => return Err(OutputError::NotPerBody { format }),
             (Format::Pc2, source) => {
                 let points = CachedPoints::new(source);
                 let count = points.points.len() as u32;
@@ -203,11 +213,7 @@ impl FrameWriter {
         normals: &[[f32; 3]],
     ) -> Result<Record, OutputError> {
         assert_eq!(positions.len(), self.vertices, "there is one position per mesh vertex");
-        if let Some(vertex) =
-            positions.iter().position(|point| point.iter().any(|number| !number.is_finite()))
-        {
-            return Err(OutputError::NotFinite { frame, vertex });
-        }
+        check_finite(frame, positions)?;
         self.buffer.clear();
         let path = self.sequence.path(frame);
         let record = match &mut self.kind {
@@ -234,10 +240,13 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers` wrote so far are on disk. Their names are on disk
-    /// when the directory is synchronized too.
-    pub(crate) fn sync_all(writers: &mut [Self]) -> Result<(), OutputError> {
-        let mut paths = Vec::new();
+    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on disk. Their names are on
+    /// disk when the directory is synchronized too.
+    pub(crate) fn sync_all<'a>(
+        writers: impl Iterator<Item = &'a mut Self>,
+        others: impl Iterator<Item = PathBuf>,
+    ) -> Result<(), OutputError> {
+        let mut paths: Vec<PathBuf> = others.collect();
         for Self { sequence, kind, unsynced, .. } in writers {
             match kind {
                 Kind::Cache(cache, _) => paths.push(cache.part_path()),

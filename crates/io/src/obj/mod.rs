@@ -5,18 +5,21 @@
 //! bytes -> lines: statements, words -> parse, with numbers, corner, groups -> Document -> Part: mesh of a body
 //! ```
 //!
-//! The file is parsed in one pass. The parser accepts polygons of any size, texture coordinates, normals,
+//! The file is parsed in one pass. Texture coordinates and materials are read by further passes (`appearance`,
+//! `material`) if a format needs them. The parser accepts polygons of any size, texture coordinates, normals,
 //! several objects and groups, negative indices, vertex colors, a fourth coordinate, LF, CR or CRLF line
 //! ends, continued lines, names with spaces, bytes that are not UTF-8, and unknown statements. Tests compare
 //! the result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte
 //! ranges.
 
+mod appearance;
 mod corner;
 mod document;
 mod error;
 mod groups;
 mod library;
 mod lines;
+mod material;
 mod numbers;
 mod parse;
 mod part;
@@ -27,6 +30,7 @@ pub use document::Document;
 pub use error::{ObjError, ObjProblem};
 pub use groups::Group;
 pub use library::Library;
+pub(crate) use material::MaterialColor;
 pub use parse::IgnoredStatement;
 pub use part::Part;
 

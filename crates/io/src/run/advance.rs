@@ -9,18 +9,18 @@ use super::deviation::{Softened, VolumeRecord};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
+use super::output::{Output, Surface};
 use super::overlap::Overlap;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
-use crate::frames::{FrameWriter, OutputError, SetAside};
+use crate::frames::SetAside;
 use supple::{Display, Simulation};
 
 /// The output files of a job.
 pub(super) struct Files {
-    /// Frame writers, one per body.
-    pub(super) writers: Vec<FrameWriter>,
+    pub(super) output: Output,
     pub(super) stats: Option<Stats>,
     /// Frames of an older run that this job replaces.
     pub(super) aside: SetAside,
@@ -35,8 +35,7 @@ pub(super) struct Running<'a> {
     inputs: Vec<Input>,
     /// Pairs of bodies that overlap at time 0.
     overlaps: Vec<Overlap>,
-    /// Frame writers, one per body.
-    writers: Vec<FrameWriter>,
+    output: Output,
     stats: Option<Stats>,
     /// Frames of an older run that are not replaced yet. They are removed when the job ends.
     _aside: SetAside,
@@ -68,14 +67,14 @@ impl<'a> Running<'a> {
         resumed_after: Option<u32>,
     ) -> Self {
         let Prepared { simulation, substeps, inputs, overlaps } = prepared;
-        let Files { writers, stats, aside } = files;
+        let Files { output, stats, aside } = files;
         Self {
             job,
             simulation: Arc::new(Mutex::new(simulation)),
             substeps,
             inputs,
             overlaps,
-            writers,
+            output,
             stats,
             _aside: aside,
             checkpoint,
@@ -122,14 +121,14 @@ impl<'a> Running<'a> {
             let stop = observer.frame(&progress) == Flow::Stop;
             let simulation = lock(&shared);
             if stop || frame == last {
-                self.sync_frames()?;
-                std::mem::take(&mut self.writers).into_iter().try_for_each(FrameWriter::finish)?;
+                self.output.sync()?;
+                self.output.finish()?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
                 return Ok(self.report(&simulation, outcome, first, frame, job_start));
             }
             if last_save.elapsed() >= self.job.checkpoint_interval {
-                self.sync_frames()?;
+                self.output.sync()?;
                 self.save(&simulation, frame)?;
                 last_save = Instant::now();
             }
@@ -149,35 +148,34 @@ impl<'a> Running<'a> {
         for (index, display) in self.displays.iter_mut().enumerate() {
             let body = simulation.body(index);
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
-            let needs_normals = self.writers[index].needs_normals();
+            let needs_normals = self.output.needs_normals(index);
             self.positions.resize(vertices, [0.0; 3]);
             self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
             let normals = needs_normals.then_some(&mut self.normals[..]);
             let mut evaluated = display.evaluate(body);
             evaluated.surface_into(&mut self.positions, normals);
             let write_start = Instant::now();
-            let record = self.writers[index].write_recorded(number, &self.positions, &self.normals)?;
-            self.checkpoint.frames[index].push(record);
+            let needs_volume = self.stats.is_some() || self.output.needs_volumes();
+            let volume = needs_volume.then(|| evaluated.volume_report());
+            self.output.convert(&mut self.positions, &mut self.normals);
+            let surface = Surface { positions: &self.positions, normals: &self.normals };
+            let records = &mut self.checkpoint.frames;
+            self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
             self.volumes[index].add(number, evaluated.corrections());
-            if self.stats.is_some() {
+            if let (Some(_), Some(volume)) = (&self.stats, volume) {
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
                 let times = Times { step, write, display: evaluated.times() };
                 let touching = Touching::of(index, &body, &contacts);
-                let volume = evaluated.volume_report();
                 rows.push(Row::new(number, simulation.time(), &body, &volume, times, touching));
             }
         }
+        self.output.write_run(simulation, &mut self.checkpoint.frames)?;
         self.written += 1;
         match &mut self.stats {
             Some(stats) => stats.append_rows(&rows),
             None => Ok(()),
         }
-    }
-
-    /// Returns when the contents of all written frames are on disk.
-    fn sync_frames(&mut self) -> Result<(), OutputError> {
-        FrameWriter::sync_all(&mut self.writers)
     }
 
     /// Writes a checkpoint of the state after `frame`. Everything that it lists is on disk before.

@@ -17,8 +17,8 @@ pub const CHECKPOINT: &str = "supple.checkpoint";
 
 /// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
-/// Version of the format; files of other versions are rejected.
-const VERSION: u32 = 9;
+/// Version of the format of checkpoints and of the states in them; other versions are rejected.
+pub const CHECKPOINT_VERSION: u32 = 11;
 /// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 
@@ -32,7 +32,7 @@ pub(super) struct Checkpoint {
     pub(super) level: String,
     /// Last completed frame, from 0.
     pub(super) frame: u32,
-    /// Records of the written frames: one list per body, in the order of the frames.
+    /// Records of the written frames: one list per sequence, in the order of the frames.
     pub(super) frames: Vec<Vec<Record>>,
     /// Record of the statistics file up to the end of its rows; `None` without statistics.
     pub(super) stats: Option<Record>,
@@ -75,11 +75,11 @@ impl Checkpoint {
 
 impl Saved {
     /// Reads the checkpoint of a directory; `None` if there is no checkpoint. Returns an error if its settings
-    /// are not `settings`, or if it does not have the frames of `bodies` bodies.
+    /// are not `settings`, or if it does not have the frames of `sequences` sequences.
     pub(super) fn read(
         directory: &Path,
         settings: &Settings,
-        bodies: usize,
+        sequences: usize,
     ) -> Result<Option<Self>, RunError> {
         let path = path(directory);
         let Some(payload) = read(&path)? else { return Ok(None) };
@@ -91,7 +91,7 @@ impl Saved {
             return Err(RunError::Differs { path, difference });
         }
         let frames = (checkpoint.frame / checkpoint.settings.every.max(1)) as usize + 1;
-        let is_complete = checkpoint.frames.len() == bodies
+        let is_complete = checkpoint.frames.len() == sequences
             && checkpoint.frames.iter().all(|records| records.len() == frames)
             && checkpoint.stats.is_some() == settings.stats.is_some();
         if !is_complete {
@@ -119,7 +119,7 @@ fn path(directory: &Path) -> PathBuf {
 fn write(path: &Path, payload: &[u8]) -> Result<(), RunError> {
     let save = |file: &mut std::fs::File| {
         file.write_all(&MAGIC)?;
-        file.write_all(&VERSION.to_le_bytes())?;
+        file.write_all(&CHECKPOINT_VERSION.to_le_bytes())?;
         file.write_all(&(payload.len() as u64).to_le_bytes())?;
         file.write_all(&Record::of(payload).hash.to_le_bytes())?;
         file.write_all(payload)
@@ -143,8 +143,10 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, RunError> {
         bytes[range].iter().rev().fold(0_u64, |number, &byte| number << 8 | u64::from(byte))
     };
     let version = number(8..12);
-    if version != u64::from(VERSION) {
-        return Err(damaged(&format!("its format is version {version}, this program reads {VERSION}")));
+    if version != u64::from(CHECKPOINT_VERSION) {
+        return Err(damaged(&format!(
+            "its format is version {version}, this program reads {CHECKPOINT_VERSION}"
+        )));
     }
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != number(12..20) {

@@ -10,8 +10,12 @@ use super::lock::LOCK;
 use super::settings::Settings;
 use super::stats;
 use crate::file::{is_same_file, parent};
-use crate::frames::{Sequence, check_inputs};
-use crate::scene::{BodyData, Scene};
+use crate::frames::{Format, Sequence, check_inputs};
+use crate::scene::Scene;
+use crate::space::{FileSpace, Up};
+
+/// Name of the page and of the USD stage of a run, without its extension.
+pub const PAGE: &str = "supple";
 
 /// A scene, its output directory, and the options of the run.
 #[derive(Clone, Debug)]
@@ -57,17 +61,45 @@ impl Job {
         }
     }
 
-    /// Returns the file sequence of each body, in the order of the scene.
+    /// Returns the file sequences: for each format of the scene those of all bodies in the order of the scene, or that
+    /// of the run if a file of the format contains all bodies. The file of the run has the name [`PAGE`].
     pub fn sequences(&self) -> Vec<Sequence> {
-        let sequence = |body: &BodyData| Sequence {
+        let sequence = |name: &str, format: Format| Sequence {
             directory: self.directory.clone(),
-            name: body.name.clone(),
-            format: self.scene.output.format,
+            name: name.to_owned(),
+            format,
             first: self.number(0),
             every: u64::from(self.every),
             last: self.number(self.scene.simulation.frames),
         };
-        self.scene.bodies.iter().map(sequence).collect()
+        let mut sequences = Vec::new();
+        for format in self.scene.output.format.iter() {
+            if format.is_per_run() {
+                sequences.push(sequence(PAGE, format));
+            } else {
+                sequences.extend(self.scene.bodies.iter().map(|body| sequence(&body.name, format)));
+            }
+        }
+        sequences
+    }
+
+    /// Returns the name of the run: that of the scene file, or else of the directory.
+    pub(super) fn name(&self) -> String {
+        let file = self.scene_file.as_deref().and_then(Path::file_stem);
+        let directory = || std::fs::canonicalize(&self.directory).ok()?.file_name().map(ToOwned::to_owned);
+        let name = file.map(ToOwned::to_owned).or_else(directory).unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
+    /// Returns the coordinates of the files.
+    pub(super) fn space(&self) -> FileSpace {
+        let (scene, output) = (Up::of_gravity(self.scene.simulation.gravity), &self.scene.output);
+        FileSpace::new(scene, output.up.unwrap_or(scene), output.scale)
+    }
+
+    /// Returns the rate at which the files are played, in frames per second.
+    pub(super) fn fps(&self) -> f64 {
+        self.scene.output.fps.unwrap_or(self.scene.simulation.fps)
     }
 
     /// Returns whether the job writes frame `frame`, counted from 0.
@@ -113,7 +145,15 @@ impl Job {
         Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
-            format: self.scene.output.format,
+            format: self.scene.output.format.to_string(),
+            files: [
+                ("output.up", self.space().up().name().to_owned()),
+                ("output.scale", self.scene.output.scale.to_string()),
+                ("output.fps", self.fps().to_string()),
+                ("output.meters_per_unit", self.scene.output.meters_per_unit.to_string()),
+            ]
+            .map(|(key, value)| (key.to_owned(), value))
+            .to_vec(),
             start_frame: self.start_frame,
             every: self.every,
             stats: self.stats.as_deref().map(|path| absolute(path).display().to_string()),

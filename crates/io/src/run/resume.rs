@@ -8,7 +8,7 @@ use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
 use crate::frames::{
-    Compare, Listing, Present, Record, Recorder, Renames, check, check_cache_link, finish_cache,
+    Compare, Format, Listing, Present, Record, Recorder, Renames, check, check_link, finish, is_complete,
 };
 use supple::SimulationState;
 
@@ -19,6 +19,9 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
+    /// All frames exist, but the USD stage lacks its structure, which follows this many frames: the simulation is needed to
+    /// write it.
+    Unfinished(u64),
     /// Nothing to do, because all frames exist.
     Finished,
 }
@@ -69,12 +72,17 @@ impl Job {
             _ => None,
         };
         if frame >= last_frame {
+            let mut start = Start::Finished;
             for (sequence, records) in sequences.iter().zip(&saved.checkpoint.frames) {
-                finish_cache(sequence, records)?;
+                if sequence.format != Format::Usd {
+                    finish(sequence, records)?;
+                } else if !is_complete(sequence, records, compare)? {
+                    start = Start::Unfinished(records.len() as u64);
+                }
             }
-            return Ok(Start::Finished);
+            return Ok(start);
         }
-        sequences.iter().try_for_each(check_cache_link)?;
+        sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;
         let checkpoint = saved.checkpoint;
         Ok(Start::After(Box::new(Earlier { checkpoint, state, stats, listing, renames })))

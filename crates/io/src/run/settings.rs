@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint;
-use crate::frames::Format;
 
 /// Settings of a run. If one of them differs, the frames of two runs do not belong together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,8 +11,10 @@ pub(super) struct Settings {
     pub(super) version: String,
     /// Fingerprint of the scene.
     pub(super) fingerprint: String,
-    /// Format of the frames.
-    pub(super) format: Format,
+    /// Names of the formats of the frames.
+    pub(super) format: String,
+    /// Axes, scale and rate of the files, for each key of `[output]` its value.
+    pub(super) files: Vec<(String, String)>,
     /// Number of frame 0 in file names.
     pub(super) start_frame: u32,
     /// Interval between written frames, in frames.
@@ -38,6 +39,11 @@ impl Settings {
         }
         if self.format != now.format {
             return Some(format!("the format changed from {} to {}", self.format, now.format));
+        }
+        for ((key, before), (_, now)) in self.files.iter().zip(&now.files) {
+            if before != now {
+                return Some(format!("`{key}` of the files changed from {before} to {now}"));
+            }
         }
         if self.start_frame != now.start_frame {
             return Some(format!(
@@ -72,7 +78,8 @@ mod tests {
         let settings = Settings {
             version: "1.0.0".into(),
             fingerprint: "[simulation]\nfps = 30.0\n".into(),
-            format: Format::Obj,
+            format: "obj".into(),
+            files: vec![("output.scale".into(), "1".into())],
             start_frame: 0,
             every: 1,
             stats: Some("/a/s.csv".into()),
@@ -82,7 +89,11 @@ mod tests {
         for (changed, words) in [
             (Settings { version: "1.0.1".into(), ..settings.clone() }, "version 1.0.0 of supple"),
             (Settings { fingerprint: "[simulation]\nfps = 25.0\n".into(), ..settings.clone() }, "fps = 25.0"),
-            (Settings { format: Format::Ply, ..settings.clone() }, "from obj to ply"),
+            (Settings { format: "ply".into(), ..settings.clone() }, "from obj to ply"),
+            (
+                Settings { files: vec![("output.scale".into(), "100".into())], ..settings.clone() },
+                "`output.scale` of the files changed from 1 to 100",
+            ),
             (Settings { start_frame: 7, ..settings.clone() }, "from 0 to 7"),
             (Settings { every: 2, ..settings.clone() }, "from 1 to 2"),
             (

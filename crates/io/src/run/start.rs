@@ -9,12 +9,13 @@ use super::fingerprint::fingerprint;
 use super::job::Job;
 use super::lock::Lock;
 use super::observer::{Note, Observer};
-use super::prepare::{Input, Prepared, prepare};
+use super::output::Output;
+use super::prepare::{Prepared, prepare};
 use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
-use crate::frames::{FrameWriter, Listing, OutputError, Sequence, SetAside};
+use crate::frames::{Listing, SetAside};
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -47,6 +48,10 @@ impl Job {
         }
 
         let prepared = prepare(&self.scene)?;
+        if let Start::Unfinished(frames) = start {
+            Output::complete_stage(self, &prepared, frames)?;
+            return Ok(self.already_finished(job_start));
+        }
         let _lock = match lock {
             Some(lock) => lock,
             None => self.create_directory()?,
@@ -73,15 +78,15 @@ impl Job {
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
         let aside = existing.set_aside(&sequences)?;
-        let writers = self.writers(&prepared, None)?;
+        let output = Output::open(self, &prepared, None)?;
         let checkpoint = Checkpoint {
             settings,
             level: supple::simd_level().to_string(),
             frame: 0,
-            frames: vec![Vec::new(); writers.len()],
+            frames: vec![Vec::new(); sequences.len()],
             stats: None,
         };
-        Ok(Running::new(self, prepared, Files { writers, stats, aside }, checkpoint, None))
+        Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
 
     /// Opens the files of a run that continues after a checkpoint.
@@ -109,21 +114,10 @@ impl Job {
         };
         listing.remove_parts()?;
         renames.apply()?;
-        let writers = self.writers(&prepared, Some(self.number(frame) + 1))?;
+        let output = Output::open(self, &prepared, Some(self.number(frame) + 1))?;
         observer.note(&Note::Resumed { frame });
-        let files = Files { writers, stats, aside: SetAside::default() };
+        let files = Files { output, stats, aside: SetAside::default() };
         Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
-    }
-
-    /// Opens the frame writer of each body, which continues at frame number `next`, or starts a sequence if
-    /// `next` is `None`.
-    fn writers(&self, prepared: &Prepared, next: Option<u64>) -> Result<Vec<FrameWriter>, OutputError> {
-        let writer_of_body = |(sequence, input): (Sequence, &Input)| {
-            let mut writer = FrameWriter::open(sequence, input.source(), next)?;
-            writer.set_executor(prepared.simulation.executor());
-            Ok(writer)
-        };
-        self.sequences().into_iter().zip(&prepared.inputs).map(writer_of_body).collect()
     }
 
     /// Returns the report of a job that was finished before this run.

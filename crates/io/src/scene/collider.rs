@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::keys::{direction, extents, fraction, keyframes, mesh, not_negative, positive};
-use supple::{Collider, CollisionMesh, Key, Shape};
+use super::keys::{direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive};
+use supple::{Collider, CollisionMesh, Interpolation, Key, Shape};
 
 /// `[[collider]]`: shape, friction, restitution and keyframes of a collider.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +34,9 @@ pub struct ColliderData {
     /// Keyframes; without them the collider is at rest.
     #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<Key>,
+    /// Interpolation between the keyframes.
+    #[serde(default, with = "interpolation", skip_serializing_if = "Interpolation::is_linear")]
+    pub interpolation: Interpolation,
 }
 
 /// Shape of a collider of a scene: see [`Shape`].
@@ -120,8 +123,8 @@ impl ColliderData {
                 Shape::Mesh { mesh: read(path)?, scale, rotate, translate }
             }
         };
-        let &Self { friction, restitution, .. } = self;
-        Ok(Collider { shape, friction, restitution, keys: self.keys.clone() })
+        let &Self { friction, restitution, interpolation, .. } = self;
+        Ok(Collider { shape, friction, restitution, keys: self.keys.clone(), interpolation })
     }
 
     /// Returns a key that has a value although only a mesh has it.
@@ -151,6 +154,7 @@ impl ColliderData {
             friction: friction(),
             restitution: 0.0,
             keys: Vec::new(),
+            interpolation: Interpolation::Linear,
         }
     }
 }

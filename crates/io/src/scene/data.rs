@@ -9,7 +9,8 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
-use crate::frames::Format;
+use crate::frames::Formats;
+use crate::space::Up;
 use supple::{
     Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions,
     Zone,
@@ -80,15 +81,27 @@ pub enum Substeps {
     Auto,
 }
 
-/// `[output]`: directory and format of the frames.
+/// `[output]`: directory and formats of the frames, and the axes, units and rate of the files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OutputData {
     /// Directory of the frames, relative to the scene file; default `frames`.
     #[serde(deserialize_with = "keys::directory")]
     pub directory: PathBuf,
-    /// File format; default OBJ.
-    pub format: Format,
+    /// File formats; default OBJ.
+    pub format: Formats,
+    /// Axis of the files that points up; by default that of the scene, by [`Up::of_gravity`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
+    /// Length in the files of a length 1 of the scene, above 0; default 1.
+    #[serde(deserialize_with = "keys::positive")]
+    pub scale: f64,
+    /// Frames per second at which the files are played, above 0; by default those of the simulation.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::optional_positive")]
+    pub fps: Option<f64>,
+    /// Meters per unit of length of the files, above 0, which USD stages state; default 1.
+    #[serde(deserialize_with = "keys::positive")]
+    pub meters_per_unit: f64,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -187,7 +200,14 @@ impl Default for SimulationData {
 
 impl Default for OutputData {
     fn default() -> Self {
-        Self { directory: "frames".into(), format: Format::default() }
+        Self {
+            directory: "frames".into(),
+            format: Formats::default(),
+            up: None,
+            scale: 1.0,
+            fps: None,
+            meters_per_unit: 1.0,
+        }
     }
 }
 

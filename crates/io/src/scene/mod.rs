@@ -21,9 +21,9 @@ mod read;
 mod value;
 mod write;
 
+pub use crate::space::Up;
 pub use collider::{ColliderData, ColliderShape};
 pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys};
 pub use error::{Place, SceneError};
 pub use fault::nearest;
 pub use keys::{exclusive_keys, optional_keys};
-pub use model::Up;

@@ -7,16 +7,7 @@ use super::data::{BodyData, OutputData, Scene, SimulationData};
 use super::error::SceneError;
 use super::name::name_from;
 use super::write::check_utf8;
-
-/// Axis of a model that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Up {
-    /// y, the convention of most character animation programs.
-    #[default]
-    Y,
-    /// z, the convention of most engineering programs.
-    Z,
-}
+use crate::space::Up;
 
 /// Distance from the ground to the model, as a fraction of its height.
 const GAP: f64 = 0.1;

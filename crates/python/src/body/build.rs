@@ -14,6 +14,7 @@ use crate::arrays::vector;
 use crate::error;
 use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
+use crate::rotation::rotate_once;
 
 /// Return the names of the keyword arguments of Body.
 ///
@@ -103,7 +104,7 @@ fn scale(settings: &Settings<'_>) -> PyResult<Option<f64>> {
 fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
     let vector = |key| Ok::<_, PyErr>(settings.read(key, vector)?.unwrap_or_default());
     Ok(Placement {
-        rotate: vector("rotate")?,
+        rotate: settings.read("rotate", rotate_once)?.unwrap_or_default(),
         translate: vector("translate")?,
         velocity: vector("velocity")?,
         spin: vector("spin")?,

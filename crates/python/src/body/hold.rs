@@ -6,10 +6,11 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use supple::{Constraint, ConstraintError, HoldForce};
+use supple::{Constraint, ConstraintError, HoldForce, Interpolation};
 
 use super::Body;
 use super::quantities::need_simulation;
+use crate::argument::choice;
 use crate::pickle::{decode, encode};
 use crate::{arrays, constraint, error};
 
@@ -94,6 +95,12 @@ impl Hold {
         keys.map(|keys| PyTuple::new(py, keys)).transpose()
     }
 
+    /// Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin.
+    #[getter]
+    fn interpolation(&self, py: Python<'_>) -> PyResult<Option<&'static str>> {
+        self.read(py, |hold| hold.interpolation().map(Interpolation::name))
+    }
+
     /// Whether the pin or handle acted in the last step.
     #[getter]
     fn active(&self, py: Python<'_>) -> PyResult<bool> {
@@ -149,11 +156,22 @@ impl Hold {
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
     ///     Relative to the pose that the part had when the pin or handle became active.
+    /// interpolation : "linear", "smooth" or "cubic", optional
+    ///     Default: as before, "linear" for a pin.
     ///
     /// Raises ValueError if the pin or handle was released.
-    fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
+    #[pyo3(signature = (keys, interpolation=None))]
+    fn set_keys(
+        &self,
+        py: Python<'_>,
+        keys: &Bound<'_, PyAny>,
+        interpolation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let keys = constraint::keys(keys)?;
-        self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(hold_error)
+        let read = |value| choice(value, "interpolation", &Interpolation::NAMED);
+        let interpolation = interpolation.map(read).transpose()?;
+        let set = |body: &mut supple::Body| body.set_keys(self.index, &keys, interpolation);
+        self.body.get().with(py, set)?.map_err(hold_error)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -1,4 +1,4 @@
-//! Adds pins, handles and forces to a body, and lists its pins and handles.
+//! Adds pins and handles to a body, and lists them.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -7,10 +7,10 @@ use supple::{Handle, Pin};
 
 use super::{Body, Hold};
 use crate::argument::Settings;
-use crate::{arrays, constraint, error};
+use crate::constraint;
 
-/// Keyword arguments of `handle`. All except the first are also the keyword arguments of `pin`.
-const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "start", "end"];
+/// Keyword arguments of `handle`. All except the first two are also the keyword arguments of `pin`.
+const ARGUMENTS: [&str; 8] = ["keys", "interpolation", "box", "sphere", "plane", "vertices", "start", "end"];
 
 #[pymethods]
 impl Body {
@@ -40,7 +40,7 @@ impl Body {
         text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[1..], &constraint::OPTIONAL)?;
+        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[2..], &constraint::OPTIONAL)?;
         let selection = constraint::selection(&settings, "pin()", slf.get().count(slf.py())?)?;
         let pin = Pin { selection, window: constraint::window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
@@ -51,20 +51,25 @@ impl Body {
     /// keys : list of (time, translate, rotate), or of dicts with these names
     ///     Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
     ///     translate: (3,) length, default 0. rotate: (3,) degrees about the fixed axes x, then y, then z
-    ///     through the mean position of the selected lattice vertices at `start`, default 0. Translations and
-    ///     angles are interpolated linearly.
+    ///     through the mean position of the selected lattice vertices at `start`, default 0; or a quaternion x, y, z,
+    ///     w, a rotation matrix or a scipy Rotation, which become the angles nearest to those of the keyframe before.
+    /// interpolation : "linear", "smooth" or "cubic", default "linear"
+    ///     How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth",
+    ///     from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
     ///
     /// The other arguments and the errors are the same as for pin.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
+        text_signature = "($self, *, keys, interpolation='linear', box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;
         let selection = constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?;
         let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
         let window = constraint::window(&settings)?;
-        let handle = Handle { selection, keys: constraint::keys(&keys)?, window };
+        let keys = constraint::keys(&keys)?;
+        let interpolation = constraint::interpolation(&settings)?.unwrap_or_default();
+        let handle = Handle { selection, keys, interpolation, window };
         Hold::add(slf, |body| body.handle(&handle))
     }
 
@@ -76,31 +81,5 @@ impl Body {
         let indices: Vec<usize> =
             slf.get().read(slf.py(), |body| body.constraints().map(supple::Constraint::index).collect())?;
         PyTuple::new(slf.py(), indices.into_iter().map(|index| Hold::new(slf, index)))
-    }
-
-    /// Apply a force to a part of the body in the next step. Several forces add up.
-    ///
-    /// force : (3,) float
-    ///     Total force in kg length/s^2. It is distributed over the selected lattice vertices in proportion
-    ///     to their masses.
-    /// box, sphere, plane, vertices
-    ///     Selection of the part, as for pin.
-    ///
-    /// Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
-    #[pyo3(
-        signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
-    )]
-    fn apply_force(
-        &self,
-        py: Python<'_>,
-        force: &Bound<'_, PyAny>,
-        options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        let settings =
-            Settings::from_call(options, "apply_force()", &constraint::SHAPES, &constraint::SHAPES)?;
-        let selection = constraint::selection(&settings, "apply_force()", self.count(py)?)?;
-        let force = arrays::vector(force, "force")?;
-        self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::from_core)
     }
 }

@@ -1,6 +1,8 @@
 //! Defines `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
+mod fields;
+mod forces;
 mod hold;
 mod holds;
 mod material;
@@ -11,6 +13,7 @@ mod values;
 mod zones;
 
 pub(crate) use build::{body_keys, volume_settings};
+pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use hold::Hold;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
 
@@ -26,18 +29,20 @@ use crate::error;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::pickle::{self, decode, encode};
+use crate::rotation::rotate_once;
 
 /// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
-/// shape : Mesh, Lattice, path of an OBJ file, or an object with vertices and faces (trimesh.Trimesh)
-///     A body from a Lattice has no mesh to display.
+/// shape : Mesh, Lattice, path, trimesh.Trimesh, trimesh.Scene, or another object with vertices and faces
+///     Path of an OBJ file, or of an STL, PLY, GLB, glTF, OFF or 3MF file, which trimesh reads. A body from a Lattice
+///     has no mesh to display.
 /// name : str, default "body"
 /// object : str
 ///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
 /// scale : float, default 1
 ///     Scale factor of the shape, > 0, applied first.
-/// rotate : (3,) float, default 0
-///     Degrees about the fixed axes x, then y, then z.
+/// rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+///     Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
 /// translate : (3,) float, default 0
 ///     Offset in scene units, applied last.
 /// lattice_vertices : int, default 1000; or cell_size : float
@@ -118,6 +123,10 @@ impl Body {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
         };
+        // A pickle does not need the library of the rotation.
+        if let Some(rotate) = settings.get_item("rotate")? {
+            settings.set_item("rotate", rotate_once(&rotate, "rotate")?)?;
+        }
         // The mesh contains only the faces of the object, so a pickle does not need the name of the object.
         if settings.contains("object")? {
             settings.del_item("object")?;
@@ -190,7 +199,9 @@ impl Body {
         }
         let snapshot = slf.get().read(py, supple::Body::snapshot)?;
         let (shape, settings) = slf.get().build_arguments(py);
-        let data = (pickle::shape_checksum(&shape)?, pickle::dumps(&settings)?, snapshot);
+        let fields = slf.get().field_arguments(py)?;
+        let arguments = pickle::dumps((settings, fields).into_pyobject(py)?.as_any())?;
+        let data = (pickle::shape_checksum(&shape)?, arguments, snapshot);
         (class.getattr("_restore")?, (shape, encode(py, &data)?)).into_pyobject(py)
     }
 
@@ -203,11 +214,14 @@ impl Body {
 
     /// Build a body and restore its state. Pickles call this function.
     #[staticmethod]
-    fn _restore(py: Python<'_>, shape: &Bound<'_, PyAny>, data: &[u8]) -> PyResult<Self> {
-        let (checksum, settings, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
+    fn _restore<'py>(shape: &Bound<'py, PyAny>, data: &[u8]) -> PyResult<Bound<'py, Self>> {
+        let py = shape.py();
+        let (checksum, arguments, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
         pickle::check_shape(shape, checksum)?;
-        let body = Self::new(shape, Some(pickle::loads(py, &settings)?.cast()?))?;
-        body.with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
+        let (settings, fields): (Bound<'py, PyDict>, _) = pickle::loads(py, &arguments)?.extract()?;
+        let body = Bound::new(py, Self::new(shape, Some(&settings))?)?;
+        body.get().with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
+        add_fields(&body, fields)?;
         Ok(body)
     }
 }

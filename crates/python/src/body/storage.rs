@@ -13,6 +13,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
 use supple::{BodyRef, Collider};
 
+use super::fields::Fields;
 use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
@@ -113,6 +114,7 @@ pub(crate) struct SharedBody {
     owner: Owner,
     /// The shape that the body was built from: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
+    pub(super) fields: Fields,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
     pub(super) mesh: PyOnceLock<Option<Py<Mesh>>>,
@@ -152,6 +154,7 @@ impl SharedBody {
             storage: Mutex::new(storage),
             display: Mutex::default(),
             owner: Owner::new(),
+            fields: Fields::default(),
             shape: shape.unbind(),
             settings: settings.unbind(),
             mesh: PyOnceLock::new(),
@@ -218,10 +221,12 @@ impl SharedBody {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
     ) -> PyResult<R> {
-        self.in_context(py, |body| {
-            let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
-            work(&mut display.evaluate(body))
-        })
+        self.in_context(py, |body| work(&mut self.display().evaluate(body)))
+    }
+
+    /// Locks the buffers of the displayed surface. Call it while the storage or the simulation is locked.
+    pub(crate) fn display(&self) -> MutexGuard<'_, supple::Display> {
+        self.display.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Calls `read` with the body and the data of its simulation, if it is in one, without the GIL.

@@ -2,15 +2,16 @@
 //! surface, and the options of the volume correction.
 
 use nalgebra::{Point3, Vector3};
-use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{Element, PyArray1, PyArray2, PyArray3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::Coordinate;
 
-use super::Body;
 use super::build::{read_volume, volume_settings};
+use super::{Body, SharedBody};
 use crate::arrays::{self, Axis};
+use crate::mesh::Mesh;
 use crate::{error, report};
 
 #[pymethods]
@@ -153,11 +154,19 @@ impl Body {
 
     /// Return the displayed surface as a trimesh.Trimesh.
     ///
-    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. Needs
-    /// trimesh (in a checkout: `pip install ".[trimesh]"`). Raises ValueError for a bare lattice, which has
+    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
+    /// trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors. Needs
+    /// trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has
     /// no mesh.
     fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
+    }
+
+    /// The `visual` of the trimesh.Trimesh from which the body was built, or None.
+    #[getter]
+    fn _visual(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        let (shape, _) = self.build_arguments(py);
+        shape.cast::<Mesh>().ok()?.get().visual.as_ref().map(|visual| visual.clone_ref(py))
     }
 
     /// Open a viewer window with the simulation of the body, or with only the body if it is not in a
@@ -212,6 +221,13 @@ impl Body {
     pub(super) fn count(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
+}
+
+impl SharedBody {
+    /// Evaluates the displayed surface into the array `out`.
+    pub(crate) fn write_surface(&self, out: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.surface_rows(out.py(), Some(out), Rows::Positions).map(drop)
+    }
 
     /// Evaluates rows of the displayed surface into the array `out`, or into a new array.
     fn surface_rows<'py>(
@@ -229,16 +245,10 @@ impl Body {
             Some(out) => out.clone(),
             None => PyArray2::<f64>::zeros(py, [count, 3], false).into_any(),
         };
-        let array = arrays::check_out(&out, count)?;
-        if let Ok(single) = out.cast::<PyArray2<f32>>() {
-            self.write_rows(single, rows)?;
-        } else if let Ok(double) = out.cast::<PyArray2<f64>>() {
-            self.write_rows(double, rows)?;
-        } else {
-            let dtype = array.dtype();
-            return Err(PyTypeError::new_err(format!(
-                "out has dtype {dtype}; it must be float32 or float64"
-            )));
+        arrays::check_out(&out, "out", count)?;
+        match out.cast::<PyArray2<f32>>() {
+            Ok(single) => self.write_rows(single, rows)?,
+            Err(_) => self.write_rows(out.cast::<PyArray2<f64>>()?, rows)?,
         }
         Ok(out)
     }

@@ -100,10 +100,14 @@ fn find_duplicate(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
     order.windows(2).find(|pair| bodies[pair[0]].is(&bodies[pair[1]])).map(|pair| (pair[0], pair[1]))
 }
 
-/// Reads the `bodies` argument.
+/// Reads the `bodies` argument: a list or one body.
 fn read_bodies<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {
-    let items =
-        bodies.try_iter().map_err(|error| conversion_error(error, bodies, "bodies", "a list of Body"))?;
+    if let Ok(body) = bodies.cast::<Body>() {
+        return Ok(vec![body.clone()]);
+    }
+    let items = bodies
+        .try_iter()
+        .map_err(|error| conversion_error(error, bodies, "bodies", "a list of Body, or a Body"))?;
     let body = |(index, item): (usize, PyResult<Bound<'py, PyAny>>)| {
         let item = item?;
         item.cast_into::<Body>()

@@ -78,8 +78,7 @@ impl Simulation {
     /// point, normal : (3,) float64
     ///     Position, and unit vector from the other towards the body.
     /// depth : float64
-    ///     Greatest depth at which the surfaces would have overlapped without the impulses of the step, in scene units;
-    ///     negative for a gap.
+    ///     Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap.
     /// force : (3,) float64
     ///     Force on the body during the step: pressure and friction. The force on the other is the opposite.
     ///

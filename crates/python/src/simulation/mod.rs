@@ -4,13 +4,20 @@
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
 //! | `contacts` | the contacts of the last step; warns about bodies that overlap |
+//! | `recording` | records frames into a USD stage or a page |
+//! | `saved` | saves and restores the state |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
+//! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
 mod build;
 mod contacts;
+mod recording;
+mod saved;
 mod steps;
+mod surfaces;
 
 pub(crate) use contacts::warn_of_overlaps;
+pub(crate) use recording::Recording;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,7 +29,7 @@ use supple::{SimulationState, Softened, Substeps};
 use supple_io::run::Overlap;
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, SharedBody, SharedSimulation};
+use crate::body::{Body, SharedBody, SharedSimulation, add_fields};
 use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error};
 
@@ -35,7 +42,7 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 
 /// A simulation of bodies that touch colliders and each other.
 ///
-/// bodies : list of Body
+/// bodies : list of Body, or one Body
 ///     The bodies move into this simulation and stay usable. A body belongs to at most one simulation.
 /// dt : float, default 1/60; or fps : float
 ///     Length of a step in seconds, from 1e-12 to 1e6, or number of frames per second, > 0. With fps, dt is
@@ -257,7 +264,8 @@ impl Simulation {
         settings.set_item("contact", contact)?;
         settings.set_item("self_contact", self_contact)?;
         settings.set_item("sleep", this.sleep(py)?)?;
-        let settings = pickle::dumps((bodies, settings).into_pyobject(py)?.as_any())?;
+        let fields = this.bodies.iter().map(|body| body.field_arguments(py)).collect::<PyResult<Vec<_>>>()?;
+        let settings = pickle::dumps((bodies, settings, fields).into_pyobject(py)?.as_any())?;
         let state = this.shared.with(py, |simulation| simulation.state())?;
         let data = encode(py, &(checksums, settings, state))?;
         (py.get_type::<Self>().getattr("_restore")?, (shapes, data)).into_pyobject(py)
@@ -272,7 +280,7 @@ impl Simulation {
     ) -> PyResult<Bound<'py, Self>> {
         let py = class.py();
         let (checksums, settings, state): (Vec<_>, Vec<u8>, SimulationState) = decode(py, data)?;
-        let (settings_of, settings): (Vec<Bound<'py, PyDict>>, Bound<'py, PyDict>) =
+        let (settings_of, settings, fields): (Vec<Bound<'py, PyDict>>, Bound<'py, PyDict>, Vec<Vec<_>>) =
             pickle::loads(py, &settings)?.extract()?;
         if shapes.len() != checksums.len() {
             return Err(PyValueError::new_err(format!(
@@ -282,9 +290,12 @@ impl Simulation {
             )));
         }
         let mut bodies = Vec::new();
-        for ((shape, checksum), settings) in shapes.into_iter().zip(checksums).zip(&settings_of) {
+        let settings_of = settings_of.iter().zip(fields);
+        for ((shape, checksum), (settings, fields)) in shapes.into_iter().zip(checksums).zip(settings_of) {
             pickle::check_shape(&shape, checksum)?;
-            bodies.push(py.get_type::<Body>().call((shape,), Some(settings))?);
+            let body = py.get_type::<Body>().call((shape,), Some(settings))?.cast_into()?;
+            add_fields(&body, fields)?;
+            bodies.push(body);
         }
         let simulation = Bound::new(py, Self::build(PyTuple::new(py, bodies)?.as_any(), Some(&settings))?)?;
         simulation.get().bodies.iter().for_each(|body| body.attach(simulation.as_any()));

@@ -133,6 +133,7 @@ impl Simulation {
     /// Runs one step, and warns about bodies that are softer than their material for the first time since it or the
     /// step length changed. Returns the number of steps per frame.
     fn first_step(&self, py: Python<'_>) -> PyResult<u64> {
+        self.apply_fields(py)?;
         let (steps_per_frame, warnings) = self.shared.with(py, |simulation| {
             simulation.step();
             let mut last = self.softened.lock().unwrap_or_else(PoisonError::into_inner);
@@ -154,10 +155,26 @@ impl Simulation {
         Ok(steps_per_frame)
     }
 
+    /// Applies the forces of all force fields in the next step. Returns whether there are fields.
+    fn apply_fields(&self, py: Python<'_>) -> PyResult<bool> {
+        if !self.bodies.iter().any(|body| body.has_fields()) {
+            return Ok(false);
+        }
+        let time = self.shared.with(py, |simulation| simulation.time())?;
+        for body in &self.bodies {
+            body.apply_fields(py, time)?;
+        }
+        Ok(true)
+    }
+
     /// Runs steps, and checks for signals about every 10 ms.
     fn steps(&self, py: Python<'_>, mut remaining: u64) -> PyResult<()> {
         let mut batch = 1;
         while remaining > 0 {
+            if self.apply_fields(py)? {
+                // Force fields act in each step anew.
+                batch = 1;
+            }
             let steps = remaining.min(batch);
             let elapsed = self.shared.with(py, |simulation| {
                 let start = Instant::now();

@@ -224,11 +224,9 @@ impl Stages {
             constraints.push(Constraint::new(body.select(&pin.selection)?, pin.window, None)?);
         }
         for handle in &data.handles {
-            constraints.push(Constraint::new(
-                body.select(&handle.selection)?,
-                handle.window,
-                Some(&handle.keys),
-            )?);
+            let vertices = body.select(&handle.selection)?;
+            let constraint = Constraint::new(vertices, handle.window, Some(&handle.keys))?;
+            constraints.push(constraint.interpolated(handle.interpolation));
         }
         let colliders = Colliders::new(colliders)?;
         if constraints.is_empty() && colliders.is_empty() {

@@ -13,12 +13,12 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
+use crate::contact::rows::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
-use crate::contact::stage::Contacts;
-use crate::contact::stage::{ALLOWED_DEPTH, IMPACT, MIN_BOUNCE_STEPS};
+use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS, Pressure};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
 use crate::lattice::trilinear_weights;
-use crate::state::{BodyState, Interval};
+use crate::state::{BodyState, ContactKey, Interval};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
 const PUSH_PART: f64 = 0.3;
@@ -31,6 +31,10 @@ const LEAST_WEIGHT: f64 = 1e-6;
 
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
+
+/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at rest
+/// become more exact from step to step, with few passes in each. An impact takes more passes.
+const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Tolerance of the pushes, in cells.
 const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
@@ -45,6 +49,8 @@ pub(crate) struct Island {
     pairs: Vec<PairContact>,
     /// Number of constraints of contacts with colliders.
     collider_constraints: usize,
+    /// Impulses with which the solution begins, in the order of the constraints.
+    begin: Vec<Vec4>,
     /// Impulses of the contacts with colliders: normal impulse and friction impulse.
     collider_impulses: Vec<(f32, Vec4)>,
     /// Velocity change of each row by the impulses.
@@ -78,17 +84,16 @@ pub(crate) struct PairContact {
     pub(crate) bodies: [u32; 2],
     /// The connected components that touch.
     pub(crate) components: [u32; 2],
+    pub(crate) key: ContactKey,
     pub(crate) point: Point3<f64>,
     /// Unit normal, to the outside of the other body.
     pub(crate) normal: Vector3<f64>,
-    /// Greatest depth of a sample in scene units before the impulses, negative outside.
+    /// Greatest depth of a sample at the end of the step in scene units, negative outside.
     pub(crate) depth: f64,
     /// Impulse on the body of the samples, in scene units.
     pub(crate) impulse: Vector3<f64>,
     /// Mass times displacement of the body of the samples, in scene units.
     pub(crate) displacement: Vector3<f64>,
-    /// Greatest depth at the end of the step without impulses, in units of length of the island.
-    end_depth: f64,
     /// The lesser cell size of the two bodies, in units of length of the island.
     cell_size: f64,
 }
@@ -112,15 +117,14 @@ impl Island {
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { members, solver, pairs, collider_impulses, impacts, pushes, patches, .. } = self;
-        let links: usize = patches.links.iter().map(|list| list.capacity() * size_of::<(u32, f64)>()).sum();
-        members.capacity() * size_of::<Member>()
-            + solver.bytes()
-            + collider_impulses.capacity() * size_of::<(f32, Vec4)>()
-            + pairs.capacity() * size_of::<PairContact>()
-            + (impacts.capacity() + pushes.capacity()) * size_of::<(u32, Vec4)>()
-            + patches.keys.capacity() * size_of::<([i32; 3], u8, u32, u32)>()
-            + links
+        let Self { members, solver, pairs, begin, collider_impulses, impacts, pushes, patches, .. } = self;
+        let lists = buffer_bytes(members)
+            + buffer_bytes(pairs)
+            + buffer_bytes(begin)
+            + buffer_bytes(collider_impulses);
+        let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
+        let links: usize = patches.links.iter().map(buffer_bytes).sum();
+        lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
 
     /// Returns the index of the island.
@@ -147,10 +151,12 @@ impl Island {
         searches: impl Iterator<Item = &'b Search>,
         (dt, gravity): (f64, f64),
     ) {
-        self.begin_problem(&view);
+        self.begin_problem(&view, dt);
         for search in searches {
             self.add_search(&view, search, (dt, gravity));
         }
+        let slow = MIN_BOUNCE_STEPS * gravity * dt / self.units.0;
+        self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(IMPACT);
         self.impacts.extend(self.solver.changes().map(|(row, change)| (row, *change)));
         self.store_impulses(dt);
@@ -158,8 +164,8 @@ impl Island {
     }
 
     /// Numbers the rows, and adds the contacts with colliders.
-    fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>) {
-        let Self { members, solver, .. } = self;
+    fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>, dt: f64) {
+        let Self { members, solver, begin, .. } = self;
         let bodies = || members.iter().map(|member| view(member.body));
         let length = bodies().map(|body| body.lattice.cell_size()).fold(f64::INFINITY, f64::min);
         let mass = bodies().map(|body| body.cell_mass).fold(0.0, f64::max);
@@ -167,6 +173,7 @@ impl Island {
         self.units = (length, mass);
         solver.clear();
         solver.resize(rows);
+        begin.clear();
         let (mut offset, mut momentum, mut total) = (0, Vector3::zeros(), 0.0);
         for member in members {
             let body = view(member.body);
@@ -181,6 +188,10 @@ impl Island {
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
                 solver.append(contacts.solver(), row, member.scale);
+                begin.extend(contacts.pressures().iter().map(|&Pressure { collider, vertex, .. }| {
+                    let key = ContactKey::Collider { collider, vertex };
+                    narrow(body.state.touches.force(key) * (dt / (length * mass)))
+                }));
             }
             for vertex in 0..body.lattice.len() as u32 {
                 let mass = body.cell_mass * f64::from(body.masses[vertex as usize]);
@@ -213,14 +224,16 @@ impl Island {
         buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let component = component_of(&other, touch.other_cell);
+            let component = component_of(&other, touch.foot.cell);
             (node, dominant_axis(&touch.normal), component, index)
         }));
         buffers.keys.sort_unstable();
         let PatchBuffers { keys, links } = &mut buffers;
         for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            self.add_patch([&body, &other], search, touches, links, (dt, gravity));
+            let (node, axis, component, _) = patch[0];
+            let key = ContactKey::Body { other: search.other, component, node, axis };
+            self.add_patch([&body, &other], search, (key, component), touches, links, (dt, gravity));
         }
         self.patches = buffers;
     }
@@ -230,6 +243,7 @@ impl Island {
         &mut self,
         [body, other]: [&BodyView; 2],
         search: &Search,
+        (key, component): (ContactKey, u32),
         touches: impl Iterator<Item = &'a Touch> + Clone,
         links: &mut [Vec<(u32, f64)>; 2],
         (dt, gravity): (f64, f64),
@@ -250,15 +264,13 @@ impl Island {
         let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);
 
         links.iter_mut().for_each(Vec::clear);
-        let mut component = 0;
         for touch in touches {
             let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.other_cell, touch.other_local)];
+            let sides = [(body, touch.cell, sample.local), (other, touch.foot.cell, touch.foot.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
                 let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
                 links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
             }
-            component = component_of(other, touch.other_cell);
         }
         links.iter_mut().for_each(merge);
         let components = [body.lattice.components().of_vertex[links[0][0].0 as usize], component];
@@ -282,7 +294,6 @@ impl Island {
             target: (target / length) as f32,
             limit: (approach.max(target) / length) as f32,
             friction: friction.min(f64::from(f32::MAX)) as f32,
-            depth: (-gap / length) as f32,
         };
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
         let offsets = sides.map(|(_, index, _)| self.member(index).offset);
@@ -293,15 +304,17 @@ impl Island {
             })
         });
         self.solver.add(contact, rows);
+        self.begin.push(narrow(body.state.touches.force(key) * (dt / (length * mass))));
         self.pairs.push(PairContact {
             bodies: [search.body, search.other],
             components,
+            key,
             point,
             normal,
-            depth,
+            // Without the impulses, until they are known.
+            depth: depth - past * velocity.dot(&normal),
             impulse: Vector3::zeros(),
             displacement: Vector3::zeros(),
-            end_depth: (depth - past * velocity.dot(&normal)) / length,
             cell_size: cell_size / length,
         });
     }
@@ -330,10 +343,11 @@ impl Island {
             let target = match constraint.checked_sub(first) {
                 None => 0.0,
                 Some(pair) => {
-                    let PairContact { end_depth, cell_size, .. } = pairs[pair];
-                    let depth = end_depth - dt * f64::from(dot(&contact.normal, change));
-                    deepest = deepest.max(depth / cell_size);
-                    (PUSH_PART * depth).clamp(0.0, PUSH_LIMIT * cell_size)
+                    let PairContact { depth, cell_size, .. } = &mut pairs[pair];
+                    *depth -= dt * f64::from(dot(&contact.normal, change)) * length;
+                    let remaining = *depth / length;
+                    deepest = deepest.max(remaining / *cell_size);
+                    (PUSH_PART * remaining).clamp(0.0, PUSH_LIMIT * *cell_size)
                 }
             };
             Contact {
@@ -350,6 +364,9 @@ impl Island {
         pushes.extend(solver.changes().map(|(row, change)| (row, *change)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);
+        }
+        for (pair, (_, change)) in pairs.iter_mut().zip(solver.contacts().skip(first)) {
+            pair.depth -= f64::from(change) * length;
         }
     }
 

@@ -13,37 +13,55 @@
 //! |---|---|
 //! | `surface` | the surface of a body at rest: its triangles and samples |
 //! | `view` | the data of a body that are read |
+//! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 
+mod bounds;
+mod deformed_cell;
+mod grid;
 mod island;
 mod posed;
 mod search;
 mod surface;
 mod view;
 
+pub(crate) use self::bounds::Bounds;
 pub(crate) use self::island::{Island, PairContact};
-pub(crate) use self::posed::Bounds;
+
 pub(crate) use self::surface::ContactSurface;
 pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
 
 use nalgebra::Vector3;
 
-use self::search::Search;
+use self::search::{Search, Touch};
+use self::view::MotionBounds;
 use super::SKIN;
+use super::stage::MIN_BOUNCE_STEPS;
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
 use crate::state::SampleTouch;
 
-/// Greatest motion of two bodies relative to each other between two looks, in cells, up to [`MAX_LOOKS`].
-const LOOK_WAY: f64 = 0.5;
+/// Greatest motion of two bodies relative to each other between two searches, in cells, up to [`MAX_SEARCHES`], at the
+/// velocities before the step.
+const SEARCH_WAY: f64 = 0.5;
+
+/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices that
+/// contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it ends at
+/// the surface from which it began.
+const REBOUND_WAY: f64 = 1.0;
+
+/// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples that
+/// touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed up to
+/// three times as deep: both bodies move, and one of them may have moved before the last search.
+pub(crate) const SEARCH_DISTANCE: f64 = 0.02;
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
 const OVERLAP: f64 = 0.1;
 
-/// Greatest number of looks in a step: a power of two.
-const MAX_LOOKS: u32 = 16;
+/// Greatest number of searches of a pair in a step: a power of two.
+const MAX_SEARCHES: u32 = 16;
 
 /// Pairs of bodies that can touch.
 #[derive(Clone, Debug, Default)]
@@ -60,12 +78,16 @@ pub(crate) struct ContactFilter {
 #[derive(Debug, Default)]
 pub(crate) struct BodyContacts {
     filter: ContactFilter,
-    /// Box of the positions of each body during the step, and of the ways of its vertices in the step.
-    bounds: Vec<(Bounds, Bounds)>,
+    /// Box of the positions of each body during the step, with a margin for touching.
+    bounds: Vec<Bounds>,
     /// Bodies in increasing order of the lower x coordinates of their boxes.
     order: Vec<u32>,
     /// Box in which each body is searched; empty if it is in no pair.
     regions: Vec<Bounds>,
+    /// Greatest number of times in a step at which each body is searched.
+    times: Vec<u32>,
+    /// Whether each body is searched in this step.
+    is_searched: Vec<bool>,
     /// The searches of this step are the first `search_count` ones.
     searches: Vec<Search>,
     search_count: usize,
@@ -87,10 +109,24 @@ impl BodyContacts {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { bounds, order, regions, searches, pairs, islands, places, records, .. } = self;
+        let Self {
+            bounds,
+            order,
+            regions,
+            times,
+            is_searched,
+            searches,
+            pairs,
+            islands,
+            places,
+            records,
+            ..
+        } = self;
         size_of_val(&**bounds)
+            + size_of_val(&**is_searched)
             + size_of_val(&**order)
             + size_of_val(&**regions)
+            + size_of_val(&**times)
             + searches.iter().map(Search::bytes).sum::<usize>()
             + size_of_val(&**searches)
             + size_of_val(&**pairs)
@@ -108,37 +144,41 @@ impl BodyContacts {
         is_asleep: impl Fn(u32) -> bool,
         dt: f64,
     ) -> bool {
-        let Self { filter, bounds, order, regions, pairs, places, .. } = self;
+        let Self { filter, bounds, order, regions, times, pairs, places, .. } = self;
         self.island_count = 0;
         self.search_count = 0;
+        let motion = |index: u32| {
+            let motion = view(index).map_or(MotionBounds::EMPTY, |body| body.contact.motion);
+            match is_asleep(index) {
+                true => MotionBounds { velocities: Bounds::ZERO, velocities_before: Bounds::ZERO, ..motion },
+                false => motion,
+            }
+        };
         bounds.clear();
         bounds.extend((0..count).map(|index| {
-            view(index).map_or((Bounds::EMPTY, Bounds::EMPTY), |body| {
-                let (positions, velocities) = body.contact.bounds;
-                let ways = if is_asleep(index) { Bounds::ZERO } else { velocities.scaled(dt) };
-                // The positions during the step: those at its end, minus parts of the ways.
-                let swept = Bounds {
-                    low: positions.low - ways.high.coords.sup(&Vector3::zeros()),
-                    high: positions.high - ways.low.coords.inf(&Vector3::zeros()),
-                };
-                (swept.enlarged(SKIN * body.lattice.cell_size()), ways)
-            })
+            let MotionBounds { positions, velocities, .. } = motion(index);
+            // The positions during the step: those at its end, minus parts of the ways.
+            let swept = Bounds {
+                low: positions.low - velocities.high.coords.sup(&Vector3::zeros()) * dt,
+                high: positions.high - velocities.low.coords.inf(&Vector3::zeros()) * dt,
+            };
+            view(index).map_or(Bounds::EMPTY, |body| swept.enlarged(SKIN * body.lattice.cell_size()))
         }));
         pairs.clear();
         pairs.extend(filter.with_itself.iter().filter(|body| !is_asleep(**body)).map(|&body| (body, body)));
         if filter.between {
             order.clear();
-            order.extend((0..count).filter(|&body| !bounds[body as usize].0.is_empty()));
+            order.extend((0..count).filter(|&body| !bounds[body as usize].is_empty()));
             order.sort_unstable_by(|&a, &b| {
-                let low = |body: u32| bounds[body as usize].0.low.x;
+                let low = |body: u32| bounds[body as usize].low.x;
                 low(a).total_cmp(&low(b)).then(a.cmp(&b))
             });
             for (place, &a) in order.iter().enumerate() {
-                let own = bounds[a as usize].0;
+                let own = bounds[a as usize];
                 let later = order[place + 1..].iter();
-                for &b in later.take_while(|&&b| bounds[b as usize].0.low.x <= own.high.x) {
+                for &b in later.take_while(|&&b| bounds[b as usize].low.x <= own.high.x) {
                     let pair = (a.min(b), a.max(b));
-                    if bounds[b as usize].0.intersects(&own)
+                    if bounds[b as usize].intersects(&own)
                         && !(is_asleep(a) && is_asleep(b))
                         && filter.ignored.binary_search(&pair).is_err()
                     {
@@ -152,8 +192,10 @@ impl BodyContacts {
         regions.resize(count as usize, Bounds::EMPTY);
         places.clear();
         places.resize(count as usize, None);
+        times.clear();
+        times.resize(count as usize, 1);
         for &(a, b) in &*pairs {
-            let overlap = bounds[a as usize].0.intersection(&bounds[b as usize].0);
+            let overlap = bounds[a as usize].intersection(&bounds[b as usize]);
             for body in [a, b] {
                 let region = &mut regions[body as usize];
                 *region = region.union(&overlap);
@@ -162,30 +204,36 @@ impl BodyContacts {
         for index in 0..self.pairs.len() {
             let (a, b) = self.pairs[index];
             let cell_size = |body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size());
-            let [first, second] = [a, b].map(|body| self.bounds[body as usize].1);
-            let way = first.greatest_difference(&second) / cell_size(a).min(cell_size(b));
-            let looks = (way / LOOK_WAY).clamp(1.0, MAX_LOOKS.into()).ceil() as u32;
-            let looks = looks.next_power_of_two();
-            self.add_search(a, b, looks);
+            let [first, second] = [a, b].map(motion);
+            let unit = cell_size(a).min(cell_size(b)) / dt;
+            let part = |way: f64, limit: f64| way / (limit * unit);
+            let times =
+                part(first.velocities_before.greatest_difference(&second.velocities_before), SEARCH_WAY)
+                    .max(part(first.velocities.greatest_difference(&second.velocities), REBOUND_WAY));
+            let times = (times.clamp(1.0, MAX_SEARCHES.into()).ceil() as u32).next_power_of_two();
+            for body in [a, b] {
+                self.times[body as usize] = self.times[body as usize].max(times);
+            }
+            self.add_search(a, b, times);
             if a != b {
-                self.add_search(b, a, looks);
+                self.add_search(b, a, times);
             }
         }
         !self.pairs.is_empty()
     }
 
-    fn add_search(&mut self, body: u32, other: u32, looks: u32) {
+    fn add_search(&mut self, body: u32, other: u32, times: u32) {
         if self.search_count == self.searches.len() {
             self.searches.push(Search::default());
         }
-        self.searches[self.search_count].begin(body, other, looks);
+        self.searches[self.search_count].begin(body, other, times);
         self.search_count += 1;
     }
 
-    /// Returns the times of the looks, as parts of the step before its end: decreasing, the last one 0.
-    pub(crate) fn looks(&self) -> impl Iterator<Item = f64> + use<> {
-        let looks = self.searches[..self.search_count].iter().map(|search| search.looks).max().unwrap_or(1);
-        (1..=looks).map(move |look| 1.0 - f64::from(look) / f64::from(looks))
+    /// Returns the times of the searches, as parts of the step before its end: decreasing, the last one 0.
+    pub(crate) fn search_times(&self) -> impl Iterator<Item = f64> + use<> {
+        let times = self.times.iter().copied().max().unwrap_or(1);
+        (1..=times).map(move |time| 1.0 - f64::from(time) / f64::from(times))
     }
 
     /// Returns the box in which a body is searched, or `None` if it is in no pair.
@@ -193,8 +241,40 @@ impl BodyContacts {
         self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
     }
 
+    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are followed.
+    /// All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
+    pub(crate) fn choose_searches<'a>(
+        &mut self,
+        view: impl Fn(u32) -> Option<BodyView<'a>>,
+        (dt, gravity): (f64, f64),
+    ) {
+        let Self { searches, search_count, is_searched, times, .. } = self;
+        is_searched.clear();
+        is_searched.resize(times.len(), false);
+        for search in &mut searches[..*search_count] {
+            let both = [search.body, search.other].map(&view);
+            let cell_size = |body: &Option<BodyView>| body.map_or(0.0, |body| body.lattice.cell_size());
+            let distance = |body: &Option<BodyView>| {
+                body.map_or(f64::INFINITY, |body| body.contact.search_distance * body.lattice.cell_size())
+            };
+            let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
+            let is_near = distance(&both[0]) + distance(&both[1]) <= limit;
+            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * gravity * dt);
+            for body in [search.body, search.other] {
+                is_searched[body as usize] |= !search.follows;
+            }
+        }
+    }
+
+    /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if it
+    /// is not searched then.
+    pub(crate) fn region_at(&self, body: u32, past: f64) -> Option<Bounds> {
+        let is_searched = |body: usize| self.is_searched[body] && is_search_time(past, self.times[body]);
+        self.region(body).filter(|_| is_searched(body as usize))
+    }
+
     /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
-    /// pairs are posed at this time. Samples that touched at an earlier look are not searched again.
+    /// pairs are posed at this time. Samples that touched at an earlier time are not searched again.
     pub(crate) fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
@@ -202,9 +282,13 @@ impl BodyContacts {
         executor: &Executor,
     ) {
         executor.for_each_mut(&mut self.searches[..self.search_count], |search| {
-            let is_look = (past * f64::from(search.looks)).fract() == 0.0;
-            if let (true, Some(body), Some(other)) = (is_look, view(search.body), view(search.other)) {
-                search.run(&body, &other, past * dt, dt);
+            let is_search_time =
+                if search.follows { past == 0.0 } else { is_search_time(past, search.times) };
+            if let (true, Some(body), Some(other)) = (is_search_time, view(search.body), view(search.other)) {
+                match search.follows {
+                    true => search.update_touches(&body, &other),
+                    false => search.run(&body, &other, past * dt, dt),
+                }
             }
         });
     }
@@ -261,15 +345,24 @@ impl BodyContacts {
         Some((&self.islands[island as usize], member as usize))
     }
 
+    /// Returns whether two bodies are a pair of this step.
+    pub(crate) fn is_pair(&self, body: u32, other: u32) -> bool {
+        self.pairs.binary_search(&(body.min(other), body.max(other))).is_ok()
+    }
+
     /// Returns the samples of a body that touch bodies.
     pub(crate) fn touches(&self, body: u32) -> impl Iterator<Item = SampleTouch> {
         let searches = self.searches[..self.search_count].iter().filter(move |search| search.body == body);
         searches.flat_map(|search| {
-            search.touches.iter().map(|touch| SampleTouch {
+            let touch = |touch: &Touch, is_touching: bool| SampleTouch {
                 other: search.other,
                 sample: touch.sample,
+                is_touching,
                 normal: touch.normal.map(|x| x as f32).into(),
-            })
+                foot: touch.foot,
+            };
+            let lifted = search.lifted.iter().map(move |lifted| touch(lifted, false));
+            search.touches.iter().map(move |touching| touch(touching, true)).chain(lifted)
         })
     }
 
@@ -314,6 +407,19 @@ impl BodyContacts {
     pub(crate) fn contacts(&self) -> impl Iterator<Item = &PairContact> {
         self.islands[..self.island_count].iter().flat_map(Island::pairs)
     }
+}
+
+/// Returns whether the time `past`, a part of the step before its end, is one of `times` evenly spaced ones.
+fn is_search_time(past: f64, times: u32) -> bool {
+    (past * f64::from(times)).fract() == 0.0
+}
+
+/// Returns whether two bodies may bounce off each other: one of them bounces, and they move faster than `speed` relative to
+/// each other. A contact that is noticed late does not bounce.
+fn can_bounce(bodies: &[Option<BodyView>; 2], speed: f64) -> bool {
+    let [Some(first), Some(second)] = bodies else { return false };
+    let [a, b] = [first, second].map(|body| &body.contact.motion.velocities_before);
+    first.properties.restitution.max(second.properties.restitution) > 0.0 && a.greatest_difference(b) > speed
 }
 
 /// Returns the island of a body that touches another one.

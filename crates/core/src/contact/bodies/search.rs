@@ -8,12 +8,13 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::posed::gradient_at;
-use super::surface::Sample;
+use super::deformed_cell::DeformedCell;
+use super::posed::CellCache;
 use super::view::BodyView;
 use crate::contact::SKIN;
+use crate::contact::rows::buffer_bytes;
 use crate::lattice::{Lattice, trilinear_weights};
-use crate::state::SampleTouch;
+use crate::state::{Foot, SampleTouch};
 
 /// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
 /// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
@@ -21,6 +22,10 @@ const FACING: f64 = -0.25;
 
 /// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does not.
 const FACING_RANGE: f64 = 0.25;
+
+/// Greatest additional distance, in cells, of the side of a surface that a sample touched in the last step, if another side
+/// is closer. Before the impulses of a step, a sample that is pressed near an edge may be closer to the other side of it.
+const SIDE_RANGE: f64 = 0.6;
 
 /// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
 const OUTSIDE: f64 = 0.02;
@@ -32,7 +37,7 @@ const MAX_DEPTH: f64 = 8.0;
 const MAX_SHELL_DEPTH: f64 = 1.0;
 
 /// Distance in cells from an open surface at which a sample touches it. A sample moves by at most 0.5 cells between two
-/// looks, up to a limit of looks in a step, so that it is seen before it is far on the other side.
+/// searches, up to a limit of searches in a step, so that it is seen before it is far on the other side.
 const SHELL: f64 = 0.1;
 
 /// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
@@ -54,9 +59,8 @@ pub(super) struct Touch {
     pub(super) sample: u32,
     /// Cell of the sample.
     pub(super) cell: u32,
-    /// Cell of the other body with the touched point of its surface, and the local coordinates of this point.
-    pub(super) other_cell: u32,
-    pub(super) other_local: [f32; 3],
+    /// The touched point of the other body.
+    pub(super) foot: Foot,
     pub(super) point: Point3<f64>,
     /// Unit normal of the surface of the other body, to its outside.
     pub(super) normal: Vector3<f64>,
@@ -72,42 +76,52 @@ pub(super) struct Search {
     pub(super) body: u32,
     pub(super) other: u32,
     /// Number of times in a step at which the bodies are searched: a power of two.
-    pub(super) looks: u32,
+    pub(super) times: u32,
     /// The samples that touch, in increasing order.
     pub(super) touches: Vec<Touch>,
-    /// The samples that touch at the current look.
+    /// Whether the step follows the samples that touched at the last search, and does not search.
+    pub(super) follows: bool,
+    /// Samples that touched at the last search and do not touch now.
+    pub(super) lifted: Vec<Touch>,
+    /// The samples that touch at the current time.
     found: Vec<Touch>,
+    cells: CellCache,
 }
 
 impl Search {
     /// Begins a search. Keeps the buffer.
-    pub(super) fn begin(&mut self, body: u32, other: u32, looks: u32) {
+    pub(super) fn begin(&mut self, body: u32, other: u32, times: u32) {
         self.touches.clear();
-        (self.body, self.other, self.looks) = (body, other, looks);
+        self.lifted.clear();
+        self.follows = false;
+        (self.body, self.other, self.times) = (body, other, times);
     }
 
     /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not touch
-    /// at an earlier look of the step.
+    /// at an earlier time of the step.
     pub(super) fn run(&mut self, body: &BodyView, other: &BodyView, past: f64, dt: f64) {
         let remembered = body.state.touches.of(self.other);
         let pair = Pair { body, other, is_same: self.body == self.other, past, dt };
         let surface = body.contact.surface();
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
+        self.cells.reset(&other.contact.posed);
         let mut near = body.contact.posed.cells().iter().peekable();
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {
-                *cell == group.cell && bounds.intersects(&other.contact.posed.bounds)
+                *cell == group.cell
+                    && other.contact.posed.is_near(bounds, |found| pair.accepts(group.cell, found))
             });
             if !is_near {
                 continue;
             }
-            let corners = body.posed_corners(group.cell);
+            let own = DeformedCell::new(&body.posed_corners(group.cell));
             for sample in group.samples.clone() {
                 while known.next_if(|known| *known < sample).is_some() {}
                 if known.peek() != Some(&sample) {
-                    self.found.extend(pair.touch(sample, group.cell, &corners, remembered));
+                    let place = (group.cell, &own);
+                    self.found.extend(pair.touch(sample, place, remembered, &mut self.cells));
                 }
             }
         }
@@ -117,9 +131,43 @@ impl Search {
         }
     }
 
+    /// Follows the samples that touched at the last search: each is compared with the point of the other surface that it
+    /// touched. In the time since, the bodies moved by a small part of a cell.
+    pub(super) fn update_touches(&mut self, body: &BodyView, other: &BodyView) {
+        let surface = body.contact.surface();
+        let mut groups = surface.cells.iter().peekable();
+        let mut own: Option<(u32, DeformedCell)> = None;
+        let mut touched: Option<(u32, DeformedCell)> = None;
+        for memory in body.state.touches.of(self.other) {
+            while groups.next_if(|group| group.samples.end <= memory.sample).is_some() {}
+            let Some(group) = groups.peek() else { break };
+            let Foot { cell, local, normal, shell } = memory.foot;
+            if cell as usize >= other.lattice.cells().len() {
+                continue;
+            }
+            let sample = &surface.samples[memory.sample as usize];
+            let point = current(&mut own, body, group.cell).position(sample.local.map(f64::from));
+            let touched = current(&mut touched, other, cell);
+            let local = local.map(f64::from);
+            let normal = touched.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
+            let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
+            let shell = f64::from(shell) * other.lattice.cell_size();
+            let gap = (point - touched.position(local)).dot(&normal) - shell;
+            let (sample, foot) = (memory.sample, memory.foot);
+            let touch = Touch { sample, cell: group.cell, foot, point, normal, gap, past: 0.0 };
+            match gap <= SKIN * body.lattice.cell_size().min(other.lattice.cell_size()) {
+                true => self.touches.push(touch),
+                false => self.lifted.push(touch),
+            }
+        }
+    }
+
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        (self.touches.capacity() + self.found.capacity()) * size_of::<Touch>()
+        buffer_bytes(&self.touches)
+            + buffer_bytes(&self.lifted)
+            + buffer_bytes(&self.found)
+            + self.cells.bytes()
     }
 }
 
@@ -135,26 +183,29 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Returns the contact of a sample in `cell`, whose corners are `corners`.
+    /// Returns whether a sample in `cell` may touch the surface in the cell `found` of the other body.
+    fn accepts(&self, cell: u32, found: u32) -> bool {
+        !(self.is_same && are_near(self.body.lattice, cell, found))
+    }
+
+    /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
     fn touch(
         &self,
         index: u32,
-        cell: u32,
-        corners: &[Point3<f64>; 8],
+        (cell, own): (u32, &DeformedCell),
         remembered: &[SampleTouch],
+        cells: &mut CellCache,
     ) -> Option<Touch> {
-        let Self { body, other, is_same, past, dt } = *self;
+        let Self { body, other, past, dt, .. } = *self;
         let sample = &body.contact.surface().samples[index as usize];
-        let point = interpolate(corners, sample.local);
-        if !other.contact.posed.bounds.contains(&point) {
-            return None;
-        }
-        let accepts = |found| !(is_same && are_near(body.lattice, cell, found));
-        let located = other.contact.posed.locate(&point, |cell| other.posed_corners(cell), accepts)?;
-        let inverse = located.gradient.try_inverse()?;
-        let outward = world_normal(sample, corners);
+        let own_local = sample.local.map(f64::from);
+        let point = own.position(own_local);
+        let (posed, accepts) = (&other.contact.posed, |found| self.accepts(cell, found));
+        let located = posed.locate(&point, |cell| other.posed_corners(cell), accepts, cells)?;
+        let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
-        let memory = memory.map(|k| Vector3::from(remembered[k].normal.map(f64::from)));
+        let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
+        let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
         let way = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
@@ -164,22 +215,27 @@ impl Pair<'_> {
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
         // The direction at rest in which the surface of the sample faces. An open surface has no outside.
         let facing = outward.filter(|_| body.contact.surface().is_closed);
-        let facing = facing.and_then(|outward| (located.gradient.transpose() * outward).try_normalize(0.0));
-        let Foot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
-            true => self.foot_of_closed(&rest, facing)?,
+        let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
+        let RestFoot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
+            true => {
+                let side = memory.and_then(|before| located.gradient.rest_normal(&before));
+                self.foot_of_closed(&rest, facing, side)?
+            }
             false => self.foot_of_shell(&rest, |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
-                (None, Some(before)) => (inverse.transpose() * normal).dot(&before),
-                (None, None) => -(inverse * way()).dot(normal),
+                (None, Some(before)) => {
+                    located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))
+                }
+                (None, None) => -located.gradient.local_offset(&way()).dot(normal),
             })?,
         };
         let (other_cell, other_local) = cell_of(other.lattice, &foot, located.cell);
-        let other_corners = other.posed_corners(other_cell);
-        let gradient = gradient_at(&other_corners, other_local.map(f64::from));
-        let inverse = if gradient.determinant() > 0.0 { gradient.try_inverse()? } else { inverse };
-        let normal = (inverse.transpose() * rest_normal).try_normalize(0.0)?;
-        let shell = shell * other.lattice.cell_size();
-        let gap = (point - interpolate(&other_corners, other_local)).dot(&normal) - shell;
+        let touched = DeformedCell::new(&other.posed_corners(other_cell));
+        let touched_local = other_local.map(f64::from);
+        // Where the touched cell is inside out, the derivative of that of the sample has to do.
+        let normal = touched.gradient(touched_local).normal(&rest_normal);
+        let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
+        let gap = (point - touched.position(touched_local)).dot(&normal) - shell * other.lattice.cell_size();
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
         // A NaN, from positions that are not finite, is no contact.
@@ -188,47 +244,62 @@ impl Pair<'_> {
             return None;
         }
         let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
-        let are_new = body.state.touches.all_count || other.state.touches.all_count;
+        let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let counts =
             is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
-        counts.then_some(Touch { sample: index, cell, other_cell, other_local, point, normal, gap, past })
+        let rest_normal = rest_normal.map(|x| x as f32).into();
+        let foot = Foot { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
+        counts.then_some(Touch { sample: index, cell, foot, point, normal, gap, past })
     }
 
-    /// Returns the closest point of a closed surface that faces a sample. `facing`: direction at rest in which the surface
-    /// of the sample faces. Returns `None` if no point faces it, or the sample is outside.
-    fn foot_of_closed(&self, rest: &Point3<f64>, facing: Option<Vector3<f64>>) -> Option<Foot> {
+    /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
+    /// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
+    /// with which it touched. Returns `None` if no point faces it, or the sample is outside.
+    fn foot_of_closed(
+        &self,
+        rest: &Point3<f64>,
+        facing: Option<Vector3<f64>>,
+        side: Option<Vector3<f64>>,
+    ) -> Option<RestFoot> {
         let tree = &self.other.contact.surface().tree;
         let limit = if self.is_same { MAX_SHELL_DEPTH } else { MAX_DEPTH };
         let closest = tree.closest(rest, limit, |_| true)?;
         if !closest.is_inside(rest) && closest.distance > OUTSIDE {
             return None;
         }
-        match facing {
-            Some(facing) if closest.normal.dot(&facing) > FACING => {
-                let faces = |triangle| tree.triangle_normal(triangle).dot(&facing) <= FACING;
-                let found = tree.closest(rest, closest.distance + FACING_RANGE, faces)?;
-                // The pseudonormal at an edge may belong to a side that does not face the sample.
-                let normal = match found.normal.dot(&facing) <= FACING {
-                    true => found.normal,
-                    false => tree.triangle_normal(found.triangle),
-                };
-                Some(Foot { rest: found.point, normal, shell: 0.0 })
-            }
-            _ => Some(Foot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
+        let is_same_side =
+            |normal: &Vector3<f64>| faces(normal) && side.is_some_and(|side| normal.dot(&side) > SAME_SIDE);
+        // The closest point of some triangles. The pseudonormal at an edge may belong to other triangles.
+        let among = |range: f64, accepts: &dyn Fn(&Vector3<f64>) -> bool| {
+            let found = tree.closest(rest, closest.distance + range, |triangle| {
+                accepts(&tree.triangle_normal(triangle))
+            })?;
+            let normal =
+                if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
+            Some(RestFoot { rest: found.point, normal, shell: 0.0 })
+        };
+        let as_before = side.filter(|_| !is_same_side(&closest.normal));
+        if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
+            return Some(foot);
+        }
+        match faces(&closest.normal) {
+            true => Some(RestFoot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+            false => among(FACING_RANGE, &faces),
         }
     }
 
     /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
     /// normal of the side from which the sample came.
-    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<Foot> {
+    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<RestFoot> {
         let closest = self.other.contact.surface().tree.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
         let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
-        Some(Foot { rest: closest.point, normal, shell: SHELL })
+        Some(RestFoot { rest: closest.point, normal, shell: SHELL })
     }
 }
 
-/// The point of a surface that a sample touches.
-struct Foot {
+/// The point of a surface at rest that a sample touches.
+struct RestFoot {
     /// Rest coordinates.
     rest: Point3<f64>,
     /// Unit normal at rest.
@@ -251,26 +322,19 @@ fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) 
     (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
 }
 
-/// Returns the world position of a point of a cell.
-fn interpolate(corners: &[Point3<f64>; 8], local: [f32; 3]) -> Point3<f64> {
-    let weighted = corners.iter().zip(trilinear_weights(local));
-    Point3::from(weighted.map(|(corner, weight)| corner.coords * f64::from(weight)).sum::<Vector3<f64>>())
+/// Returns the geometry of a cell at the end of the step. `last`: that of the last cell, which is computed once.
+fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell: u32) -> &'a DeformedCell {
+    if last.is_none_or(|(found, _)| found != cell) {
+        *last = Some((cell, DeformedCell::new(&body.corners(cell).map(|vertex| body.position(vertex)))));
+    }
+    let (_, geometry) = last.as_ref().expect("set above");
+    geometry
 }
 
 /// Returns the velocity of a point of a cell, in scene units per second.
 fn velocity_in(body: &BodyView, cell: u32, local: [f32; 3]) -> Vector3<f64> {
     let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
     corners.map(|(vertex, weight)| body.velocity(vertex) * f64::from(weight)).sum()
-}
-
-/// Returns the unit normal of a sample in world space, or `None` where its cell is flat or inside out.
-fn world_normal(sample: &Sample, corners: &[Point3<f64>; 8]) -> Option<Vector3<f64>> {
-    let gradient = gradient_at(corners, sample.local.map(f64::from));
-    if gradient.determinant() <= 0.0 {
-        return None;
-    }
-    let inverse = gradient.transpose().try_inverse()?;
-    (inverse * Vector3::from(sample.normal.map(f64::from))).try_normalize(0.0)
 }
 
 /// Returns whether two cells are the same, or joined by at most [`NEIGHBORHOOD`] steps through cells with common corners.

@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::posed::{Bounds, PosedLattice};
+use super::bounds::Bounds;
+use super::posed::PosedLattice;
 use super::surface::ContactSurface;
 use crate::contact::Contacts;
 use crate::lattice::Lattice;
@@ -29,8 +30,27 @@ pub(crate) struct BodyContact {
     /// Velocity of the origin before the step, in cells/s.
     origin_velocity: Vector3<f64>,
     pub(crate) posed: PosedLattice,
-    /// Box of the positions, in world space, and box of the velocities, in scene units per second.
-    pub(super) bounds: (Bounds, Bounds),
+    pub(super) motion: MotionBounds,
+    /// Distance in cells by which the body moved at most since its contacts were searched; infinity if they have to be
+    /// searched.
+    pub(crate) search_distance: f64,
+}
+
+/// Boxes of the motion of a body in a step, by which near bodies are found, and the times at which they are searched.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MotionBounds {
+    /// Positions at the end of the step without contacts, in world space.
+    pub(super) positions: Bounds,
+    /// Velocities at the end of the step without contacts, in scene units per second.
+    pub(super) velocities: Bounds,
+    /// Velocities before the step, in scene units per second.
+    pub(super) velocities_before: Bounds,
+}
+
+impl MotionBounds {
+    /// Of a body without vertices.
+    pub(super) const EMPTY: Self =
+        Self { positions: Bounds::EMPTY, velocities: Bounds::EMPTY, velocities_before: Bounds::EMPTY };
 }
 
 impl BodyContact {
@@ -40,7 +60,8 @@ impl BodyContact {
             velocities_before: Lanes::default(),
             origin_velocity: Vector3::zeros(),
             posed: PosedLattice::default(),
-            bounds: (Bounds::EMPTY, Bounds::EMPTY),
+            motion: MotionBounds::EMPTY,
+            search_distance: f64::INFINITY,
         }
     }
 
@@ -59,21 +80,20 @@ impl BodyContact {
         self.surface.as_ref().expect("a body in a pair has a surface")
     }
 
-    /// Stores the velocities before the step.
-    pub(crate) fn begin(&mut self, state: &State) {
+    /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
+    /// eight slots.
+    pub(crate) fn begin(&mut self, state: &State, occupied: &[u8]) {
         self.velocities_before.copy_from(&state.velocities);
         self.origin_velocity = state.frame.velocity();
+        self.motion.velocities_before = velocity_bounds(state, occupied);
     }
 
-    /// Measures the boxes of the positions and velocities. `occupied` has the bit mask of the lanes with a vertex, for each
-    /// block of eight slots.
+    /// Measures the boxes of the positions and velocities at the end of the step. `occupied` is as in [`begin`](Self::begin).
     pub(crate) fn measure_bounds(&mut self, state: &State, occupied: &[u8]) {
         let corner = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
-        let velocity = |local: [f32; 3]| Point3::from(state.frame.velocity_to_world(local));
         let (low, high) = bounds(&state.positions, occupied);
-        let positions = Bounds { low: corner(low), high: corner(high) };
-        let (low, high) = bounds(&state.velocities, occupied);
-        self.bounds = (positions, Bounds { low: velocity(low), high: velocity(high) });
+        self.motion.positions = Bounds { low: corner(low), high: corner(high) };
+        self.motion.velocities = velocity_bounds(state, occupied);
     }
 
     /// Returns the memory in bytes.
@@ -143,4 +163,11 @@ impl BodyView<'_> {
         let local = Vector3::from(velocities_before.get(self.slots[vertex as usize]).map(f64::from));
         (origin_velocity + local) * self.lattice.cell_size()
     }
+}
+
+/// Returns the box of the velocities, in scene units per second.
+fn velocity_bounds(state: &State, occupied: &[u8]) -> Bounds {
+    let velocity = |local: [f32; 3]| Point3::from(state.frame.velocity_to_world(local));
+    let (low, high) = bounds(&state.velocities, occupied);
+    Bounds { low: velocity(low), high: velocity(high) }
 }

@@ -18,13 +18,15 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    FieldKind, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions, VolumeOptions,
-    VolumeScope,
+    FieldKind, Interpolation, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions,
+    VolumeOptions, VolumeScope,
 };
 
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{handles, keyframes, pins, zones};
-pub(super) use ranges::{count, direction, directory, extents, fraction, mesh, name, not_negative, positive};
+pub(super) use ranges::{
+    count, direction, directory, extents, fraction, mesh, name, not_negative, optional_positive, positive,
+};
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
@@ -174,4 +176,5 @@ words! {
     field: FieldKind;
     preset: Preset;
     skin: SkinKind;
+    interpolation: Interpolation;
 }

@@ -4,8 +4,9 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
+use super::interpolation;
 use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
-use supple::{Handle, Key, Pin, Selection, TimeWindow, Zone};
+use supple::{Handle, Interpolation, Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -25,6 +26,8 @@ struct HandleKeys {
     window: TimeWindow,
     #[serde(with = "keyframes")]
     keys: Vec<Key>,
+    #[serde(default, with = "interpolation", skip_serializing_if = "Interpolation::is_linear")]
+    interpolation: Interpolation,
 }
 
 #[derive(Serialize, Deserialize)]

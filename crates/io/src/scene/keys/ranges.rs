@@ -33,6 +33,13 @@ ranges! {
     directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
 }
 
+/// Deserializes an optional number above 0.
+pub(in crate::scene) fn optional_positive<'de, D: Deserializer<'de>>(
+    value: D,
+) -> Result<Option<f64>, D::Error> {
+    positive(value).map(Some)
+}
+
 /// Deserializes a whole number in the range from `LOW` to `HIGH`.
 pub(in crate::scene) fn count<'de, D, T, const LOW: u32, const HIGH: u32>(value: D) -> Result<T, D::Error>
 where

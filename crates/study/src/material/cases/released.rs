@@ -2,7 +2,7 @@
 //! and dropped.
 
 use nalgebra::Vector3;
-use supple::{Collider, Handle, Key, Pin, Selection, TimeWindow};
+use supple::{Collider, Handle, Interpolation, Key, Pin, Selection, TimeWindow};
 
 use crate::material::bodies::{FPS, GRAVITY, automatic, bar, bar_vertices, greatest_speed};
 use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
@@ -29,7 +29,12 @@ fn released(cells: i32) -> Outcome {
         translate: [0.0, 0.0, z],
         rotate: [0.0; 3],
     });
-    let upper = Handle { selection: end(DROP + length - half_cell, 1.0), keys: keys.to_vec(), window };
+    let upper = Handle {
+        interpolation: Interpolation::Linear,
+        selection: end(DROP + length - half_cell, 1.0),
+        keys: keys.to_vec(),
+        window,
+    };
     let body = bar(cells, LENGTH)?.youngs_modulus(MODULUS).translate([0.0, 0.0, DROP]);
     let body = body.pin(lower).handle(upper).build()?;
     let rest: Vec<Vector3<f64>> = body.positions().iter().map(|p| p.coords).collect();

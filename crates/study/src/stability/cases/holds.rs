@@ -1,6 +1,6 @@
 //! Cases with pins and handles that move extremely and then release the body.
 
-use supple::{Error, Handle, Key, Pin, Simulation, TimeWindow};
+use supple::{Error, Handle, Interpolation, Key, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{block, layer, of_cells};
 use crate::stability::case::{Case, Figures, Measure};
@@ -33,9 +33,21 @@ fn move_ends(motion: EndMotion) -> Result<Figures, Error> {
     let body = of_cells(&block(BAR), 3)?.region_damping(0.1);
     let body = match motion.near {
         None => body.pin(Pin { selection: near, window }),
-        Some(moves) => body.handle(Handle { selection: near, keys: keys(moves), window }),
+        Some(moves) => body.handle(Handle {
+            interpolation: Interpolation::Linear,
+            selection: near,
+            keys: keys(moves),
+            window,
+        }),
     };
-    let body = body.handle(Handle { selection: far, keys: keys(motion.far), window }).build()?;
+    let body = body
+        .handle(Handle {
+            interpolation: Interpolation::Linear,
+            selection: far,
+            keys: keys(motion.far),
+            window,
+        })
+        .build()?;
     let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run((RELEASE * 60.0) as u64, 10);

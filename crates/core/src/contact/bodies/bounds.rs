@@ -1,0 +1,69 @@
+//! Axis-aligned boxes.
+
+use nalgebra::{Point3, Vector3};
+
+/// Axis-aligned box in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) low: Point3<f64>,
+    pub(crate) high: Point3<f64>,
+}
+
+impl Bounds {
+    /// Contains no point.
+    pub(crate) const EMPTY: Self = Self {
+        low: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// Contains the origin only.
+    pub(crate) const ZERO: Self = Self { low: Point3::new(0.0, 0.0, 0.0), high: Point3::new(0.0, 0.0, 0.0) };
+
+    /// Returns the smallest box that contains the points.
+    pub(crate) fn of(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |Self { low, high }, point| Self {
+            low: low.inf(&point),
+            high: high.sup(&point),
+        })
+    }
+
+    /// Returns the box enlarged by `margin` on all sides.
+    pub(crate) fn enlarged(self, margin: f64) -> Self {
+        let margin = Vector3::repeat(margin);
+        Self { low: self.low - margin, high: self.high + margin }
+    }
+
+    /// Returns the greatest distance between a point of this box and one of the other.
+    pub(crate) fn greatest_difference(&self, other: &Self) -> f64 {
+        (self.high - other.low).sup(&(other.high - self.low)).norm()
+    }
+
+    /// Returns the intersection, which may be empty.
+    pub(crate) fn intersection(&self, other: &Self) -> Self {
+        Self { low: self.low.sup(&other.low), high: self.high.inf(&other.high) }
+    }
+
+    /// Returns the smallest box that contains both.
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// Returns whether the box contains no point. A box with a NaN is empty.
+    pub(crate) fn is_empty(&self) -> bool {
+        !(0..3).all(|a| self.low[a] <= self.high[a])
+    }
+
+    pub(super) fn intersects(&self, other: &Self) -> bool {
+        (0..3).all(|a| self.low[a] <= other.high[a] && other.low[a] <= self.high[a])
+    }
+
+    /// Returns on which sides of the box a point is outside: one bit for each of the six sides.
+    pub(super) fn sides_of(&self, point: &Point3<f64>) -> u8 {
+        let side = |a: usize| u8::from(point[a] < self.low[a]) | u8::from(point[a] > self.high[a]) << 1;
+        side(0) | side(1) << 2 | side(2) << 4
+    }
+
+    pub(super) fn contains(&self, point: &Point3<f64>) -> bool {
+        (0..3).all(|a| self.low[a] <= point[a] && point[a] <= self.high[a])
+    }
+}

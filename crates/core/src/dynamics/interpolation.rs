@@ -1,0 +1,96 @@
+//! Interpolates keyframes: linear, with rests at the keyframes, or cubic through them.
+
+/// How the motion between two keyframes goes. Before the first and after the last keyframe it always rests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Interpolation {
+    /// With constant velocity, which jumps at the keyframes. The default.
+    #[default]
+    Linear,
+    /// From rest to rest: the velocity is zero at each keyframe. The share s of the way is 3 s² - 2 s³.
+    Smooth,
+    /// Through the keyframes with a continuous velocity. A coordinate rests at the first and the last keyframe, and where it
+    /// turns back or did not change; it stays between its values at the two keyframes.
+    Cubic,
+}
+
+impl Interpolation {
+    /// All values, with their names in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 3] =
+        [("linear", Self::Linear), ("smooth", Self::Smooth), ("cubic", Self::Cubic)];
+
+    /// Returns the name of the value in [`Interpolation::NAMED`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Smooth => "smooth",
+            Self::Cubic => "cubic",
+        }
+    }
+
+    /// Returns whether this is the default.
+    pub fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+}
+
+/// Returns the share of the way from rest to rest: the cubic with slope zero at s = 0 and s = 1.
+pub(super) fn smooth(s: f64) -> f64 {
+    s * s * (3.0 - 2.0 * s)
+}
+
+/// Returns the cubic Hermite polynomial from `a` at s = 0 to `b` at s = 1, with the slopes `[start, end]` in units of s.
+pub(super) fn hermite(a: f64, b: f64, [start, end]: [f64; 2], s: f64) -> f64 {
+    let rest = 1.0 - s;
+    a + (b - a) * smooth(s) + s * rest * (rest * start - s * end)
+}
+
+/// Returns the slope at a keyframe between two intervals of the lengths `lengths`, in which a value changes by `changes`:
+/// a weighted harmonic mean of the slopes of the two (Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5, 300), zero if
+/// they differ in sign. With it the Hermite cubics of both intervals are monotone.
+pub(super) fn slope(changes: [f64; 2], lengths: [f64; 2]) -> f64 {
+    let [before, after] = [changes[0] / lengths[0], changes[1] / lengths[1]];
+    if before * after <= 0.0 {
+        return 0.0;
+    }
+    let weights = [2.0 * lengths[1] + lengths[0], lengths[1] + 2.0 * lengths[0]];
+    (weights[0] + weights[1]) / (weights[0] / before + weights[1] / after)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hermite_cubics_have_the_given_values_and_slopes() {
+        let (a, b, slopes) = (-1.0, 2.5, [0.7, -3.0]);
+        let cubic = |s| hermite(a, b, slopes, s);
+        assert_eq!([cubic(0.0), cubic(1.0)], [a, b]);
+        for (s, slope) in [(0.0, slopes[0]), (1.0, slopes[1])] {
+            let difference = (cubic(s + 1e-5) - cubic(s - 1e-5)) / 2e-5;
+            assert!((difference - slope).abs() < 1e-8, "{difference} {slope}");
+        }
+        // Without slopes of its own it is the cubic from rest to rest, and exact for a line.
+        assert_eq!(hermite(0.0, 1.0, [0.0; 2], 0.3), smooth(0.3));
+        assert!((hermite(1.0, 3.0, [2.0; 2], 0.3) - 1.6).abs() < 1e-15);
+    }
+
+    #[test]
+    fn slopes_are_those_of_lines_and_at_most_three_times_the_lesser_slope() {
+        assert!((slope([1.0, 3.0], [0.5, 1.5]) - 2.0).abs() < 1e-15);
+        assert_eq!(
+            [slope([1.0, -1.0], [1.0; 2]), slope([0.0, 1.0], [1.0; 2]), slope([1.0, 0.0], [1.0; 2])],
+            [0.0; 3]
+        );
+        // A product of two slopes that underflows counts as zero.
+        assert_eq!(slope([1e-200, 1e-200], [1.0; 2]), 0.0);
+        for lengths in [[1.0, 1.0], [0.01, 5.0], [5.0, 0.01]] {
+            for changes in [[1.0, 2.0], [-1.0, -100.0], [1e-3, 40.0]] {
+                let found = slope(changes, lengths);
+                let least = (changes[0] / lengths[0]).abs().min((changes[1] / lengths[1]).abs());
+                assert!(found.abs() <= 3.0 * least && found * changes[0] > 0.0);
+                assert_eq!(slope([changes[1], changes[0]], [lengths[1], lengths[0]]), found);
+            }
+        }
+    }
+}

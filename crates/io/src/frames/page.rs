@@ -1,0 +1,224 @@
+//! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the
+//! page `NAME.html`, from which a later run can take them again.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use supple::Simulation;
+
+use super::error::check_finite;
+use super::page_data::{self, Data, DataFrames, data_path};
+use super::record::{Compare, Record};
+use super::{OutputError, Sequence};
+use crate::count::counted;
+use crate::file::{self, is_link, write_durably};
+use crate::html::{
+    FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, read_page, write_page,
+};
+use crate::space::FileSpace;
+
+/// A page that is being written, as `NAME.html.data`.
+#[derive(Debug)]
+pub(crate) struct PageWriter {
+    sequence: Sequence,
+    data: Data,
+    frame: FrameBuilder,
+}
+
+impl PageWriter {
+    /// Starts a page.
+    pub(crate) fn create(sequence: Sequence, header: &Header, arrays: &[u8]) -> Result<Self, OutputError> {
+        let path = data_path(&sequence);
+        let mut data = page_data::create(&path, header, arrays)?;
+        data.truncate(0).map_err(OutputError::io("write", &path))?;
+        Ok(Self::open(sequence, data))
+    }
+
+    /// Continues a finished or unfinished page after its first `samples` frames, and removes later frames. `header`
+    /// describes the run; the page keeps its own description. Changes nothing if the page cannot be continued.
+    pub(crate) fn resume(sequence: Sequence, header: &Header, samples: u64) -> Result<Self, OutputError> {
+        check_link(&sequence)?;
+        let path = data_path(&sequence);
+        let page = sequence.path(0);
+        let invalid = |reason: String| OutputError::Cache { path: page.clone(), reason };
+        if !path.exists() {
+            page_data::create_from(&path, &mut read_run(&page)?)?;
+        }
+        let mut data = page_data::open(&path)?;
+        if data.layout != Layout::new(header) {
+            return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
+        }
+        let complete = data.complete().map_err(OutputError::io("read", &path))?;
+        if complete < samples {
+            let kept = counted(samples as usize, "frame");
+            return Err(invalid(format!("it has {complete} of {kept} to keep")));
+        }
+        data.truncate(samples).map_err(OutputError::io("write", &path))?;
+        Ok(Self::open(sequence, data))
+    }
+
+    fn open(sequence: Sequence, data: Data) -> Self {
+        Self { sequence, data, frame: FrameBuilder::default() }
+    }
+
+    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, and its volumes at rest, before
+    /// and after the correction.
+    pub(crate) fn push_body(
+        &mut self,
+        frame: u64,
+        positions: &[[f32; 3]],
+        lattice: impl Iterator<Item = [f64; 3]>,
+        volumes: [f64; 3],
+    ) -> Result<(), OutputError> {
+        check_finite(frame, positions)?;
+        let lattice: Vec<[f32; 3]> = lattice.map(|point| point.map(|number| number as f32)).collect();
+        check_finite(frame, &lattice)?;
+        self.frame.push_volumes(volumes);
+        self.frame.push_mesh(positions);
+        self.frame.push_lattice(&lattice);
+        Ok(())
+    }
+
+    /// Writes the frame with the added bodies and the colliders, in the coordinates `space`, and returns its record. If this fails, truncates the
+    /// file after the previous frame.
+    pub(crate) fn write(&mut self, simulation: &Simulation, space: FileSpace) -> Result<Record, OutputError> {
+        // An observer can replace the colliders of the simulation. The page shows those of the first frame.
+        for index in 0..self.data.layout.colliders() {
+            let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
+            let pose = collider.map(|collider| (collider.translation(), collider.rotation()));
+            let (translate, rotate) = pose.unwrap_or_default();
+            self.frame.push_pose(space.position(translate), space.angles(rotate));
+        }
+        let mut animated = animated_positions(simulation, space);
+        for points in self.data.layout.animated() {
+            let positions = animated.next().filter(|positions| positions.len() == points);
+            self.frame.push_mesh(&positions.unwrap_or_else(|| vec![[0.0; 3]; points]));
+        }
+        drop(animated);
+        let frame = self.frame.finish();
+        self.data.append(frame).map_err(OutputError::io("write", &data_path(&self.sequence)))?;
+        Ok(Record::of(frame))
+    }
+
+    /// Forgets the bodies that were added to the frame.
+    pub(crate) fn discard(&mut self) {
+        self.frame = FrameBuilder::default();
+    }
+
+    /// Returns the path of the file while frames are written.
+    pub(crate) fn path(&self) -> PathBuf {
+        data_path(&self.sequence)
+    }
+
+    /// Writes the page, and removes the data.
+    pub(crate) fn finish(self) -> Result<(), OutputError> {
+        let path = self.sequence.path(0);
+        let data_path = self.path();
+        let Data { header, arrays, .. } = &self.data;
+        let mut runs = [Run {
+            header: header.clone(),
+            arrays: arrays.clone(),
+            frames: Box::new(DataFrames::open(&data_path, &self.data)?),
+        }];
+        let write = |file: &mut File| {
+            let mut out = BufWriter::new(file);
+            write_page(&mut out, &mut runs)?;
+            out.flush()
+        };
+        write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+        drop((runs, self.data));
+        fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
+    }
+}
+
+/// Reads the only run of a page.
+fn read_run(path: &Path) -> Result<Run<'static>, OutputError> {
+    let invalid = |reason: &str| OutputError::Cache { path: path.to_owned(), reason: reason.to_owned() };
+    let bytes = match file::read(path, u64::MAX) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Err(invalid("it is missing")),
+        bytes => bytes.map_err(OutputError::io("read", path))?,
+    };
+    let runs = read_page(&bytes).map_err(|error| invalid(&error.to_string()))?;
+    match <[Run<'static>; 1]>::try_from(runs) {
+        Ok([run]) => Ok(run),
+        Err(_) => Err(invalid("it has several runs")),
+    }
+}
+
+/// Returns an error if an existing page or its data are a link, which would have to be followed to continue them.
+pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    for path in [data_path(sequence), sequence.path(0)] {
+        if is_link(&path) {
+            return Err(OutputError::Link { path });
+        }
+        if path.exists() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Compares a page or its data with the records of the frames. Returns the problem if they differ.
+pub(super) fn check(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<Option<String>, OutputError> {
+    match check_frames(sequence, records, compare) {
+        Err(OutputError::Cache { path, reason }) => {
+            Ok(Some(format!("cannot continue {}: {reason}", path.display())))
+        }
+        checked => checked,
+    }
+}
+
+fn check_frames(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<Option<String>, OutputError> {
+    let Some(first) = records.first() else { return Ok(None) };
+    let (data_path, page) = (data_path(sequence), sequence.path(0));
+    let (path, found, size, mut frames): (_, _, _, Box<dyn FrameSource>) = if data_path.exists() {
+        let data = page_data::open(&data_path)?;
+        let found = data.complete().map_err(OutputError::io("read", &data_path))?;
+        let frames = DataFrames::open(&data_path, &data)?;
+        (&data_path, found, data.frame_bytes, Box::new(frames))
+    } else {
+        let run = read_run(&page)?;
+        (&page, run.header.frames as u64, Layout::new(&run.header).bytes() as u64, run.frames)
+    };
+    let invalid = |reason: String| Err(OutputError::Cache { path: path.clone(), reason });
+    if size != first.bytes {
+        return invalid(format!("its frames have {size} instead of {} bytes", first.bytes));
+    }
+    if found < records.len() as u64 {
+        return invalid(format!("it has {found} of {} to keep", counted(records.len(), "frame")));
+    }
+    if compare == Compare::Sizes {
+        return Ok(None);
+    }
+    let mut frame = Vec::new();
+    for (index, record) in records.iter().enumerate() {
+        frames.read_frame(index, &mut frame).map_err(OutputError::io("read", path))?;
+        if Record::of(&frame) != *record {
+            let number = sequence.first + index as u64 * sequence.every;
+            let path = path.display();
+            return Ok(Some(format!("frame {number} of {path} has changed since it was written")));
+        }
+    }
+    Ok(None)
+}
+
+/// Writes the page of unfinished data that have all frames, without the frames after `records`.
+pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+    let data_path = data_path(sequence);
+    if !data_path.exists() {
+        return Ok(());
+    }
+    check_link(sequence)?;
+    let mut data = page_data::open(&data_path)?;
+    data.truncate(records.len() as u64).map_err(OutputError::io("write", &data_path))?;
+    PageWriter::open(sequence.clone(), data).finish()
+}

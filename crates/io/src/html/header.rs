@@ -1,0 +1,263 @@
+//! The data of a run that are the same in all frames: names, surfaces, lattices and colliders.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use supple::mesh::Mesh;
+use supple::{Shape, Simulation, euler_degrees};
+
+use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
+use crate::space::FileSpace;
+
+/// Version of the format of the data.
+pub(super) const VERSION: u32 = 1;
+
+/// Description of a run, which begins its data as JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Header {
+    /// Version of the format of the data.
+    pub(super) version: u32,
+    /// Name of the run.
+    pub(crate) name: String,
+    /// Frames per second of the simulation.
+    pub(super) fps: f64,
+    /// Number of the first frame.
+    pub(super) first: u64,
+    /// Interval between frames, at least 1.
+    pub(super) every: u64,
+    /// Number of frames.
+    pub(crate) frames: usize,
+    /// Direction against gravity, a unit vector; y without gravity.
+    pub(super) up: [f64; 3],
+    /// Surfaces of the bodies and of the colliders that are meshes. Equal surfaces are listed once.
+    pub(super) surfaces: Vec<SurfaceSize>,
+    pub(super) bodies: Vec<BodyHeader>,
+    pub(super) colliders: Vec<ColliderHeader>,
+    /// Size of the arrays that follow the header, in bytes.
+    pub(super) arrays: usize,
+}
+
+/// Numbers of elements of the arrays of a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct SurfaceSize {
+    vertices: u32,
+    faces: u32,
+    /// Number of corners of all faces.
+    corners: u32,
+}
+
+/// A body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct BodyHeader {
+    pub(super) name: String,
+    /// Index of its surface.
+    surface: usize,
+    /// Number of vertices of its lattice.
+    lattice: u32,
+    /// Number of links of its lattice.
+    links: u32,
+}
+
+/// A collider.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ColliderHeader {
+    /// Center of its rotation.
+    center: [f64; 3],
+    #[serde(flatten)]
+    shape: ColliderShape,
+}
+
+/// Shape of a collider before it moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "snake_case")]
+enum ColliderShape {
+    Plane {
+        point: [f64; 3],
+        normal: [f64; 3],
+    },
+    Sphere {
+        radius: f64,
+    },
+    Box {
+        half_extents: [f64; 3],
+        rotate: [f64; 3],
+    },
+    Capsule {
+        a: [f64; 3],
+        b: [f64; 3],
+        radius: f64,
+    },
+    /// A mesh, as the index of its surface. The positions of an animated mesh are those of the frames.
+    Mesh {
+        surface: usize,
+        is_animated: bool,
+        is_closed: bool,
+    },
+}
+
+impl Header {
+    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`. Returns the description, with no frames, and its arrays.
+    pub(crate) fn new(
+        simulation: &Simulation,
+        name: &str,
+        fps: f64,
+        first: u64,
+        every: u64,
+        space: FileSpace,
+    ) -> (Self, Vec<u8>) {
+        let gravity = Vector3::from(space.direction(simulation.gravity()));
+        let up = (-gravity).try_normalize(0.0).unwrap_or_else(|| space.direction([0.0, 1.0, 0.0]).into());
+        let mut surfaces = Surfaces::default();
+        let mut arrays = Vec::new();
+        let mut bodies = Vec::new();
+        for body in simulation.bodies() {
+            let lattice = body.lattice();
+            let links = (0..lattice.len() as u32).flat_map(|vertex| {
+                let [_, x, _, y, _, z] = lattice.neighbors(vertex);
+                [x, y, z].into_iter().flatten().map(move |next| [vertex, next])
+            });
+            let links: Vec<[u32; 2]> = links.collect();
+            let surface = body.mesh().map_or(0, |mesh| surfaces.index(mesh, &mut arrays));
+            bodies.push(BodyHeader {
+                name: body.name().to_owned(),
+                surface,
+                lattice: lattice.len() as u32,
+                links: links.len() as u32,
+            });
+            pack_words(links.iter().flatten().copied(), &mut arrays);
+        }
+        let mut colliders = Vec::new();
+        for index in 0..simulation.collider_count() {
+            let shape = &simulation.collider(index).description().shape;
+            colliders.push(ColliderHeader {
+                center: space.position(shape.center().into()),
+                shape: ColliderShape::new(shape, space, &mut surfaces, &mut arrays),
+            });
+        }
+        let sizes = surfaces.0.iter().map(|(_, size)| size.clone()).collect();
+        let header = Self {
+            version: VERSION,
+            name: name.to_owned(),
+            fps,
+            first,
+            every,
+            frames: 0,
+            up: up.into(),
+            surfaces: sizes,
+            bodies,
+            colliders,
+            arrays: arrays.len(),
+        };
+        (header, arrays)
+    }
+
+    /// Returns the point sets of a frame, each as its number of points and the largest value of a coordinate: the mesh
+    /// and the lattice of each body, then the mesh of each animated collider.
+    pub(super) fn point_sets(&self) -> Vec<(usize, u16)> {
+        let bodies = self.bodies.iter();
+        let mesh = |surface: usize| (self.surfaces[surface].vertices as usize, MESH_VALUES);
+        let mut sets: Vec<(usize, u16)> =
+            bodies.flat_map(|body| [mesh(body.surface), (body.lattice as usize, LATTICE_VALUES)]).collect();
+        sets.extend(self.colliders.iter().filter_map(|collider| match collider.shape {
+            ColliderShape::Mesh { surface, is_animated: true, .. } => Some(mesh(surface)),
+            _ => None,
+        }));
+        sets
+    }
+
+    /// Returns whether the indices and versions are valid.
+    pub(super) fn is_valid(&self) -> bool {
+        let surface = |collider: &ColliderHeader| match collider.shape {
+            ColliderShape::Mesh { surface, .. } => Some(surface),
+            _ => None,
+        };
+        let mut surfaces =
+            self.bodies.iter().map(|body| body.surface).chain(self.colliders.iter().filter_map(surface));
+        self.version == VERSION && self.every > 0 && surfaces.all(|surface| surface < self.surfaces.len())
+    }
+}
+
+impl ColliderShape {
+    fn new<'a>(
+        shape: &'a Shape,
+        space: FileSpace,
+        surfaces: &mut Surfaces<'a>,
+        arrays: &mut Vec<u8>,
+    ) -> Self {
+        match *shape {
+            Shape::Plane { point, normal } => {
+                Self::Plane { point: space.position(point), normal: space.direction(normal) }
+            }
+            Shape::Sphere { radius, .. } => Self::Sphere { radius: space.length(radius) },
+            Shape::Box { half_extents, rotate, .. } => Self::Box {
+                half_extents: space.position(half_extents).map(f64::abs),
+                rotate: space.angles(rotate),
+            },
+            Shape::Capsule { a, b, radius } => {
+                Self::Capsule { a: space.position(a), b: space.position(b), radius: space.length(radius) }
+            }
+            Shape::Mesh { ref mesh, .. } => {
+                let surface = surfaces.index(mesh.mesh(), arrays);
+                let is_animated = mesh.animation().is_some();
+                if !is_animated {
+                    let placed = placed(shape, space, mesh.mesh().vertices().iter().copied());
+                    pack_words(placed.iter().flatten().map(|number| number.to_bits()), arrays);
+                }
+                Self::Mesh { surface, is_animated, is_closed: mesh.is_closed() }
+            }
+        }
+    }
+}
+
+/// Returns the positions of the vertices of a collider that is a mesh, before it moves. They are finite.
+fn placed(shape: &Shape, space: FileSpace, vertices: impl Iterator<Item = Point3<f64>>) -> Vec<[f32; 3]> {
+    let &Shape::Mesh { scale, rotate, translate, .. } = shape else { return Vec::new() };
+    let rotation = euler_degrees(rotate);
+    let finite = |number: f64| number.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
+    let place = |vertex: Point3<f64>| {
+        let place = rotation * (vertex.coords * scale) + Vector3::from(translate);
+        space.position(place.into()).map(finite)
+    };
+    vertices.map(place).collect()
+}
+
+/// Returns the present positions of the vertices of each animated collider, before it moves as a whole.
+pub(crate) fn animated_positions(
+    simulation: &Simulation,
+    space: FileSpace,
+) -> impl Iterator<Item = Vec<[f32; 3]>> {
+    let time = simulation.time();
+    (0..simulation.collider_count()).filter_map(move |index| {
+        let shape = &simulation.collider(index).description().shape;
+        let Shape::Mesh { mesh, .. } = shape else { return None };
+        let mut vertices = Vec::new();
+        mesh.animation()?.positions_at_time(time, &mut vertices);
+        Some(placed(shape, space, vertices.into_iter()))
+    })
+}
+
+/// The surfaces so far, with their meshes.
+#[derive(Default)]
+struct Surfaces<'a>(Vec<(&'a Mesh, SurfaceSize)>);
+
+impl<'a> Surfaces<'a> {
+    /// Returns the index of the surface of a mesh. A new surface is added, with the numbers of corners of its faces,
+    /// its corners, and for each vertex the first vertex at the same position.
+    fn index(&mut self, mesh: &'a Mesh, arrays: &mut Vec<u8>) -> usize {
+        let size = SurfaceSize {
+            vertices: mesh.vertices().len() as u32,
+            faces: mesh.face_count() as u32,
+            corners: mesh.faces().map(|face| face.len() as u32).sum(),
+        };
+        let is_equal = |(other, other_size): &(&Mesh, SurfaceSize)| {
+            *other_size == size && other.faces().eq(mesh.faces()) && other.weld() == mesh.weld()
+        };
+        if let Some(index) = self.0.iter().position(is_equal) {
+            return index;
+        }
+        pack_words(mesh.faces().map(|face| face.len() as u32), arrays);
+        pack_words(mesh.faces().flatten().copied(), arrays);
+        pack_words(mesh.weld().iter().copied(), arrays);
+        self.0.push((mesh, size));
+        self.0.len() - 1
+    }
+}

@@ -1,0 +1,30 @@
+//! Pages: self-contained HTML files that show runs in a browser.
+//!
+//! A page contains a player (three.js and the files of `player/`) and the data of one or more runs: names, surfaces,
+//! lattices and colliders, and for each frame the positions as 16-bit numbers, the volumes, and the poses of colliders.
+//!
+//! ```text
+//! FrameBuilder -> bytes of a frame -> Packer: differences from predictions -> gzip -> TextWriter -> page
+//! ```
+//!
+//! * `points`: positions as 16-bit numbers, and their prediction from earlier frames;
+//! * `frame`: the layout of a frame;
+//! * `header`: the data that are the same in all frames;
+//! * `run`: the data of a run;
+//! * `text`: bytes as text;
+//! * `page`: writes a page;
+//! * `read`: reads the runs of a page.
+
+mod frame;
+mod header;
+mod page;
+mod points;
+mod read;
+mod run;
+mod text;
+
+pub(crate) use frame::{FrameBuilder, Layout};
+pub(crate) use header::{Header, animated_positions};
+pub(crate) use page::write_page;
+pub(crate) use read::read_page;
+pub(crate) use run::{FrameSource, Run, decode_header, encode_header};

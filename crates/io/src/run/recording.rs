@@ -1,0 +1,136 @@
+//! Records a simulation that a program advances.
+
+use std::path::Path;
+
+use super::output::{Output, Surface};
+use crate::frames::{Format, OutputError, PageWriter, Record, Sequence, Source, StageWriter};
+use crate::html::Header;
+use crate::space::{FileSpace, Up};
+use crate::usd::StageDescription;
+use supple::{Display, Simulation};
+
+/// Axes, units and rate of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RecordingOptions {
+    /// Axis of the file that points up; by default that of the simulation, by [`Up::of_gravity`].
+    pub up: Option<Up>,
+    /// Length in the file of a length 1 of the simulation, above 0; default 1.
+    pub scale: f64,
+    /// Frames per second at which the file is played, above 0; by default those of the simulation, or one frame per
+    /// step.
+    pub fps: Option<f64>,
+    /// Meters per unit of length of the file, above 0, which USD stages state; default 1.
+    pub meters_per_unit: f64,
+}
+
+impl Default for RecordingOptions {
+    fn default() -> Self {
+        Self { up: None, scale: 1.0, fps: None, meters_per_unit: 1.0 }
+    }
+}
+
+/// A file with all bodies of a simulation that a program advances: a USD stage or a page. A [`Job`](super::Job) writes
+/// such files for scenes.
+#[derive(Debug)]
+pub struct Recording {
+    output: Output,
+    /// Number of the next frame.
+    next: u64,
+    /// Evaluated surfaces, one per body.
+    displays: Vec<Display>,
+    /// Positions of the body that is being written, one per mesh vertex.
+    positions: Vec<[f32; 3]>,
+}
+
+impl Recording {
+    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd` or `.html`.
+    /// Until the recording ends, the frames are in `path` with `.part` or `.data` appended.
+    ///
+    /// # Errors
+    ///
+    /// If the extension is another one, a body has no mesh, or the file cannot be created.
+    pub fn create(
+        path: &Path,
+        simulation: &Simulation,
+        options: &RecordingOptions,
+    ) -> Result<Self, OutputError> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let format = extension.and_then(|extension| extension.parse::<Format>().ok());
+        let (Some(format), Some(name)) =
+            (format.filter(|format| format.is_per_run()), path.file_stem().and_then(|stem| stem.to_str()))
+        else {
+            return Err(OutputError::NoRecording { path: path.to_owned() });
+        };
+        if let Some(body) = simulation.bodies().iter().find(|body| body.mesh().is_none()) {
+            return Err(OutputError::NoMesh { body: body.name().to_owned() });
+        }
+        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+        let sequence = Sequence { directory, name: name.to_owned(), format, first: 0, every: 1, last: 0 };
+        let from = Up::of_gravity(simulation.gravity());
+        let space = FileSpace::new(from, options.up.unwrap_or(from), options.scale);
+        let fps = options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt());
+        sequence.remove_existing()?;
+        let mut output = Output::new(simulation.bodies().len(), space);
+        if format == Format::Html {
+            let (header, arrays) = Header::new(simulation, name, fps, 0, 1, space);
+            output.page = Some((0, PageWriter::create(sequence, &header, &arrays)?));
+        } else {
+            let description = StageDescription {
+                directory: sequence.directory.clone(),
+                space,
+                meters_per_unit: options.meters_per_unit,
+                fps,
+                first: 0,
+                every: 1,
+            };
+            let sources = simulation.bodies().iter().filter_map(|body| body.mesh().map(Source::Mesh));
+            let stage = StageWriter::open(&sequence, simulation, sources, description, None)?;
+            output.stage = Some((0, stage));
+        }
+        Ok(Self { output, next: 0, displays: Vec::new(), positions: Vec::new() })
+    }
+
+    /// Returns the number of frames so far.
+    pub fn frames(&self) -> u64 {
+        self.next
+    }
+
+    /// Appends a frame with the present state. The bodies and their meshes must be those of [`Recording::create`].
+    ///
+    /// # Errors
+    ///
+    /// If the frame cannot be written. The earlier frames stay valid.
+    pub fn write(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
+        self.write_bodies(simulation).inspect_err(|_| self.output.discard())
+    }
+
+    fn write_bodies(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
+        let Self { output, next, displays, positions } = self;
+        let mut records: [Vec<Record>; 1] = [Vec::new()];
+        displays.resize_with(simulation.bodies().len(), Display::new);
+        for (index, display) in displays.iter_mut().enumerate() {
+            let body = simulation.body(index);
+            positions.resize(body.mesh().map_or(0, |mesh| mesh.vertices().len()), [0.0; 3]);
+            let mut evaluated = display.evaluate(body);
+            evaluated.surface_into(positions, None);
+            let volume = output.needs_volumes().then(|| evaluated.volume_report());
+            output.convert(positions, &mut []);
+            let surface = Surface { positions, normals: &[] };
+            output.write_body(*next, index, &surface, &evaluated, volume.as_ref(), &mut records)?;
+        }
+        output.write_run(simulation, &mut records)?;
+        *next += 1;
+        Ok(())
+    }
+
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn finish(mut self) -> Result<(), OutputError> {
+        self.output.sync()?;
+        self.output.finish()
+    }
+}

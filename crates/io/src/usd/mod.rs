@@ -1,0 +1,32 @@
+//! USD stages: binary crate files that show runs in programs for animation and effects.
+//!
+//! ```text
+//! Stage: bodies, materials, colliders -> bytes of frames, at once into the file
+//!                                     -> prims -> structure of the file, after the frames
+//! ```
+//!
+//! * `coding`: integers and bytes of the structure;
+//! * `name`: names of prims;
+//! * `prim`: prims, properties and values;
+//! * `kind`, `section`: values and tables of the structure;
+//! * `layer`: writes the structure;
+//! * `layout`: the layout of a frame;
+//! * `material`, `surface`, `collider`: the prims of each;
+//! * `stage`: the stage.
+
+mod coding;
+mod collider;
+mod kind;
+mod layer;
+mod layout;
+mod material;
+mod name;
+mod prim;
+mod section;
+mod stage;
+mod surface;
+
+pub(crate) use kind::{FRAMES, head};
+pub(crate) use section::CONTENTS;
+pub(crate) use stage::{BodyInput, Stage, StageDescription};
+pub(crate) use surface::Surface;

@@ -1,0 +1,217 @@
+//! The stage of a run: its bodies, materials and colliders.
+
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use nalgebra::Matrix4;
+use supple::Simulation;
+use supple::mesh::Mesh;
+
+use super::collider::ColliderPrim;
+use super::kind::{FRAMES, FrameTable};
+use super::layer::write_layer;
+use super::layout::{ARRAY_HEAD, Layout, MATRIX, push_bounds, push_matrix, push_vectors};
+use super::material::Materials;
+use super::name::Names;
+use super::prim::{Prim, Stored, Value};
+use super::surface::{Surface, token};
+use crate::obj::{Document, Part};
+use crate::space::{FileSpace, Up};
+
+/// The prim that contains all others.
+const ROOT: &str = "World";
+
+/// The data of a stage that are the same in all frames, and the places of the others in a frame.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    description: StageDescription,
+    bodies: Vec<Surface>,
+    colliders: Vec<ColliderPrim>,
+    layout: Layout,
+}
+
+/// What a stage says about itself.
+#[derive(Clone, Debug)]
+pub(crate) struct StageDescription {
+    /// Directory of the file; images are found from it.
+    pub(crate) directory: PathBuf,
+    /// Coordinates of the file.
+    pub(crate) space: FileSpace,
+    /// Meters per unit of length of the file.
+    pub(crate) meters_per_unit: f64,
+    /// Frames per second.
+    pub(crate) fps: f64,
+    /// Number of the first frame.
+    pub(crate) first: u64,
+    /// Interval between frames, at least 1.
+    pub(crate) every: u64,
+}
+
+/// Input of a body: its mesh, or the part of an OBJ file that it is.
+pub(crate) type BodyInput = (Mesh, Option<(Arc<Document>, Part)>);
+
+impl Stage {
+    /// Describes a simulation. `inputs` has one entry per body.
+    pub(crate) fn new(
+        simulation: &Simulation,
+        inputs: impl Iterator<Item = BodyInput>,
+        description: StageDescription,
+    ) -> Self {
+        let mut layout = Layout::default();
+        let bodies = simulation.bodies().iter().zip(inputs);
+        let bodies =
+            bodies.map(|(body, (mesh, file))| Surface::new(body.name(), mesh, file, &mut layout)).collect();
+        let shapes =
+            (0..simulation.collider_count()).map(|index| &simulation.collider(index).description().shape);
+        let colliders = shapes.map(|shape| ColliderPrim::new(shape, &mut layout)).collect();
+        Self { description, bodies, colliders, layout }
+    }
+
+    /// Returns the size of a frame, in bytes.
+    pub(crate) fn frame_bytes(&self) -> u64 {
+        self.layout.bytes()
+    }
+
+    /// Returns the bodies.
+    pub(crate) fn bodies(&self) -> &[Surface] {
+        &self.bodies
+    }
+
+    /// Appends the next body to a frame: its positions in the coordinates of the file, and its normals if it has any.
+    pub(crate) fn push_body(
+        &self,
+        frame: &mut Vec<u8>,
+        positions: &[[f32; 3]],
+        normals: Option<impl ExactSizeIterator<Item = [f32; 3]>>,
+    ) {
+        push_vectors(frame, positions.iter().copied());
+        push_bounds(frame, positions);
+        if let Some(normals) = normals {
+            push_vectors(frame, normals);
+        }
+    }
+
+    /// Appends the colliders to a frame, after all bodies.
+    pub(crate) fn push_colliders(&self, frame: &mut Vec<u8>, simulation: &Simulation) {
+        for (index, collider) in self.colliders.iter().enumerate() {
+            push_matrix(frame, &collider.matrix(simulation, index, self.description.space));
+            if let Some((count, ..)) = collider.animated {
+                let mut positions = collider.positions(simulation.time());
+                positions.resize(count, [0.0; 3]);
+                push_vectors(frame, positions.iter().copied());
+                push_bounds(frame, &positions);
+            }
+        }
+    }
+
+    /// Completes a file that has the beginning and `count` frames.
+    pub(crate) fn complete(&self, file: &mut (impl Read + Write + Seek), count: u64) -> io::Result<()> {
+        let StageDescription { first, every, .. } = self.description;
+        let times: Vec<f64> = (0..count).map(|frame| (first + frame * every) as f64).collect();
+        let root = self.root(file, &times)?;
+        let frames = FrameTable { frame_bytes: self.frame_bytes(), times: &times };
+        write_layer(&mut io::BufWriter::new(file), &root, frames)
+    }
+
+    /// Returns the stage with the metadata of the file.
+    fn root(&self, file: &mut (impl Read + Seek), times: &[f64]) -> io::Result<Prim> {
+        let StageDescription { space, meters_per_unit, fps, directory, .. } = &self.description;
+        let mut names = Names::default();
+        let world = names.unique(ROOT);
+        let mut inside = Names::default();
+        // Bodies keep their names; the other prims get different ones.
+        let materials_name = self.scope_name("Materials");
+        let materials_path = format!("/{world}/{materials_name}");
+        let mut materials = Materials::new(&materials_path, directory);
+        let mut children: Vec<Prim> =
+            self.bodies.iter().map(|body| body.prim(&mut inside, &mut materials)).collect();
+        if !materials.prims.is_empty() {
+            let mut scope = Prim::new("Scope", &materials_name, &mut inside);
+            scope.children = materials.prims;
+            children.push(scope);
+        }
+        if !self.colliders.is_empty() {
+            let mut scope = Prim::new("Scope", "Colliders", &mut inside);
+            scope.children = self.collider_prims(file, times.len() as u64)?;
+            children.push(scope);
+        }
+        let up = match space.up() {
+            Up::Y => "Y",
+            Up::Z => "Z",
+        };
+        let time = |time: Option<&f64>| Value::Double(time.copied().unwrap_or_default());
+        let mut root =
+            Prim { name: String::new(), metadata: Vec::new(), properties: Vec::new(), children: Vec::new() }
+                .with("defaultPrim", token(&world))
+                .with("upAxis", token(up))
+                .with("metersPerUnit", Value::Double(*meters_per_unit))
+                .with("startTimeCode", time(times.first()))
+                .with("endTimeCode", time(times.last()))
+                .with("timeCodesPerSecond", Value::Double(*fps))
+                .with("framesPerSecond", Value::Double(*fps));
+        let mut world = Prim::new("Xform", &world, &mut Names::default()).with("kind", token("component"));
+        world.children = children;
+        root.children.push(world);
+        Ok(root)
+    }
+
+    /// Returns a name that no body has.
+    fn scope_name(&self, name: &str) -> String {
+        let mut names = Names::default();
+        self.bodies.iter().for_each(|body| drop(names.unique(body.name())));
+        names.unique(name)
+    }
+
+    fn collider_prims(&self, file: &mut (impl Read + Seek), count: u64) -> io::Result<Vec<Prim>> {
+        let mut names = Names::default();
+        let bounds = if count > 0 { self.first_bounds(file)? } else { None };
+        let mut prims = Vec::new();
+        for collider in &self.colliders {
+            let mut moves = false;
+            let mut first = None;
+            for frame in 0..count {
+                let matrix = self.read_matrix(file, frame, collider.matrix)?;
+                moves |= *first.get_or_insert(matrix) != matrix;
+                if moves {
+                    break;
+                }
+            }
+            let first = first.unwrap_or_else(Matrix4::identity);
+            prims.push(collider.prim(&mut names, (!moves).then_some(&first), &first, bounds));
+        }
+        Ok(prims)
+    }
+
+    /// Returns the bounds of all bodies in the first frame.
+    fn first_bounds(&self, file: &mut (impl Read + Seek)) -> io::Result<Option<[[f32; 3]; 2]>> {
+        let mut union: Option<[[f32; 3]; 2]> = None;
+        for body in &self.bodies {
+            let mut bytes = [0; 24];
+            file.seek(SeekFrom::Start(FRAMES + body.bounds.at + ARRAY_HEAD))?;
+            file.read_exact(&mut bytes)?;
+            let (numbers, _) = bytes.as_chunks::<4>();
+            let corner = |k: usize| std::array::from_fn(|axis| f32::from_le_bytes(numbers[3 * k + axis]));
+            let [low, high]: [[f32; 3]; 2] = [corner(0), corner(1)];
+            union = Some(union.map_or([low, high], |[least, most]| {
+                [
+                    std::array::from_fn(|axis| least[axis].min(low[axis])),
+                    std::array::from_fn(|axis| most[axis].max(high[axis])),
+                ]
+            }));
+        }
+        Ok(union)
+    }
+
+    fn read_matrix(
+        &self,
+        file: &mut (impl Read + Seek),
+        frame: u64,
+        stored: Stored,
+    ) -> io::Result<Matrix4<f64>> {
+        let mut bytes = [0; MATRIX as usize];
+        file.seek(SeekFrom::Start(FRAMES + frame * self.frame_bytes() + stored.at))?;
+        file.read_exact(&mut bytes)?;
+        Ok(Matrix4::from_iterator(bytes.as_chunks::<8>().0.iter().map(|number| f64::from_le_bytes(*number))))
+    }
+}

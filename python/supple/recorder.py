@@ -1,0 +1,153 @@
+"""Records a live simulation into a file that other programs, or a browser, show."""
+
+from __future__ import annotations
+
+import os
+from types import TracebackType
+from typing import Literal
+
+from . import _core
+from ._core import Simulation
+
+__all__ = ["Recorder", "save_html", "save_usd"]
+
+
+class Recorder:
+    """A USD stage (`.usd`) or a page for browsers (`.html`) that grows by a frame with each call of `record`.
+
+        with supple.Recorder(sim, "squeeze.usd") as recorder:
+            recorder.record()               # the state as it is now
+            for _ in range(120):
+                sim.advance()
+                recorder.record()
+
+    sim : Simulation
+        Its bodies have meshes.
+    path : str or os.PathLike
+        The file to write; an existing one is replaced. It is complete when the recorder is closed, also by an
+        exception in the `with` block. Until then its frames are beside it, in a file with `.part` or `.data` appended.
+    up : "y" or "z", default that of the simulation
+        Axis of the file that points up. That of the simulation is z if gravity points mainly against z, otherwise y.
+    scale : float, default 1
+        Length in the file of a length 1 of the simulation, > 0.
+    fps : float, default that of the simulation, or one frame per step
+        Frames per second at which the file is played, > 0.
+    meters_per_unit : float, default 1
+        Meters per unit of length of the file, > 0, which USD stages state.
+
+    Raises ValueError for another extension, a number out of range, or a body without a mesh, and OutputError if the
+    file cannot be written.
+    """
+
+    def __init__(
+        self,
+        sim: Simulation,
+        path: str | os.PathLike[str],
+        *,
+        up: Literal["y", "z"] | None = None,
+        scale: float = 1.0,
+        fps: float | None = None,
+        meters_per_unit: float = 1.0,
+    ) -> None:
+        """Start the file."""
+        self._recording = _core.Recording(sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
+
+    @property
+    def frames(self) -> int | None:
+        """Number of frames so far; None when the recorder is closed."""
+        return self._recording.frames
+
+    def record(self) -> None:
+        """Append a frame with the present state of the simulation."""
+        self._recording.record()
+
+    def close(self) -> None:
+        """Complete the file. Closing twice does nothing."""
+        self._recording.close()
+
+    def __enter__(self) -> Recorder:
+        """Return the recorder."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        exception: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the recorder; the frames that are recorded stay."""
+        self.close()
+
+
+def save_usd(
+    sim: Simulation,
+    path: str | os.PathLike[str],
+    frames: int,
+    *,
+    up: Literal["y", "z"] | None = None,
+    scale: float = 1.0,
+    fps: float | None = None,
+    meters_per_unit: float = 1.0,
+) -> None:
+    """Advance a simulation by a number of frames and save it as a USD stage.
+
+    sim : Simulation
+        It needs fps. The present state becomes frame 0.
+    path : str or os.PathLike
+        The file to write, which ends in `.usd`; an existing one is replaced.
+    frames : int
+        Number of frames after frame 0, at least 0.
+    up, scale, fps, meters_per_unit : optional
+        As for Recorder.
+
+    For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of OBJ files, use
+    `run(..., format="usd")`. Raises the errors of Recorder, and ValueError without fps.
+    """
+    _save(sim, path, ".usd", frames, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
+
+
+def save_html(
+    sim: Simulation,
+    path: str | os.PathLike[str],
+    frames: int,
+    *,
+    up: Literal["y", "z"] | None = None,
+    scale: float = 1.0,
+    fps: float | None = None,
+) -> None:
+    """Advance a simulation by a number of frames and save it as a page for browsers.
+
+    sim : Simulation
+        It needs fps. The present state becomes frame 0.
+    path : str or os.PathLike
+        The page to write, which ends in `.html`; an existing one is replaced.
+    frames : int
+        Number of frames after frame 0, at least 0.
+    up, scale, fps : optional
+        As for Recorder.
+
+    Raises the errors of Recorder, and ValueError without fps.
+    """
+    _save(sim, path, ".html", frames, up=up, scale=scale, fps=fps)
+
+
+def _save(
+    sim: Simulation,
+    path: str | os.PathLike[str],
+    ending: str,
+    frames: int,
+    *,
+    up: Literal["y", "z"] | None,
+    scale: float,
+    fps: float | None,
+    meters_per_unit: float = 1.0,
+) -> None:
+    """Record the present state and a number of further frames."""
+    if not os.fspath(path).endswith(ending):
+        raise ValueError(f"path is {os.fspath(path)!r}; it must end in {ending}")
+    sim.advance(0)  # raises before the file is written if the simulation has no frames
+    with Recorder(sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit) as recorder:
+        recorder.record()
+        for _ in range(frames):
+            sim.advance()
+            recorder.record()

@@ -1,0 +1,404 @@
+"""USD stages, read by the library of the format: points, topology, texture coordinates, groups, materials, time."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import supple
+from conftest import ROOT
+
+pytest.importorskip("pxr", reason="usd-core is not installed")
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdUtils, UsdValidation, Vt
+
+#: A cube with texture coordinates, hard normals, two materials, and a face without a material.
+MODEL = """
+mtllib odd.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1
+v 1 0 1
+v 1 1 1
+v 0 1 1
+vt 0 0
+vt 0.5 0
+vt 0.5 1
+vt 0 1
+vn 0 0 -1
+vn 0 0 1
+vn 0 -1 0
+vn 0 1 0
+vn -1 0 0
+vn 1 0 0
+o Cube
+f 2/1/6 3/2/6 7//6 6/4/6
+g bottom all
+usemtl red paint
+f 1/1/1 4/4/1 3/3/1 2/2/1
+g top all
+usemtl 2nd
+f 5/1/2 6/2/2 7/3/2 8/4/2
+f 1/1/3 2/2/3 6/3/3
+f 1/1/3 6/3/3 5/4/3
+f 3/1/4 4/2/4 8/3/4 7/4/4
+f 1/1/5 5/2/5 8/3/5 4/4/5
+"""
+
+LIBRARY = "newmtl red paint\nKd 1 0.25 0\nd 0.5\nnewmtl 2nd\nmap_Kd textures/a b.png\n"
+
+SCENE = """
+[simulation]
+frames = 6
+fps = 25
+substeps = 8
+
+[output]
+format = ["ply", "usd"]
+
+[[body]]
+name = "soft.1"
+mesh = "odd.obj"
+lattice_vertices = 200
+translate = [0, 1.05, 0]
+
+[[body]]
+name = "Materials"
+mesh = "plain.obj"
+lattice_vertices = 200
+translate = [3, 1, 0]
+
+[[collider]]
+plane = { point = [0, 1, 0], normal = [0, 1, 0] }
+
+[[collider]]
+sphere = { center = [0, 0, 5], radius = 0.5 }
+keys = [ { time = 0 }, { time = 0.24, translate = [1, 0, 0], rotate = [0, 90, 0] } ]
+
+[[collider]]
+box = { center = [9, 1, 0], half_extents = [1, 2, 3], rotate = [0, 0, 90] }
+
+[[collider]]
+capsule = { a = [9, 0, 9], b = [11, 0, 9], radius = 0.25 }
+
+[[collider]]
+mesh = "plain.obj"
+scale = 2
+translate = [0, -5, 0]
+"""
+
+#: The first body turns.
+SPIN = {"body.0.spin": [0, 0, 9]}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the scene and its files."""
+    (tmp_path / "odd.obj").write_text(MODEL)
+    (tmp_path / "odd.mtl").write_text(LIBRARY)
+    plain = [line for line in MODEL.splitlines() if line.split()[:1] == ["v"]]
+    faces = [line.split()[1:] for line in MODEL.splitlines() if line.startswith("f")]
+    plain += ["f " + " ".join(corner.split("/")[0] for corner in face) for face in faces]
+    (tmp_path / "plain.obj").write_text("\n".join(plain) + "\n")
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "textures").mkdir()
+    shutil.copy(ROOT / "docs" / "images" / "page.png", tmp_path / "textures" / "a b.png")
+    return tmp_path
+
+
+def run(folder: Path, name: str = "out", **options: Any) -> Usd.Stage:
+    """Run the scene and open its stage."""
+    supple.run(folder / "scene.toml", folder / name, **options)
+    return Usd.Stage.Open(str(folder / name / "supple.usd"))
+
+
+def mesh(stage: Usd.Stage, name: str) -> UsdGeom.Mesh:
+    found = UsdGeom.Mesh(stage.GetPrimAtPath(f"/World/{name}"))
+    assert found
+    return found
+
+
+def ply_points(path: Path) -> np.ndarray[Any, np.dtype[np.float32]]:
+    data = path.read_bytes()
+    head, _, body = data.partition(b"end_header\n")
+    count = int(next(line.split()[2] for line in head.decode().splitlines() if line.startswith("element vertex")))
+    return np.frombuffer(body, "<f4", 6 * count).reshape(-1, 6)[:, :3]
+
+
+def problems(stage: Usd.Stage) -> list[str]:
+    """Return what the validators of the installed library say about a stage."""
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    errors = UsdValidation.ValidationContext(validators).Validate(stage)
+    found = [f"{error.GetName()}: {error.GetMessage()}" for error in errors]
+    if hasattr(UsdUtils, "ComplianceChecker"):  # up to 26.3; its rules are validators
+        checker = UsdUtils.ComplianceChecker(skipARKitRootLayerCheck=True)
+        checker.CheckCompliance(stage.GetRootLayer().identifier)
+        found += checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings()
+    return found
+
+
+def test_points_have_the_bits_of_the_frames_and_lie_in_their_extents(folder):
+    stage = run(folder, start_frame=1001, every=2)
+    for name, prim in [("soft.1", "soft_1"), ("Materials", "Materials")]:
+        points, extent = mesh(stage, prim).GetPointsAttr(), mesh(stage, prim).GetExtentAttr()
+        assert points.GetTimeSamples() == extent.GetTimeSamples() == [1001, 1003, 1005, 1007]
+        for frame in points.GetTimeSamples():
+            expected = ply_points(folder / "out" / f"{name}_{int(frame)}.ply")
+            found = np.array(points.Get(frame), np.float32)
+            assert found.tobytes() == expected.tobytes()
+            assert np.array_equal(extent.Get(frame), [expected.min(axis=0), expected.max(axis=0)])
+        # A program that asks for no time gets the first frame.
+        assert points.Get() == points.Get(1001) != points.Get(1007)
+        assert extent.Get() == extent.Get(1001)
+
+
+def test_the_stage_states_its_axes_units_and_time(folder):
+    stage = run(folder, start_frame=10)
+    assert UsdGeom.GetStageUpAxis(stage) == "Y"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1
+    assert stage.GetTimeCodesPerSecond() == stage.GetFramesPerSecond() == 25
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (10, 16)
+    assert stage.GetDefaultPrim().GetPath() == "/World"
+    assert Usd.ModelAPI(stage.GetDefaultPrim()).GetKind() == "component"
+    overrides = {"output.up": "z", "output.scale": 100, "output.fps": 24, "output.meters_per_unit": 0.01}
+    turned = run(folder, "turned", overrides=overrides)
+    assert UsdGeom.GetStageUpAxis(turned) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(turned) == 0.01
+    assert turned.GetTimeCodesPerSecond() == 24
+    for frame in range(7):
+        before = np.array(mesh(stage, "soft_1").GetPointsAttr().Get(10 + frame), float)
+        after = np.array(mesh(turned, "soft_1").GetPointsAttr().Get(frame))
+        expected = 100 * np.stack([before[:, 0], -before[:, 2], before[:, 1]], axis=1)
+        assert np.array_equal(after, expected.astype(np.float32))
+
+
+def test_topology_texture_coordinates_and_normals_are_those_of_the_file(folder):
+    stage = run(folder, overrides=SPIN)
+    soft, plain = mesh(stage, "soft_1"), mesh(stage, "Materials")
+    for body in (soft, plain):
+        assert list(body.GetFaceVertexCountsAttr().Get()) == [4, 4, 4, 3, 3, 4, 4]
+        corners = [1, 2, 6, 5, 0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 0, 5, 4, 2, 3, 7, 6, 0, 4, 7, 3]
+        assert list(body.GetFaceVertexIndicesAttr().Get()) == corners
+        assert body.GetSubdivisionSchemeAttr().Get() == "none"
+        assert body.GetDoubleSidedAttr().Get() is False
+    coordinates = UsdGeom.PrimvarsAPI(soft).GetPrimvar("st")
+    assert (coordinates.GetInterpolation(), coordinates.GetTypeName()) == ("faceVarying", "texCoord2f[]")
+    a, b, c, d = (0, 0), (0.5, 0), (0.5, 1), (0, 1)
+    flattened = [tuple(pair) for pair in coordinates.ComputeFlattened()]
+    # The third corner of the first face has no vt.
+    assert flattened == [a, b, (0, 0), d, a, d, c, b, a, b, c, d, a, b, c, a, c, d] + 2 * [a, b, c, d]
+    normals = UsdGeom.PrimvarsAPI(soft).GetPrimvar("normals")
+    assert normals.GetInterpolation() == "faceVarying"
+    x, y, z = np.eye(3)
+    by_face = [x, -z, z, -y, -y, y, -x]
+    expected = np.repeat(by_face, [4, 4, 4, 3, 3, 4, 4], axis=0)
+    assert np.array_equal(normals.ComputeFlattened(0), expected)
+    last = np.array(normals.ComputeFlattened(6))
+    assert np.abs(np.linalg.norm(last, axis=1) - 1).max() < 1e-6
+    assert np.abs(last - expected).max() > 0.1, "they follow the surface"
+    assert not UsdGeom.PrimvarsAPI(plain).HasPrimvar("st")
+    assert not UsdGeom.PrimvarsAPI(plain).HasPrimvar("normals")
+    assert not plain.GetNormalsAttr().HasAuthoredValue()
+
+
+def test_smooth_normals_are_those_of_the_vertices(folder):
+    normals = MODEL.splitlines()
+    faces = [line.split()[1:] for line in normals if line.startswith("f")]
+    smooth = [line for line in normals if line.split()[:1] == ["v"]]
+    smooth += ["vn {} {} {}".format(*[2 * int(word) - 1 for word in line.split()[1:]]) for line in smooth]
+    smooth += ["f " + " ".join(f"{corner.split('/')[0]}//{corner.split('/')[0]}" for corner in face) for face in faces]
+    (folder / "odd.obj").write_text("\n".join(smooth))
+    stage = run(folder, overrides=SPIN)
+    soft = mesh(stage, "soft_1")
+    assert soft.GetNormalsInterpolation() == "vertex"
+    corners = np.array([[x, y, z] for z in (-1, 1) for x, y in [(-1, -1), (1, -1), (1, 1), (-1, 1)]])
+    assert np.abs(np.array(soft.GetNormalsAttr().Get(0)) - corners / 3**0.5).max() < 1e-6
+    last = np.array(soft.GetNormalsAttr().Get(6))
+    assert np.abs(np.linalg.norm(last, axis=1) - 1).max() < 1e-6
+    assert np.abs(last - corners / 3**0.5).max() > 0.1
+
+
+def test_groups_and_materials_are_subsets(folder):
+    stage = run(folder)
+    soft = mesh(stage, "soft_1")
+    families = {name: list(UsdGeom.Subset.GetGeomSubsets(soft, "face", name)) for name in ("materialBind", "group")}
+    faces = {
+        family: {subset.GetPrim().GetName(): list(subset.GetIndicesAttr().Get()) for subset in subsets}
+        for family, subsets in families.items()
+    }
+    assert faces == {
+        "materialBind": {"red_paint": [1], "_2nd": [2, 3, 4, 5, 6]},
+        "group": {"bottom": [1], "all": [1, 2, 3, 4, 5, 6], "top": [2, 3, 4, 5, 6]},
+    }
+    assert UsdGeom.Subset.GetFamilyType(soft, "materialBind") == "nonOverlapping"
+    assert UsdGeom.Subset.GetFamilyType(soft, "group") == "unrestricted"
+    assert families["materialBind"][0].GetPrim().GetDisplayName() == "red paint"
+    red, second = (
+        UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0] for subset in families["materialBind"]
+    )
+    # A body has the name Materials, so the scope gets another one.
+    assert str(red.GetPath()) == "/World/Materials_2/red_paint"
+    surface = red.ComputeSurfaceSource()[0]
+    assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
+    assert surface.GetInput("diffuseColor").Get() == Gf.Vec3f(1, 0.25, 0)
+    assert surface.GetInput("opacity").Get() == 0.5
+    texture = second.ComputeSurfaceSource()[0].GetInput("diffuseColor").GetConnectedSource()[0]
+    image = UsdShade.Shader(texture.GetPrim()).GetInput("file").Get()
+    assert image.path == "../textures/a b.png"
+    assert os.path.samefile(image.resolvedPath, folder / "textures" / "a b.png")
+    assert not UsdShade.MaterialBindingAPI(soft.GetPrim()).GetDirectBinding().GetMaterial()
+
+
+def test_one_material_is_bound_to_the_body(folder):
+    lines = [line for line in MODEL.splitlines() if not line.startswith(("usemtl", "g "))]
+    (folder / "odd.obj").write_text("usemtl unknown\n" + "\n".join(lines))
+    stage = run(folder)
+    material = UsdShade.MaterialBindingAPI(mesh(stage, "soft_1").GetPrim()).ComputeBoundMaterial()[0]
+    assert material.GetPrim().GetName() == "unknown"
+    assert not UsdGeom.Subset.GetAllGeomSubsets(mesh(stage, "soft_1"))
+    assert problems(stage) == []
+
+
+def test_colliders_are_guides_where_the_scene_puts_them(folder):
+    stage = run(folder)
+    prims = {prim.GetName(): prim for prim in stage.GetPrimAtPath("/World/Colliders").GetChildren()}
+    types = {name: prim.GetTypeName() for name, prim in prims.items()}
+    assert types == {"plane": "Mesh", "sphere": "Sphere", "box": "Cube", "capsule": "Capsule", "mesh": "Mesh"}
+    assert all(UsdGeom.Imageable(prim).ComputePurpose() == "guide" for prim in prims.values())
+
+    def bounds(name: str, frame: float = 0) -> np.ndarray[Any, np.dtype[np.float64]]:
+        cache = UsdGeom.BBoxCache(frame, ["guide"], useExtentsHint=False)
+        found = cache.ComputeWorldBound(prims[name]).ComputeAlignedRange()
+        return np.array([found.GetMin(), found.GetMax()])
+
+    assert np.allclose(bounds("box"), [[7, 0, -3], [11, 2, 3]])
+    assert np.allclose(bounds("capsule"), [[8.75, -0.25, 8.75], [11.25, 0.25, 9.25]])
+    assert np.allclose(bounds("mesh"), [[0, -5, 0], [2, -3, 2]])
+    low, high = bounds("plane")
+    assert np.allclose([low[1], high[1]], 1)
+    assert (low[[0, 2]] < [0, 0]).all()
+    assert (high[[0, 2]] > [4, 1]).all()
+    # The ball moves; the others have one transformation.
+    samples = {name: UsdGeom.Xformable(prim).GetTimeSamples() for name, prim in prims.items()}
+    assert samples.pop("sphere") == list(range(7))
+    assert not any(samples.values())
+    turned = UsdGeom.Xformable(prims["sphere"]).ComputeLocalToWorldTransform(3)
+    assert Gf.IsClose(turned.ExtractTranslation(), Gf.Vec3d(0.5, 0, 5), 1e-12)
+    assert Gf.IsClose(turned.TransformDir((0, 0, 1)), Gf.Vec3d(0.5**0.5, 0, 0.5**0.5), 1e-12)
+
+
+def test_animated_colliders_have_points_in_every_frame(folder):
+    points = np.array([line.split()[1:] for line in (folder / "plain.obj").read_text().splitlines()[:8]], "<f4")
+    frames = [points + [0, 0, k] for k in range(7)]
+    head = b"POINTCACHE2\0" + np.array([1, 8], "<i4").tobytes() + np.array([0, 1], "<f4").tobytes()
+    data = head + np.array([7], "<i4").tobytes() + np.array(frames, "<f4").tobytes()
+    (folder / "walk.pc2").write_bytes(data)
+    with (folder / "scene.toml").open("a") as scene:
+        scene.write('animation = "walk.pc2"\n')
+    stage = run(folder)
+    found = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Colliders/mesh"))
+    assert [np.array(found.GetPointsAttr().Get(k)).tolist() for k in range(7)] == [frame.tolist() for frame in frames]
+    assert np.array_equal(found.GetExtentAttr().Get(6), [frames[6].min(axis=0), frames[6].max(axis=0)])
+    assert problems(stage) == []
+
+
+def test_validators_find_no_problem_and_do_find_one_in_a_broken_stage(folder):
+    stage = run(folder)
+    assert problems(stage) == []
+    assert problems(run(folder, "turned", overrides={"output.up": "z", "output.scale": 100})) == []
+    # A copy of the stage in text has the same values; each of three faults is found.
+    for fault in ("axis", "binding", "subset"):
+        path = folder / f"{fault}.usda"
+        stage.GetRootLayer().Export(str(path))
+        broken = Usd.Stage.Open(str(path))
+        assert [text for text in problems(broken) if "a b.png" not in text] == []
+        subset = broken.GetPrimAtPath("/World/soft_1/red_paint")
+        match fault:
+            case "axis":
+                broken.GetRootLayer().pseudoRoot.ClearInfo("upAxis")
+            case "binding":
+                subset.RemoveAPI(UsdShade.MaterialBindingAPI)
+            case "subset":
+                UsdGeom.Subset(subset).GetIndicesAttr().Set(Vt.IntArray([1, 2]))
+        broken.GetRootLayer().Save()
+        assert [text for text in problems(broken) if "a b.png" not in text] != [], fault
+
+
+def test_the_library_writes_the_same_values_again(folder):
+    # The text of a layer has all its values; it is read and written by the library alone.
+    stage = run(folder)
+    layer = stage.GetRootLayer()
+    assert layer.Export(str(folder / "again.usd"))
+    again = Sdf.Layer.FindOrOpen(str(folder / "again.usd"))
+    assert again.ExportToString() == layer.ExportToString()
+
+
+def test_a_recorder_writes_the_frames_of_a_run(folder):
+    stage = run(folder)
+    overrides = {"simulation.frames": 6}
+    for name in ("save.usd", "mine.usd"):
+        sim = supple.load_scene(folder / "scene.toml", overrides=overrides)
+        if name == "save.usd":
+            supple.save_usd(sim, folder / name, 6)
+        else:
+            with supple.Recorder(sim, folder / name) as recorder:
+                for frame in range(7):
+                    sim.advance(min(frame, 1))
+                    recorder.record()
+                    assert recorder.frames == frame + 1
+            assert recorder.frames is None
+            with pytest.raises(ValueError, match="has ended; start another Recorder"):
+                recorder.record()
+        mine = Usd.Stage.Open(str(folder / name))
+        for prim in ("soft_1", "Materials"):
+            for frame in range(7):
+                a, b = (mesh(each, prim).GetPointsAttr().Get(frame) for each in (stage, mine))
+                assert np.array(a).tobytes() == np.array(b).tobytes()
+        assert problems(mine) == []
+    sim = supple.load_scene(folder / "scene.toml")
+    supple.save_html(sim, folder / "mine.html", 3, up="z")
+    assert (folder / "mine.html").read_text().startswith("<!doctype html>")
+
+
+def test_a_recorder_keeps_its_frames_after_an_exception(folder):
+    sim = supple.load_scene(folder / "scene.toml")
+
+    def fail():
+        with supple.Recorder(sim, folder / "mine.usd") as recorder:
+            recorder.record()
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        fail()
+    assert Usd.Stage.Open(str(folder / "mine.usd")).GetEndTimeCode() == 0
+
+
+def test_wrong_arguments_of_a_recorder_are_errors(folder, block):
+    sim = supple.load_scene(folder / "scene.toml")
+    for options, words in [
+        ({"path": folder / "a.obj"}, r"ends in \.usd or \.html"),
+        ({"up": "x"}, 'up is "x"'),
+        ({"scale": 0}, "scale is 0; it must be a finite number above 0"),
+        ({"fps": float("nan")}, "fps is NaN"),
+        ({"meters_per_unit": -1}, "meters_per_unit is -1"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            supple.Recorder(sim, **({"path": folder / "a.usd"} | options))
+    with pytest.raises(ValueError, match="is a bare lattice"):
+        supple.Recorder(supple.Simulation([supple.Body(block)]), folder / "a.usd")
+    with pytest.raises(supple.OutputError, match="cannot write"):
+        supple.Recorder(sim, folder / "none" / "a.usd")
+    with pytest.raises(TypeError):
+        supple.Recorder(None, folder / "a.usd")
+    with pytest.raises(ValueError, match=r"it must end in \.usd"):
+        supple.save_usd(sim, folder / "a.html", 3)
+    stepped = supple.Simulation([supple.Body(supple.read_obj(folder / "plain.obj"), lattice_vertices=100)], dt=0.01)
+    with pytest.raises(ValueError, match="fps"):
+        supple.save_usd(stepped, folder / "a.usd", 3)
+    assert not (folder / "a.usd").exists()
