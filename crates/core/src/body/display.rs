@@ -4,18 +4,15 @@
 //! scale lambda and the field V (Takamatsu & Kanai 2009, Eq. (1); module `volume`). The mesh update then
 //! interpolates the mesh in the cells of P~, trilinearly or smoothly, and computes its normals (module `skin`).
 
-use std::ops::Deref;
 use std::time::{Duration, Instant};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use super::elasticity::Softened;
-use super::untangling::{Surroundings, Untangling};
+use super::reference::BodyRef;
+use super::untangling::Untangling;
 use super::{Body, Surface};
-use crate::contact::Colliders;
-use crate::lattice::{Lattice, Slopes, Trust};
+use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
-use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
@@ -23,74 +20,12 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
+    ComponentReport, Correction, CorrectionInput, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures,
+    VolumeReport,
 };
 
-/// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
-/// energies depend on: colliders, time, step length, gravity and threads.
-///
-/// [`Simulation::body`](crate::Simulation::body) returns a `BodyRef` of a body in a simulation, and
-/// [`Body::alone`] one of a body outside a simulation. A `BodyRef` dereferences to [`Body`]. [`BodyRef::get`]
-/// returns the body itself.
-#[derive(Clone, Copy, Debug)]
-pub struct BodyRef<'a> {
-    body: &'a Body,
-    /// `None` outside a simulation.
-    context: Option<DisplayContext<'a>>,
-}
-
-/// The data of a simulation that a [`BodyRef`] needs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DisplayContext<'a> {
-    pub(crate) colliders: &'a Colliders,
-    /// Time in seconds.
-    pub(crate) time: f64,
-    /// Length of a step in seconds.
-    pub(crate) dt: f64,
-    /// Gravity in scene units per second squared.
-    pub(crate) gravity: Vector3<f64>,
-    pub(crate) executor: &'a Executor,
-}
-
-impl Deref for BodyRef<'_> {
-    type Target = Body;
-
-    fn deref(&self) -> &Body {
-        self.body
-    }
-}
-
-impl<'a> BodyRef<'a> {
-    pub(crate) fn new(body: &'a Body, context: DisplayContext<'a>) -> Self {
-        Self { body, context: Some(context) }
-    }
-
-    /// Returns the data of the simulation, or `None` outside a simulation.
-    pub(super) fn context(self) -> Option<DisplayContext<'a>> {
-        self.context
-    }
-
-    /// Returns the colliders around the body; `None` if there is neither a collider nor a limit at other bodies.
-    fn surroundings(self, contact_limits: &[Limit]) -> Option<Surroundings<'a>> {
-        let DisplayContext { colliders, time, .. } = self.context?;
-        Surroundings::new(self.body, (colliders, time), contact_limits)
-    }
-
-    /// Returns the body, with the lifetime of the simulation's borrow.
-    pub fn get(self) -> &'a Body {
-        self.body
-    }
-
-    /// Returns the mesh in the model's frame, or `None` for a bare lattice.
-    pub fn mesh(self) -> Option<&'a Mesh> {
-        self.body.mesh()
-    }
-
-    /// Returns the lattice in the model's frame.
-    pub fn lattice(self) -> &'a Lattice {
-        self.body.lattice()
-    }
-
+/// The displayed surface. For many frames, reusing one [`Display`] is faster.
+impl BodyRef<'_> {
     /// Evaluates the displayed surface: the mesh, deformed by the lattice after the volume correction. For
     /// many frames, reusing one [`Display`] is faster.
     pub fn surface(self) -> DisplayedSurface {
@@ -108,49 +43,10 @@ impl<'a> BodyRef<'a> {
         Display::new().evaluate(self).volume_report()
     }
 
-    /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: that of
-    /// the material, or less if steps of this length cannot reach it. Outside a simulation it is the modulus that
-    /// was set, or `None` if none was set.
-    pub fn youngs_modulus(self) -> Option<f64> {
-        match self.context {
-            Some(context) => Some(self.body.modulus_in_force(context.dt)),
-            None => self.body.material_modulus(),
-        }
-    }
-
-    /// Returns whether and how the body is softer than its material, because its steps are too long. `None` outside
-    /// a simulation.
-    pub fn softened(self) -> Option<Softened> {
-        self.context.and_then(|context| self.body.softened(context.dt))
-    }
-
-    /// Returns the frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
-    /// The first call computes the mode. `None` outside a simulation.
-    pub fn lowest_frequency(self) -> Option<f64> {
-        let angular =
-            self.context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
-        angular.map(|angular| angular / std::f64::consts::TAU)
-    }
-
     /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
     /// Without a correction, uses the measure that `auto` would choose.
     pub fn volume(self) -> f64 {
         self.volume_report().after
-    }
-}
-
-/// A body outside a simulation.
-impl<'a> From<&'a Body> for BodyRef<'a> {
-    fn from(body: &'a Body) -> Self {
-        Self { body, context: None }
-    }
-}
-
-impl Body {
-    /// Returns a reference for evaluating the displayed surface outside a simulation, on the calling thread.
-    /// Colliders, contacts and external forces then have no effect on the volume correction.
-    pub fn alone(&self) -> BodyRef<'_> {
-        self.into()
     }
 }
 
@@ -202,6 +98,10 @@ pub struct Display {
 /// Greatest number of times that the corrected lattice is untangled, and corrected again.
 const ROUNDS: usize = 8;
 
+/// Round from which the scales of the scope `regional` are replaced by one scale: they lead back to the same inverted cells,
+/// where a small uniform correction remains.
+const UNIFORM_ROUND: usize = 2;
+
 /// Run times of the two stages that evaluate the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -225,19 +125,19 @@ impl Display {
     pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
         let body = body.into();
         let start = Instant::now();
-        let executor = body.context.map_or_else(Executor::sequential, |context| context.executor.clone());
-        let Body { state, matching, correction, .. } = body.body;
+        let executor = body.context().map_or_else(Executor::sequential, |context| context.executor.clone());
+        let Body { state, matching, correction, .. } = body.get();
         let slots = matching.layout.slots();
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
         if let Some(untangling) = &mut self.untangling {
-            untangling.begin();
+            untangling.begin(self.deformed.len());
         }
         if may_be_inverted(&matching.layout, &state.positions) {
             self.untangle_deformed(body, &executor);
         }
-        if let Some(smoothing) = body.body.smoothing() {
+        if let Some(smoothing) = body.get().smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
         }
         if let Some(correction) = correction {
@@ -248,16 +148,17 @@ impl Display {
             matching.fit(workspace, &executor, positions_rotations, None, Purpose::Regions);
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
-            self.correct(body, correction, &executor);
+            self.correct(body, correction, &executor, false);
             self.untangle_corrected(body, correction, &executor);
             self.times.volume = start.elapsed();
         }
-        Displayed { display: self, body: body.body, executor }
+        Displayed { display: self, body: body.get(), executor }
     }
 
     /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
     /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
-    fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+    /// `uniform`: see [`CorrectionInput`].
+    fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor, uniform: bool) {
         let Self {
             correction: workspace,
             deformed,
@@ -271,10 +172,12 @@ impl Display {
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces
-            .extend(body.context.into_iter().flat_map(|context| body.body.external_forces(context.dt)));
-        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
+            .extend(body.context().into_iter().flat_map(|context| body.get().external_forces(context.dt)));
+        let trust = trust.values();
+        let input = CorrectionInput { deformed, rotations, forces: external_forces, trust, uniform };
+        correction.solve(workspace, executor, input);
         corrected.resize(deformed.len(), [0.0; 3]);
-        body.body.contact_limits(contact_limits);
+        body.get().contact_limits(contact_limits);
         if let Some(surroundings) = body.surroundings(contact_limits) {
             correction.limit_at_obstacles(
                 workspace,
@@ -293,19 +196,19 @@ impl Display {
     #[cold]
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
         let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
-        let untangling = untangling.get_or_insert_default();
-        untangling.prepare(body.body);
+        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
+        untangling.prepare(body.get());
         if !untangling.is_inverted(deformed) {
             return;
         }
-        if let Some(correction) = &body.body.correction {
-            if let Some(smoothing) = body.body.smoothing() {
+        if let Some(correction) = &body.get().correction {
+            if let Some(smoothing) = body.get().smoothing() {
                 smoothing.update_trust(deformed, trust);
             }
             untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
         }
         untangling.set_deformed(deformed);
-        body.body.contact_limits(contact_limits);
+        body.get().contact_limits(contact_limits);
         untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
     }
 
@@ -320,11 +223,11 @@ impl Display {
             if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
                 break;
             }
-            if let Some(smoothing) = body.body.smoothing() {
+            if let Some(smoothing) = body.get().smoothing() {
                 smoothing.update_trust(&self.deformed, &mut self.trust);
             }
             if round < ROUNDS {
-                self.correct(body, correction, executor);
+                self.correct(body, correction, executor, round >= UNIFORM_ROUND);
             } else {
                 let (workspace, trust) = (&mut self.correction, self.trust.values());
                 self.components.clear();
@@ -347,8 +250,8 @@ impl Display {
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
         let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
-        let untangling = untangling.get_or_insert_default();
-        untangling.prepare(body.body);
+        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
+        untangling.prepare(body.get());
         if !untangling.is_inverted(corrected) {
             return false;
         }
@@ -357,7 +260,7 @@ impl Display {
             untangling.set_deformed(deformed);
         }
         if untangling.is_inverted(deformed) {
-            body.body.contact_limits(contact_limits);
+            body.get().contact_limits(contact_limits);
             untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);
         } else {
             untangling.shorten(deformed, corrected);

@@ -58,8 +58,16 @@ pub(super) struct Untangling {
 }
 
 impl Untangling {
-    /// Begins a frame.
-    pub(super) fn begin(&mut self) {
+    /// Creates empty buffers, in a frame of a lattice with this number of vertices.
+    pub(super) fn new(vertices: usize) -> Self {
+        let mut untangling = Self::default();
+        untangling.begin(vertices);
+        untangling
+    }
+
+    /// Begins a frame of a lattice with this number of vertices.
+    pub(super) fn begin(&mut self, vertices: usize) {
+        self.untangler.begin(vertices);
         self.deformed.clear();
         self.volumes.clear();
     }

@@ -32,6 +32,10 @@ const PROXIMITY: f64 = 0.01;
 /// Greatest displacement of a vertex in a sweep, in cells.
 const GREATEST_STEP: f64 = 0.5;
 
+/// Maximum number of displacements in a frame, as a multiple of the number of vertices: it bounds the time of a frame. Drops from
+/// twice the height of a body, with the material `jelly`, need up to 10.
+const DISPLACEMENTS: usize = 50;
+
 /// Number of sweeps in which the number of cells must halve.
 const SWEEPS: usize = 4;
 
@@ -65,6 +69,8 @@ pub(crate) struct Untangler {
     /// Positions of a correction, and the factor of the displacement of each vertex.
     corrected: Vec<[f32; 3]>,
     factors: Vec<f32>,
+    /// Number of displacements that remain in the frame; see [`DISPLACEMENTS`].
+    remaining: usize,
 }
 
 impl Untangler {
@@ -74,6 +80,11 @@ impl Untangler {
         let vertices = size_of_val(&*self.active) + size_of_val(&*self.is_active);
         let correction = size_of_val(&*self.corrected) + size_of_val(&*self.factors);
         self.cells.bytes() + self.room.bytes() + self.relaxation.bytes() + cells + vertices + correction
+    }
+
+    /// Begins a frame. Must be called before [`Untangler::untangle`].
+    pub(crate) fn begin(&mut self, vertices: usize) {
+        self.remaining = DISPLACEMENTS * vertices;
     }
 
     /// Prepares for a lattice. `fixed`: vertices that do not move.
@@ -92,8 +103,8 @@ impl Untangler {
         (0..self.cells.len() as u32).any(|cell| self.cells.least_determinant(cell, positions) <= 0.0)
     }
 
-    /// Moves vertices within limits, until no cell is inverted or [`RELAXATIONS`] have not helped. Returns the greatest
-    /// displacement of a vertex, in cells.
+    /// Moves vertices within limits, until no cell is inverted, [`RELAXATIONS`] have not helped, or no displacement remains in the
+    /// frame. Returns the greatest displacement of a vertex, in cells.
     ///
     /// Must be called after [`Untangler::prepare`].
     pub(crate) fn untangle(&mut self, limits: &[Limit], positions: &mut [[f32; 3]]) -> f64 {
@@ -102,7 +113,7 @@ impl Untangler {
         self.active.extend(0..positions.len() as u32);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > 0.0);
         let (mut relaxations, mut sweeps, mut count) = (0, 0, self.tangled.len());
-        while !self.tangled.is_empty() {
+        while !self.tangled.is_empty() && self.remaining > 0 {
             if sweeps == SWEEPS {
                 if 2 * self.tangled.len() > count {
                     relaxations += 1;
@@ -115,6 +126,7 @@ impl Untangler {
             }
             sweeps += 1;
             self.activate();
+            self.remaining = self.remaining.saturating_sub(self.active.len());
             for &vertex in &self.active {
                 self.move_vertex(vertex, positions);
             }
