@@ -72,11 +72,10 @@ def turned(mesh: supple.Mesh) -> supple.Mesh:
 def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: dict[str, Any]) -> None:
     """Drop a body, and print its row."""
     ground = mesh.vertices[:, 1].min() - 0.02
-    body = supple.Body(mesh, lattice_vertices=1000, material="jelly", velocity=(0, -np.sqrt(2 * 9.81 * height), 0), **options)
-    if softness != 1:
-        modulus = body.youngs_modulus / softness
-        body = supple.Body(mesh, lattice_vertices=1000, youngs_modulus=modulus, velocity=body.velocities[0], **options)
+    velocity = (0, -np.sqrt(2 * 9.81 * height), 0)
+    body = supple.Body(mesh, lattice_vertices=1000, material="jelly", velocity=velocity, **options)
     sim = supple.Simulation([body], fps=60, colliders=[supple.Plane((0, ground, 0), (0, 1, 0))], threads=1)
+    body.youngs_modulus = body.youngs_modulus / softness
     before, displayed, errors, clean, crushed = [], [], [0.0], [], []
     for _ in range(60):
         sim.advance()

@@ -20,8 +20,7 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionInput, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures,
-    VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
 };
 
 /// The displayed surface. For many frames, reusing one [`Display`] is faster.
@@ -98,10 +97,6 @@ pub struct Display {
 /// Greatest number of times that the corrected lattice is untangled, and corrected again.
 const ROUNDS: usize = 8;
 
-/// Round from which the scales of the scope `regional` are replaced by one scale: they lead back to the same inverted cells,
-/// where a small uniform correction remains.
-const UNIFORM_ROUND: usize = 2;
-
 /// Run times of the two stages that evaluate the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -148,7 +143,7 @@ impl Display {
             matching.fit(workspace, &executor, positions_rotations, None, Purpose::Regions);
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
-            self.correct(body, correction, &executor, false);
+            self.correct(body, correction, &executor);
             self.untangle_corrected(body, correction, &executor);
             self.times.volume = start.elapsed();
         }
@@ -157,8 +152,7 @@ impl Display {
 
     /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
     /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
-    /// `uniform`: see [`CorrectionInput`].
-    fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor, uniform: bool) {
+    fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
         let Self {
             correction: workspace,
             deformed,
@@ -173,9 +167,7 @@ impl Display {
         external_forces.clear();
         external_forces
             .extend(body.context().into_iter().flat_map(|context| body.get().external_forces(context.dt)));
-        let trust = trust.values();
-        let input = CorrectionInput { deformed, rotations, forces: external_forces, trust, uniform };
-        correction.solve(workspace, executor, input);
+        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         body.get().contact_limits(contact_limits);
         if let Some(surroundings) = body.surroundings(contact_limits) {
@@ -212,7 +204,8 @@ impl Display {
         untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
     }
 
-    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out.
+    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out. If the
+    /// volume cannot be restored without such a cell, the corrected lattice stays as it was.
     fn untangle_corrected(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
         for round in 1..=ROUNDS {
             let layout = &body.matching.layout;
@@ -227,23 +220,48 @@ impl Display {
                 smoothing.update_trust(&self.deformed, &mut self.trust);
             }
             if round < ROUNDS {
-                self.correct(body, correction, executor, round >= UNIFORM_ROUND);
+                self.correct(body, correction, executor);
             } else {
-                let (workspace, trust) = (&mut self.correction, self.trust.values());
-                self.components.clear();
-                self.components.extend_from_slice(correction.replace(
-                    workspace,
-                    executor,
-                    &self.deformed,
-                    trust,
-                ));
+                self.evaluate_corrected(correction, executor);
             }
+        }
+        if self
+            .untangling
+            .as_ref()
+            .is_some_and(|untangling| untangling.first.is_better_than(&self.components))
+        {
+            self.restore_first_correction(body, correction, executor);
         }
         if let Some(untangling) = &self.untangling {
             for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
                 component.before = *before;
             }
         }
+    }
+
+    /// Replaces the corrected lattice by that of the first correction of the frame.
+    #[cold]
+    fn restore_first_correction(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+        let Some(untangling) = &mut self.untangling else { return };
+        let mut first = std::mem::take(&mut untangling.first);
+        self.deformed.copy_from_slice(&first.start);
+        self.corrected.copy_from_slice(&first.corrected);
+        if let Some(smoothing) = body.get().smoothing() {
+            smoothing.update_trust(&self.deformed, &mut self.trust);
+        }
+        self.evaluate_corrected(correction, executor);
+        std::mem::swap(&mut self.components, &mut first.components);
+        if let Some(untangling) = &mut self.untangling {
+            untangling.first = first;
+        }
+    }
+
+    /// Evaluates the volumes of the corrected lattice, after it was changed.
+    fn evaluate_corrected(&mut self, correction: &Correction, executor: &Executor) {
+        let trust = self.trust.values();
+        let reports = correction.replace(&mut self.correction, executor, &self.corrected, trust);
+        self.components.clear();
+        self.components.extend_from_slice(reports);
     }
 
     /// Untangles the corrected lattice, and lets the next correction start from it. Returns whether a cell was inside out.
@@ -259,6 +277,7 @@ impl Display {
             untangling.set_volumes(components.iter().map(|component| component.before));
             untangling.set_deformed(deformed);
         }
+        untangling.first.keep(deformed, corrected, components);
         if untangling.is_inverted(deformed) {
             body.get().contact_limits(contact_limits);
             untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);

@@ -3,7 +3,7 @@
 use super::Body;
 use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
 use crate::untangle::Untangler;
-use crate::volume::{Limit, LimitSearch, Obstacles};
+use crate::volume::{ComponentReport, Limit, LimitSearch, Obstacles};
 
 /// Distance in cells within which limits are searched first.
 const SEARCH_DISTANCE: f64 = 2.0;
@@ -46,6 +46,48 @@ impl<'a> Surroundings<'a> {
     }
 }
 
+/// The first correction of a frame, if its result has inverted cells.
+#[derive(Debug, Default)]
+pub(super) struct FirstCorrection {
+    /// Positions that were corrected.
+    pub(super) start: Vec<[f32; 3]>,
+    /// Corrected positions. Empty in a frame without inverted cells.
+    pub(super) corrected: Vec<[f32; 3]>,
+    /// Results of the correction.
+    pub(super) components: Vec<ComponentReport>,
+}
+
+impl FirstCorrection {
+    /// Keeps a correction, if it is the first one of the frame.
+    pub(super) fn keep(
+        &mut self,
+        start: &[[f32; 3]],
+        corrected: &[[f32; 3]],
+        components: &[ComponentReport],
+    ) {
+        if self.corrected.is_empty() {
+            self.start.clear();
+            self.start.extend_from_slice(start);
+            self.corrected.extend_from_slice(corrected);
+            self.components.clear();
+            self.components.extend_from_slice(components);
+        }
+    }
+
+    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`.
+    pub(super) fn is_better_than(&self, last: &[ComponentReport]) -> bool {
+        let is_better = |(first, last): (&ComponentReport, &ComponentReport)| {
+            last.capped && first.residual.abs() < last.residual.abs()
+        };
+        !self.corrected.is_empty() && self.components.iter().zip(last).any(is_better)
+    }
+
+    /// Returns the memory in bytes.
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.start) + size_of_val(&*self.corrected) + size_of_val(&*self.components)
+    }
+}
+
 /// Buffers for frames in which cells of the lattice are inside out.
 #[derive(Debug, Default)]
 pub(super) struct Untangling {
@@ -55,6 +97,7 @@ pub(super) struct Untangling {
     deformed: Vec<[f32; 3]>,
     /// Volume of each component at `deformed`, in cubed scene units, if the volume is preserved.
     volumes: Vec<f64>,
+    pub(super) first: FirstCorrection,
 }
 
 impl Untangling {
@@ -70,6 +113,7 @@ impl Untangling {
         self.untangler.begin(vertices);
         self.deformed.clear();
         self.volumes.clear();
+        self.first.corrected.clear();
     }
 
     /// Prepares the tables of the lattice, and the vertices that do not move.
@@ -162,5 +206,6 @@ impl Untangling {
             + self.search.bytes()
             + size_of_val(&*self.deformed)
             + size_of_val(&*self.volumes)
+            + self.first.bytes()
     }
 }

@@ -62,6 +62,12 @@ fn areas([x, y, z]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
 /// Returns a gradient that is changed so that it is not inside out and no thinner than [`LEAST_STRETCH`]: the singular values are
 /// raised, after the least one was negated if the gradient is inside out. `None` if it has no singular values in f64.
 pub(super) fn opened(gradient: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    // The least singular value is above a bound if GᵀG, less the square of the bound, is positive definite.
+    let rest = gradient.tr_mul(gradient) - Matrix3::from_diagonal_element(LEAST_STRETCH * LEAST_STRETCH);
+    let leading = rest.m11 * rest.m22 - rest.m12 * rest.m21;
+    if rest.m11 > 0.0 && leading > 0.0 && rest.determinant() > 0.0 && gradient.determinant() > 0.0 {
+        return Some(*gradient);
+    }
     let svd = gradient.try_svd(true, true, f64::EPSILON, 64)?;
     let (mut u, v_t) = (svd.u?, svd.v_t?);
     if u.determinant() * v_t.determinant() < 0.0 {

@@ -11,7 +11,7 @@ use super::determinants::{mean_edges, opened};
 use super::room::Room;
 
 /// Iterations of a relaxation. A few move a part far enough out of its minimum.
-const ITERATIONS: usize = 4;
+pub(super) const ITERATIONS: usize = 4;
 
 /// Buffers of a relaxation.
 #[derive(Debug, Default)]

@@ -13,8 +13,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cells::Cells;
-use super::determinants::{LinearDeterminant, determinants_of};
-use super::relaxation::Relaxation;
+use super::determinants::{Corners, LinearDeterminant, determinants_of, least_determinant};
+use super::relaxation::{ITERATIONS, Relaxation};
 use super::room::Room;
 use crate::lattice::Lattice;
 use crate::volume::Limit;
@@ -33,8 +33,8 @@ const PROXIMITY: f64 = 0.01;
 const GREATEST_STEP: f64 = 0.5;
 
 /// Maximum number of displacements in a frame, as a multiple of the number of vertices: it bounds the time of a frame. Drops from
-/// twice the height of a body, with the material `jelly`, need up to 10.
-const DISPLACEMENTS: usize = 50;
+/// twice the height of a body, with the material `jelly`, need up to 100.
+const DISPLACEMENTS: usize = 150;
 
 /// Number of sweeps in which the number of cells must halve.
 const SWEEPS: usize = 4;
@@ -48,8 +48,11 @@ const SOLUTIONS: usize = 4;
 /// Determinant that a correction may leave, or half of that before the correction if this is less.
 const CORRECTED: f64 = 0.01;
 
-/// Maximum number of times that displacements are halved.
-const HALVINGS: usize = 100;
+/// Maximum number of times that displacements are shortened.
+const SHORTENINGS: usize = 100;
+
+/// Number of bits of the factor of one shortening.
+const FACTOR_BITS: u32 = 8;
 
 /// Factor of a displacement below which the displacement is removed.
 const LEAST_FACTOR: f32 = 1e-3;
@@ -69,6 +72,8 @@ pub(crate) struct Untangler {
     /// Positions of a correction, and the factor of the displacement of each vertex.
     corrected: Vec<[f32; 3]>,
     factors: Vec<f32>,
+    /// Least factor of the present shortening at each vertex; 1 between shortenings.
+    shortened: Vec<f32>,
     /// Number of displacements that remain in the frame; see [`DISPLACEMENTS`].
     remaining: usize,
 }
@@ -78,7 +83,8 @@ impl Untangler {
     pub(crate) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.tangled) + size_of_val(&*self.is_tangled);
         let vertices = size_of_val(&*self.active) + size_of_val(&*self.is_active);
-        let correction = size_of_val(&*self.corrected) + size_of_val(&*self.factors);
+        let factors = size_of_val(&*self.factors) + size_of_val(&*self.shortened);
+        let correction = size_of_val(&*self.corrected) + factors;
         self.cells.bytes() + self.room.bytes() + self.relaxation.bytes() + cells + vertices + correction
     }
 
@@ -137,28 +143,36 @@ impl Untangler {
 
     /// Shortens the displacements of a correction from `start`, so that no cell of `positions` is inverted that was not so before.
     ///
-    /// The displacements of the corners of an inverted cell are halved until it is not inverted. Must be called after
-    /// [`Untangler::prepare`].
+    /// The displacements of the corners of an inverted cell are multiplied by the factor at which it is not inverted, until no cell
+    /// is. Must be called after [`Untangler::prepare`].
     pub(crate) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
         self.corrected.clear();
         self.corrected.extend_from_slice(positions);
         self.factors.clear();
         self.factors.resize(start.len(), 1.0);
+        self.shortened.resize(start.len(), 1.0);
         self.active.clear();
         self.active.extend(0..start.len() as u32);
-        for _ in 0..HALVINGS {
-            self.find_tangled(|cells, cell| {
-                let least = cells.least_determinant(cell, positions);
-                least > CORRECTED || least > 0.5 * cells.least_determinant(cell, start)
-            });
+        for _ in 0..SHORTENINGS {
+            self.find_tangled(|cells, cell| is_kept(cells, cell, start, &cells.corners(cell, positions)));
             if self.tangled.is_empty() {
                 return;
             }
             self.activate();
+            for &cell in &self.tangled {
+                let factor = longest(&self.cells, cell, start, positions);
+                for &vertex in self.cells.vertices(cell) {
+                    let least = &mut self.shortened[vertex as usize];
+                    *least = least.min(factor);
+                }
+            }
             for &vertex in &self.active {
                 let vertex = vertex as usize;
                 let factor = &mut self.factors[vertex];
-                *factor = if *factor > LEAST_FACTOR { 0.5 * *factor } else { 0.0 };
+                *factor *= std::mem::replace(&mut self.shortened[vertex], 1.0);
+                if *factor < LEAST_FACTOR {
+                    *factor = 0.0;
+                }
                 let (from, to) = (start[vertex], self.corrected[vertex]);
                 positions[vertex] = std::array::from_fn(|k| from[k] + *factor * (to[k] - from[k]));
             }
@@ -210,6 +224,7 @@ impl Untangler {
         self.activate();
         self.tangled.sort_unstable();
         let part = (&*self.tangled, &*self.active);
+        self.remaining = self.remaining.saturating_sub(ITERATIONS * self.active.len());
         self.relaxation.relax((&self.cells, &self.room), part, rings, positions);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > UNTANGLED);
     }
@@ -227,6 +242,27 @@ impl Untangler {
         let along = |normal, along| minimum(determinants, Some((normal, along)));
         self.room.advance(vertex, step, along, positions);
     }
+}
+
+/// Returns whether the least determinant of a cell is above [`CORRECTED`], or above half of that at the start if this is less.
+fn is_kept(cells: &Cells, cell: u32, start: &[[f32; 3]], corners: &Corners) -> bool {
+    let least = least_determinant(corners);
+    least > CORRECTED || least > 0.5 * cells.least_determinant(cell, start)
+}
+
+/// Returns a factor below 1 of the displacements of the corners of a cell from the start, at which the cell is kept: see
+/// [`is_kept`]. It is the greatest one if the cell is kept at all smaller ones.
+fn longest(cells: &Cells, cell: u32, start: &[[f32; 3]], positions: &[[f32; 3]]) -> f32 {
+    let (from, to) = (cells.corners(cell, start), cells.corners(cell, positions));
+    let (mut factor, mut step) = (0.0, 1.0);
+    for _ in 0..FACTOR_BITS {
+        step *= 0.5;
+        let longer = std::array::from_fn(|k| from[k].lerp(&to[k], factor + step));
+        if is_kept(cells, cell, start, &longer) {
+            factor += step;
+        }
+    }
+    factor as f32
 }
 
 /// Returns the displacement of a vertex with the least sum, of at most [`GREATEST_STEP`]; see the module. `plane`: unit normal,

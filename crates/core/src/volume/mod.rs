@@ -61,7 +61,6 @@ mod surface;
 mod volumes;
 
 pub(crate) use clearance::{LimitSearch, Obstacles};
-pub(crate) use correction::CorrectionInput;
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use external_forces::{ExternalForce, HALF_FORCE};

@@ -93,19 +93,6 @@ pub struct CorrectionWorkspace {
     reports: Vec<ComponentReport>,
 }
 
-/// The deformed lattice that a correction starts from. The arrays have the meaning of the arguments of
-/// [`Correction::apply`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CorrectionInput<'a> {
-    pub(crate) deformed: &'a [[f32; 3]],
-    pub(crate) rotations: &'a [[f32; 4]],
-    pub(crate) forces: &'a [ExternalForce],
-    /// Trust in the slopes of `deformed`, if the skin is smooth.
-    pub(crate) trust: &'a [f32],
-    /// Whether all vertices of a component have the same scale, also with the scope `regional`.
-    pub(crate) uniform: bool,
-}
-
 /// Factors by which the field fades in beside constrained vertices.
 #[derive(Clone, Debug)]
 struct Ramp {
@@ -256,19 +243,21 @@ impl Correction {
         if let Some(smoothing) = self.measure.smoothing() {
             smoothing.update_trust(deformed, &mut trust);
         }
-        let input = CorrectionInput { deformed, rotations, forces, trust: trust.values(), uniform: false };
-        self.solve(workspace, &Executor::sequential(), input);
+        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces, trust.values());
         self.write(workspace, deformed, corrected)
     }
 
-    /// Computes the displacement of each vertex, without limits at colliders.
+    /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
+    /// of the arguments of [`Correction::apply`]. `trust`: trust in the slopes of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,
         executor: &Executor,
-        input: CorrectionInput<'_>,
+        deformed: &[[f32; 3]],
+        rotations: &[[f32; 4]],
+        forces: &[ExternalForce],
+        trust: &[f32],
     ) {
-        let CorrectionInput { deformed, rotations, forces, trust, uniform } = input;
         let n = self.adjacency.len();
         assert!(
             deformed.len() == n && rotations.len() == n,
@@ -282,7 +271,7 @@ impl Correction {
         self.rotate_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
         external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);
-        if let Some(regional) = self.regional.as_ref().filter(|_| !uniform) {
+        if let Some(regional) = &self.regional {
             regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, &mut scratch.points);
             let points = regional_scratch.scales.iter().zip(&scratch.points);
             offsets.extend(points.map(|(scale, point)| point.direction().map(|v| scale * v)));
@@ -389,7 +378,7 @@ impl Correction {
     }
 
     /// Returns the volume of each component of a lattice with these positions, in cubed scene units. `trust`: as in
-    /// [`CorrectionInput`].
+    /// [`Correction::solve`].
     pub(crate) fn volumes<'w>(
         &'w self,
         workspace: &'w mut CorrectionWorkspace,
