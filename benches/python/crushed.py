@@ -35,7 +35,9 @@ def main() -> None:
     parser.add_argument("--heights", type=float, nargs="+", default=[2.0], metavar="H")
     parser.add_argument("--softness", type=float, nargs="+", default=[1.0], metavar="S")
     arguments = parser.parse_args()
-    print("body                          before: frames, cells  displayed: frames, cells  volume     ms: clean  crushed  max")
+    print(
+        "body                          before: frames, cells  displayed: frames, cells  volume     ms: clean  crushed  max"
+    )
     for height in arguments.heights:
         for softness in arguments.softness:
             for label, shape, options in cases(arguments.quick):

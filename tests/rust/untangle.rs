@@ -86,14 +86,17 @@ fn frames_without_inverted_cells_are_displayed_as_without_untangling() {
         let deformed = simulation.body(0).positions();
         let shown: Vec<Point3<f64>> = reused.evaluate(simulation.body(0)).positions().collect();
         let least = least_determinants(&lattice, &deformed).fold(f64::INFINITY, f64::min);
-        // Without a volume correction, the lattice is displayed as it is. Cells on the ground can be flat, with a determinant
-        // that is a rounding error.
+        // Without a volume correction, the lattice is displayed as it is. 1e-5: positions are rounded to f32, with coordinates up
+        // to 32.
+        let is_unchanged =
+            shown.iter().zip(&deformed).all(|(shown, deformed)| (shown - deformed).amax() < 1e-5);
+        // Cells on the ground can be flat, with a determinant that is a rounding error.
         if least.abs() > 1e-9 {
-            assert_eq!(shown == deformed, least > 0.0);
+            assert_eq!(is_unchanged, least > 0.0);
         }
         let report = simulation.body(0).volume_report();
-        assert_eq!(report.before == report.after, shown == deformed);
-        *(if shown == deformed { &mut unchanged } else { &mut changed }) += 1;
+        assert_eq!(report.before == report.after, is_unchanged);
+        *(if is_unchanged { &mut unchanged } else { &mut changed }) += 1;
     }
     assert!(unchanged > 0 && changed > 0, "{unchanged} {changed}");
 }

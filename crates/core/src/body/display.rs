@@ -144,7 +144,15 @@ impl Display {
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
-            self.untangle_corrected(body, correction, &executor);
+            // The scales of the scope `regional` would lead back to the same inverted cells.
+            if !correction.is_regional() {
+                self.untangle_corrected(body, correction, &executor);
+            }
+            if let Some(untangling) = &self.untangling {
+                for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
+                    component.before = *before;
+                }
+            }
             self.times.volume = start.elapsed();
         }
         Displayed { display: self, body: body.get(), executor }
@@ -225,17 +233,9 @@ impl Display {
                 self.evaluate_corrected(correction, executor);
             }
         }
-        if self
-            .untangling
-            .as_ref()
-            .is_some_and(|untangling| untangling.first.is_better_than(&self.components))
-        {
+        let untangling = self.untangling.as_ref();
+        if untangling.is_some_and(|untangling| untangling.first.is_better_than(&self.components)) {
             self.restore_first_correction(body, correction, executor);
-        }
-        if let Some(untangling) = &self.untangling {
-            for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
-                component.before = *before;
-            }
         }
     }
 

@@ -247,6 +247,11 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
+    /// Returns whether each vertex moves by its own scale: the scope `regional`.
+    pub(crate) fn is_regional(&self) -> bool {
+        self.regional.is_some()
+    }
+
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
     /// of the arguments of [`Correction::apply`]. `trust`: trust in the slopes of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
