@@ -2,12 +2,12 @@
 
 python benches/python/crushed.py [--quick] [--heights H ...] [--softness S ...]
 
-Bodies of about 1,000 lattice vertices and a height of 1 fall on a plane, from H times their height (2 by default), straight
-and turned by 30 degrees about two axes, with the Young's modulus of `jelly` divided by S (1 by default). A cell is inverted if
-the determinant at one of its corners or at its center is not positive. Columns: frames and cells that are inverted before the
-display, and in the displayed lattice; the greatest error of the displayed volume relative to the rest volume; the time of
-`Body.surface` in ms, as the median of frames without and with inverted cells, and the maximum. `--quick` drops one body, as a
-smoke test.
+Bodies of about 1,000 lattice vertices and a height of 1 fall on a plane, from H times their height (2 by default),
+straight and turned by 30 degrees about two axes, with the Young's modulus of `jelly` divided by S (1 by default). A cell
+is inverted if the determinant at one of its corners or at its center is not positive. Columns: frames and cells that are
+inverted before the display, and in the displayed lattice; the greatest error of the displayed volume relative to the rest
+volume; the time of `Body.surface` in ms, as the median of frames without and with inverted cells, and the maximum.
+`--quick` drops one body, as a smoke test.
 """
 
 from __future__ import annotations
@@ -89,9 +89,10 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
         (crushed if before[-1] else clean).append(elapsed)
         if body.volume_options is not None:
             errors.append(abs(body.volume_report().residual))
+    counts = [np.count_nonzero(before), sum(before), np.count_nonzero(displayed), sum(displayed)]
     print(
-        f"{label:30} {np.count_nonzero(before):13d} {sum(before):7d} {np.count_nonzero(displayed):17d} {sum(displayed):7d}"
-        f" {max(errors):8.0e} {statistics.median(clean or [0]):13.2f} {statistics.median(crushed or [0]):8.2f}"
+        f"{label:30} {counts[0]:13d} {counts[1]:7d} {counts[2]:17d} {counts[3]:7d}"
+        f" {max(errors):8.0e} {statistics.median(clean or [0]):10.2f} {statistics.median(crushed or [0]):8.2f}"
         f" {max(clean + crushed):6.1f}"
     )
 
