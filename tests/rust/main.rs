@@ -54,6 +54,7 @@ mod shipped;
 mod smooth_skin;
 mod stages;
 mod swept;
+mod untangle;
 mod volume;
 mod volume_contact;
 mod volume_field;

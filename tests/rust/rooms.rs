@@ -8,9 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 14] = [
+const LAYERS: [&str; 15] = [
     "simulation",
     "body",
+    "untangle",
     "volume",
     "contact",
     "skin",

@@ -134,6 +134,7 @@ mod simd;
 mod simulation;
 mod skin;
 mod state;
+mod untangle;
 mod volume;
 mod voxel;
 

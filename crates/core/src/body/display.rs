@@ -4,93 +4,27 @@
 //! scale lambda and the field V (Takamatsu & Kanai 2009, Eq. (1); module `volume`). The mesh update then
 //! interpolates the mesh in the cells of P~, trilinearly or smoothly, and computes its normals (module `skin`).
 
-use std::ops::Deref;
 use std::time::{Duration, Instant};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use super::elasticity::Softened;
+use super::reference::BodyRef;
+use super::untangling::Untangling;
 use super::{Body, Surface};
-use crate::contact::{Colliders, Contacts};
-use crate::lattice::{Lattice, Slopes, Trust};
+use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
-use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
 use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
+use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, Obstacles, VolumeMeasures,
-    VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
 };
 
-/// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
-/// energies depend on: colliders, time, step length, gravity and threads.
-///
-/// [`Simulation::body`](crate::Simulation::body) returns a `BodyRef` of a body in a simulation, and
-/// [`Body::alone`] one of a body outside a simulation. A `BodyRef` dereferences to [`Body`]. [`BodyRef::get`]
-/// returns the body itself.
-#[derive(Clone, Copy, Debug)]
-pub struct BodyRef<'a> {
-    body: &'a Body,
-    /// `None` outside a simulation.
-    context: Option<DisplayContext<'a>>,
-}
-
-/// The data of a simulation that a [`BodyRef`] needs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DisplayContext<'a> {
-    pub(crate) colliders: &'a Colliders,
-    /// Time in seconds.
-    pub(crate) time: f64,
-    /// Length of a step in seconds.
-    pub(crate) dt: f64,
-    /// Gravity in scene units per second squared.
-    pub(crate) gravity: Vector3<f64>,
-    pub(crate) executor: &'a Executor,
-}
-
-impl Deref for BodyRef<'_> {
-    type Target = Body;
-
-    fn deref(&self) -> &Body {
-        self.body
-    }
-}
-
-impl<'a> BodyRef<'a> {
-    pub(crate) fn new(body: &'a Body, context: DisplayContext<'a>) -> Self {
-        Self { body, context: Some(context) }
-    }
-
-    /// Returns the data of the simulation, or `None` outside a simulation.
-    pub(super) fn context(self) -> Option<DisplayContext<'a>> {
-        self.context
-    }
-
-    /// Returns the body, with the lifetime of the simulation's borrow.
-    pub fn get(self) -> &'a Body {
-        self.body
-    }
-
-    /// Returns the mesh in the model's frame, or `None` for a bare lattice.
-    pub fn mesh(self) -> Option<&'a Mesh> {
-        self.body.mesh()
-    }
-
-    /// Returns the lattice in the model's frame.
-    pub fn lattice(self) -> &'a Lattice {
-        self.body.lattice()
-    }
-
-    /// Returns a reference that evaluates the displayed surface on the threads of another executor. A program that evaluates
-    /// several bodies at once gives each of them [`Executor::sequential`], because handing out the parts of one body costs
-    /// more than it gains then.
-    pub fn with_executor(self, executor: &'a Executor) -> Self {
-        Self { context: self.context.map(|context| DisplayContext { executor, ..context }), ..self }
-    }
-
+/// The displayed surface. For many frames, reusing one [`Display`] is faster.
+impl BodyRef<'_> {
     /// Evaluates the displayed surface: the mesh, deformed by the lattice after the volume correction. For
     /// many frames, reusing one [`Display`] is faster.
     pub fn surface(self) -> DisplayedSurface {
@@ -108,49 +42,10 @@ impl<'a> BodyRef<'a> {
         Display::new().evaluate(self).volume_report()
     }
 
-    /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: that of
-    /// the material, or less if steps of this length cannot reach it. Outside a simulation it is the modulus that
-    /// was set, or `None` if none was set.
-    pub fn youngs_modulus(self) -> Option<f64> {
-        match self.context {
-            Some(context) => Some(self.body.modulus_in_force(context.dt)),
-            None => self.body.material_modulus(),
-        }
-    }
-
-    /// Returns whether and how the body is softer than its material, because its steps are too long. `None` outside
-    /// a simulation.
-    pub fn softened(self) -> Option<Softened> {
-        self.context.and_then(|context| self.body.softened(context.dt))
-    }
-
-    /// Returns the frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
-    /// The first call computes the mode. `None` outside a simulation.
-    pub fn lowest_frequency(self) -> Option<f64> {
-        let angular =
-            self.context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
-        angular.map(|angular| angular / std::f64::consts::TAU)
-    }
-
     /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
     /// Without a correction, uses the measure that `auto` would choose.
     pub fn volume(self) -> f64 {
         self.volume_report().after
-    }
-}
-
-/// A body outside a simulation.
-impl<'a> From<&'a Body> for BodyRef<'a> {
-    fn from(body: &'a Body) -> Self {
-        Self { body, context: None }
-    }
-}
-
-impl Body {
-    /// Returns a reference for evaluating the displayed surface outside a simulation, on the calling thread.
-    /// Colliders, contacts and external forces then have no effect on the volume correction.
-    pub fn alone(&self) -> BodyRef<'_> {
-        self.into()
     }
 }
 
@@ -194,8 +89,13 @@ pub struct Display {
     /// Limits of the correction at bodies that the body touches.
     contact_limits: Vec<Limit>,
     components: Vec<ComponentReport>,
+    /// Present after the first frame in which a cell of the lattice was inside out.
+    untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
 }
+
+/// Greatest number of times that the corrected lattice is untangled, and corrected again.
+const ROUNDS: usize = 8;
 
 /// Run times of the two stages that evaluate the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -220,13 +120,19 @@ impl Display {
     pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
         let body = body.into();
         let start = Instant::now();
-        let executor = body.context.map_or_else(Executor::sequential, |context| context.executor.clone());
-        let Body { state, matching, correction, .. } = body.body;
+        let executor = body.context().map_or_else(Executor::sequential, |context| context.executor.clone());
+        let Body { state, matching, correction, .. } = body.get();
         let slots = matching.layout.slots();
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
-        if let Some(smoothing) = body.body.smoothing() {
+        if let Some(untangling) = &mut self.untangling {
+            untangling.begin(self.deformed.len());
+        }
+        if may_be_inverted(&matching.layout, &state.positions) {
+            self.untangle_deformed(body, &executor);
+        }
+        if let Some(smoothing) = body.get().smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
         }
         if let Some(correction) = correction {
@@ -238,9 +144,18 @@ impl Display {
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
+            // The scales of the scope `regional` would lead back to the same inverted cells.
+            if !correction.is_regional() {
+                self.untangle_corrected(body, correction, &executor);
+            }
+            if let Some(untangling) = &self.untangling {
+                for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
+                    component.before = *before;
+                }
+            }
             self.times.volume = start.elapsed();
         }
-        Displayed { display: self, body: body.body, executor }
+        Displayed { display: self, body: body.get(), executor }
     }
 
     /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
@@ -259,23 +174,15 @@ impl Display {
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces
-            .extend(body.context.into_iter().flat_map(|context| body.body.external_forces(context.dt)));
+            .extend(body.context().into_iter().flat_map(|context| body.get().external_forces(context.dt)));
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
-        body.body.contact_limits(contact_limits);
-        let context =
-            body.context.filter(|context| !(context.colliders.is_empty() && contact_limits.is_empty()));
-        if let Some(DisplayContext { colliders, time, .. }) = context {
-            let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            // A body that has not yet been stepped in this simulation may have no contact stage.
-            let is_missing = body.contacts.is_none() && !colliders.is_empty();
-            let new_samples = is_missing.then(|| body.create_samples(1.0));
-            let samples = body.contacts.as_ref().map(Contacts::samples).or(new_samples.as_ref());
-            let surroundings = (samples, &obstacles);
+        body.get().contact_limits(contact_limits);
+        if let Some(surroundings) = body.surroundings(contact_limits) {
             correction.limit_at_obstacles(
                 workspace,
                 executor,
-                surroundings,
+                (surroundings.samples(), &surroundings.obstacles),
                 contact_limits,
                 deformed,
                 corrected,
@@ -283,6 +190,102 @@ impl Display {
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
+    }
+
+    /// Untangles the deformed lattice, if a cell is inside out.
+    #[cold]
+    fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
+        let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
+        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
+        untangling.prepare(body.get());
+        if !untangling.is_inverted(deformed) {
+            return;
+        }
+        if let Some(correction) = &body.get().correction {
+            if let Some(smoothing) = body.get().smoothing() {
+                smoothing.update_trust(deformed, trust);
+            }
+            untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
+        }
+        untangling.set_deformed(deformed);
+        body.get().contact_limits(contact_limits);
+        untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
+    }
+
+    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out. If the
+    /// volume cannot be restored without such a cell, the corrected lattice stays as it was.
+    fn untangle_corrected(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+        for round in 1..=ROUNDS {
+            let layout = &body.matching.layout;
+            // The rotations by slot are not needed any more.
+            for (&slot, &[x, y, z]) in layout.slots().iter().zip(&self.corrected) {
+                self.slot_rotations.set(slot, [x, y, z, 0.0]);
+            }
+            if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
+                break;
+            }
+            if let Some(smoothing) = body.get().smoothing() {
+                smoothing.update_trust(&self.deformed, &mut self.trust);
+            }
+            if round < ROUNDS {
+                self.correct(body, correction, executor);
+            } else {
+                self.evaluate_corrected(correction, executor);
+            }
+        }
+        let untangling = self.untangling.as_ref();
+        if untangling.is_some_and(|untangling| untangling.first.is_better_than(&self.components)) {
+            self.restore_first_correction(body, correction, executor);
+        }
+    }
+
+    /// Replaces the corrected lattice by that of the first correction of the frame.
+    #[cold]
+    fn restore_first_correction(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+        let Some(untangling) = &mut self.untangling else { return };
+        let mut first = std::mem::take(&mut untangling.first);
+        self.deformed.copy_from_slice(&first.start);
+        self.corrected.copy_from_slice(&first.corrected);
+        if let Some(smoothing) = body.get().smoothing() {
+            smoothing.update_trust(&self.deformed, &mut self.trust);
+        }
+        self.evaluate_corrected(correction, executor);
+        std::mem::swap(&mut self.components, &mut first.components);
+        if let Some(untangling) = &mut self.untangling {
+            untangling.first = first;
+        }
+    }
+
+    /// Evaluates the volumes of the corrected lattice, after it was changed.
+    fn evaluate_corrected(&mut self, correction: &Correction, executor: &Executor) {
+        let trust = self.trust.values();
+        let reports = correction.replace(&mut self.correction, executor, &self.corrected, trust);
+        self.components.clear();
+        self.components.extend_from_slice(reports);
+    }
+
+    /// Untangles the corrected lattice, and lets the next correction start from it. Returns whether a cell was inside out.
+    #[cold]
+    fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
+        let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
+        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
+        untangling.prepare(body.get());
+        if !untangling.is_inverted(corrected) {
+            return false;
+        }
+        if !untangling.is_present() {
+            untangling.set_volumes(components.iter().map(|component| component.before));
+            untangling.set_deformed(deformed);
+        }
+        untangling.first.keep(deformed, corrected, components);
+        if untangling.is_inverted(deformed) {
+            body.get().contact_limits(contact_limits);
+            untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);
+        } else {
+            untangling.shorten(deformed, corrected);
+        }
+        deformed.clone_from(corrected);
+        true
     }
 
     /// Returns the memory of the buffers, in bytes.
@@ -293,7 +296,8 @@ impl Display {
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
         let correction = correction + size_of_val(&*self.contact_limits);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
-        lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()
+        let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
+        lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling
     }
 }
 
@@ -376,10 +380,13 @@ impl Displayed<'_> {
         let Body { lattice, surface, measures, correction, .. } = self.body;
         let volume_surface = || surface.as_ref().map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
-        let Display { deformed, corrected, components, .. } = &*self.display;
+        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
+        let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         match correction {
-            None => measures.report(deformed),
-            Some(correction) => measures.report_corrected(correction, components, deformed, corrected),
+            None => measures.report_untangled(deformed, start),
+            Some(correction) => {
+                measures.report_corrected_from(correction, components, deformed, (start, corrected))
+            }
         }
     }
 
@@ -397,7 +404,7 @@ impl Displayed<'_> {
 
 impl Body {
     /// Returns the lattice vertices that pins and handles constrained in the last step.
-    fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
+    pub(super) fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
         let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
         (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
     }

@@ -2,8 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::display::DisplayContext;
-use super::{Body, BodyRef};
+use super::{Body, BodyRef, DisplayContext};
 use crate::dynamics::{Constraint, ConstraintError};
 use crate::matching::{Purpose, Workspace};
 use crate::state::Interval;

@@ -16,6 +16,7 @@
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
+//! | `untangling` | untangles the displayed lattice where cells are inside out |
 
 mod body_contact;
 mod builder;
@@ -26,18 +27,21 @@ mod hold_force;
 mod material;
 mod plan;
 mod quantities;
+mod reference;
 mod settings;
 mod sleep;
 mod snapshot;
 mod step;
+mod untangling;
 mod zones;
 
 pub use body_contact::TouchingOptions;
 pub use builder::BodyBuilder;
-pub(crate) use display::DisplayContext;
-pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
+pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
+pub use reference::BodyRef;
+pub(crate) use reference::DisplayContext;
 pub(crate) use sleep::RestVote;
 pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::{BodyContactPart, StepContext};

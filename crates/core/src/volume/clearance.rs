@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 1e-3;
 
 /// Searches for limits, and stores the limits that it finds.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LimitSearch {
+pub(crate) struct LimitSearch {
     /// Position of the vertex of each row, without the correction.
     positions: Vec<Vec4>,
     /// Position of the vertex of each row, with the correction.
@@ -34,7 +34,7 @@ pub(super) struct LimitSearch {
     /// Nearest sample of each row in `rows`.
     nearest: Vec<Nearest>,
     /// Limits at all colliders.
-    pub(super) limits: Vec<Limit>,
+    pub(crate) limits: Vec<Limit>,
 }
 
 /// Colliders at one time, in the frame of a body.
@@ -60,7 +60,7 @@ struct Nearest {
 
 impl LimitSearch {
     /// Returns the memory in bytes.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let positions = size_of_val(&*self.positions) + size_of_val(&*self.corrected);
         let slopes = self.slopes.bytes() + self.corrected_slopes.bytes();
         positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
@@ -79,7 +79,7 @@ impl LimitSearch {
     /// of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
     /// other shapes, whose normal is not constant, and for a smooth skin,
     /// [`add_limits_for_entered_cells`](Self::add_limits_for_entered_cells) is needed as well.
-    pub(super) fn find(
+    pub(crate) fn find(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],
@@ -122,7 +122,7 @@ impl LimitSearch {
     /// of the corrected sample behind `P`, so that the sample does not pass `P`. A convex collider lies
     /// entirely behind its tangent planes, so a sample that was outside does not enter the collider. A sample of a smooth
     /// skin also depends on vertices around its cell, so that further rounds may be needed.
-    pub(super) fn add_limits_for_entered_cells(
+    pub(crate) fn add_limits_for_entered_cells(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],
@@ -168,7 +168,7 @@ impl LimitSearch {
 
 impl Obstacles<'_> {
     /// Returns whether any collider needs [`LimitSearch::add_limits_for_entered_cells`].
-    pub(super) fn need_entered_cells(&self, samples: &SampleCells) -> bool {
+    pub(crate) fn need_entered_cells(&self, samples: &SampleCells) -> bool {
         self.shapes().any(|shape| needs_entered_cells(&shape, samples))
     }
 

@@ -47,15 +47,21 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
+        self.report_untangled(deformed, deformed)
+    }
+
+    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled.
+    pub(crate) fn report_untangled(&self, deformed: &[[f32; 3]], untangled: &[[f32; 3]]) -> VolumeReport {
         let before = self.evaluate_deformed(deformed, deformed);
+        let after = self.evaluate_deformed(untangled, untangled);
         // The last measure is the most accurate one available.
         let last = before.len() - 1;
-        let component = |(&rest, &before): (&f64, &f64)| {
-            let residual = (before - rest) / rest;
-            ComponentReport { rest, before, after: before, lambda: 0.0, residual, capped: false }
+        let component = |((&rest, &before), &after): ((&f64, &f64), &f64)| {
+            let residual = (after - rest) / rest;
+            ComponentReport { rest, before, after, lambda: 0.0, residual, capped: false }
         };
-        let components = self.rest[last].iter().zip(&before[last]).map(component).collect();
-        VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &before))
+        let components = self.rest[last].iter().zip(&before[last]).zip(&after[last]).map(component).collect();
+        VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &after))
     }
 
     /// Reports the volumes of a deformed lattice before and after its correction.
@@ -68,8 +74,19 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
+        self.report_corrected_from(correction, components, deformed, (deformed, corrected))
+    }
+
+    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start`.
+    pub(crate) fn report_corrected_from(
+        &self,
+        correction: &Correction,
+        components: &[ComponentReport],
+        deformed: &[[f32; 3]],
+        (start, corrected): (&[[f32; 3]], &[[f32; 3]]),
+    ) -> VolumeReport {
         let (before, after) =
-            (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, deformed));
+            (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, start));
         let mut components = components.to_vec();
         if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components

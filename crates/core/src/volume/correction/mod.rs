@@ -247,6 +247,11 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
+    /// Returns whether each vertex moves by its own scale: the scope `regional`.
+    pub(crate) fn is_regional(&self) -> bool {
+        self.regional.is_some()
+    }
+
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
     /// of the arguments of [`Correction::apply`]. `trust`: trust in the slopes of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
@@ -267,11 +272,7 @@ impl Correction {
         );
         workspace.lambdas.resize(self.rest.len(), 0.0);
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
-        workspace.limits.clear();
-        workspace.offsets.clear();
-        workspace.scratch.set_positions(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
-        workspace.scratch.trust.clear();
-        workspace.scratch.trust.extend_from_slice(trust);
+        self.set_positions(workspace, deformed, trust);
         self.rotate_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
         external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);
@@ -379,6 +380,50 @@ impl Correction {
             let volume = c0 + lambda * (c1 + lambda * (c2 + lambda * c3));
             self.report(workspace, component, volume - self.rest[component]);
         }
+    }
+
+    /// Returns the volume of each component of a lattice with these positions, in cubed scene units. `trust`: as in
+    /// [`Correction::solve`].
+    pub(crate) fn volumes<'w>(
+        &'w self,
+        workspace: &'w mut CorrectionWorkspace,
+        executor: &Executor,
+        positions: &[[f32; 3]],
+        trust: &[f32],
+    ) -> impl Iterator<Item = f64> + 'w {
+        self.set_positions(workspace, positions, trust);
+        self.evaluate(workspace, executor);
+        let cell_volume = self.cell_size.powi(3);
+        workspace.scratch.coefficients.iter().map(move |c| c[0] * cell_volume)
+    }
+
+    /// Replaces the corrected positions by `positions`, which differ from the result of the correction, and returns the reports
+    /// on their volumes.
+    pub(crate) fn replace<'w>(
+        &self,
+        workspace: &'w mut CorrectionWorkspace,
+        executor: &Executor,
+        positions: &[[f32; 3]],
+        trust: &[f32],
+    ) -> &'w [ComponentReport] {
+        self.set_positions(workspace, positions, trust);
+        self.evaluate(workspace, executor);
+        for component in 0..self.rest.len() {
+            let excess = workspace.scratch.coefficients[component][0] - self.rest[component];
+            self.report(workspace, component, excess);
+        }
+        workspace.has_surface = false;
+        &workspace.reports
+    }
+
+    /// Sets the positions from which the vertices move, and the trust in their slopes. Removes the limits and offsets.
+    fn set_positions(&self, workspace: &mut CorrectionWorkspace, positions: &[[f32; 3]], trust: &[f32]) {
+        workspace.limits.clear();
+        workspace.offsets.clear();
+        let scratch = &mut workspace.scratch;
+        scratch.set_positions(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        scratch.trust.clear();
+        scratch.trust.extend_from_slice(trust);
     }
 
     /// Writes the corrected positions to `corrected`, and returns one report per component.

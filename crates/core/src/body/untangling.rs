@@ -1,0 +1,211 @@
+//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches.
+
+use super::Body;
+use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
+use crate::untangle::Untangler;
+use crate::volume::{ComponentReport, Limit, LimitSearch, Obstacles};
+
+/// Distance in cells within which limits are searched first.
+const SEARCH_DISTANCE: f64 = 2.0;
+
+/// Search distance for limits, as a multiple of the greatest displacement: see [`Untangling::untangle`].
+const MARGIN: f64 = 1.25;
+
+/// Maximum number of times that limits are added and the lattice is untangled again from its start.
+const ROUNDS: usize = 8;
+
+/// Colliders around a body, and the samples of its surface.
+pub(super) struct Surroundings<'a> {
+    pub(super) obstacles: Obstacles<'a>,
+    samples: Option<&'a SampleCells>,
+    /// Samples of a body that has not yet been stepped in this simulation and has no contact stage.
+    new_samples: Option<SampleCells>,
+}
+
+impl<'a> Surroundings<'a> {
+    /// Returns `None` if there is neither a collider nor a limit at other bodies.
+    pub(super) fn new(
+        body: &'a Body,
+        (colliders, time): (&'a Colliders, f64),
+        contact_limits: &[Limit],
+    ) -> Option<Self> {
+        if colliders.is_empty() && contact_limits.is_empty() {
+            return None;
+        }
+        let is_missing = body.contacts.is_none() && !colliders.is_empty();
+        Some(Self {
+            obstacles: Obstacles { colliders, time, frame: body.state.frame.body_frame() },
+            samples: body.contacts.as_ref().map(Contacts::samples),
+            new_samples: is_missing.then(|| body.create_samples(1.0)),
+        })
+    }
+
+    /// Returns the samples; `None` if there is no collider.
+    pub(super) fn samples(&self) -> Option<&SampleCells> {
+        self.samples.or(self.new_samples.as_ref())
+    }
+}
+
+/// The first correction of a frame, if its result has inverted cells.
+#[derive(Debug, Default)]
+pub(super) struct FirstCorrection {
+    /// Positions that were corrected.
+    pub(super) start: Vec<[f32; 3]>,
+    /// Corrected positions. Empty in a frame without inverted cells.
+    pub(super) corrected: Vec<[f32; 3]>,
+    /// Results of the correction.
+    pub(super) components: Vec<ComponentReport>,
+}
+
+impl FirstCorrection {
+    /// Keeps a correction, if it is the first one of the frame.
+    pub(super) fn keep(
+        &mut self,
+        start: &[[f32; 3]],
+        corrected: &[[f32; 3]],
+        components: &[ComponentReport],
+    ) {
+        if self.corrected.is_empty() {
+            self.start.clear();
+            self.start.extend_from_slice(start);
+            self.corrected.extend_from_slice(corrected);
+            self.components.clear();
+            self.components.extend_from_slice(components);
+        }
+    }
+
+    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`.
+    pub(super) fn is_better_than(&self, last: &[ComponentReport]) -> bool {
+        let is_better = |(first, last): (&ComponentReport, &ComponentReport)| {
+            last.capped && first.residual.abs() < last.residual.abs()
+        };
+        !self.corrected.is_empty() && self.components.iter().zip(last).any(is_better)
+    }
+
+    /// Returns the memory in bytes.
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.start) + size_of_val(&*self.corrected) + size_of_val(&*self.components)
+    }
+}
+
+/// Buffers for frames in which cells of the lattice are inside out.
+#[derive(Debug, Default)]
+pub(super) struct Untangling {
+    untangler: Untangler,
+    search: LimitSearch,
+    /// P^, the positions that the dynamics have given, if the present frame was untangled.
+    deformed: Vec<[f32; 3]>,
+    /// Volume of each component at `deformed`, in cubed scene units, if the volume is preserved.
+    volumes: Vec<f64>,
+    pub(super) first: FirstCorrection,
+}
+
+impl Untangling {
+    /// Creates empty buffers, in a frame of a lattice with this number of vertices.
+    pub(super) fn new(vertices: usize) -> Self {
+        let mut untangling = Self::default();
+        untangling.begin(vertices);
+        untangling
+    }
+
+    /// Begins a frame of a lattice with this number of vertices.
+    pub(super) fn begin(&mut self, vertices: usize) {
+        self.untangler.begin(vertices);
+        self.deformed.clear();
+        self.volumes.clear();
+        self.first.corrected.clear();
+    }
+
+    /// Prepares the tables of the lattice, and the vertices that do not move.
+    pub(super) fn prepare(&mut self, body: &Body) {
+        self.untangler.prepare(&body.lattice, body.constrained_vertices());
+    }
+
+    /// Returns whether a cell is inside out.
+    pub(super) fn is_inverted(&self, positions: &[[f32; 3]]) -> bool {
+        self.untangler.is_inverted(positions)
+    }
+
+    /// Returns whether the present frame was untangled.
+    pub(super) fn is_present(&self) -> bool {
+        !self.deformed.is_empty()
+    }
+
+    /// Sets P^ of the present frame.
+    pub(super) fn set_deformed(&mut self, deformed: &[[f32; 3]]) {
+        self.deformed.clear();
+        self.deformed.extend_from_slice(deformed);
+    }
+
+    /// Returns P^, if the present frame was untangled.
+    pub(super) fn deformed(&self) -> Option<&[[f32; 3]]> {
+        self.is_present().then_some(&self.deformed)
+    }
+
+    /// Sets the volumes of the components at P^, in cubed scene units.
+    pub(super) fn set_volumes(&mut self, volumes: impl Iterator<Item = f64>) {
+        self.volumes.clear();
+        self.volumes.extend(volumes);
+    }
+
+    /// Returns the volumes of the components at P^; empty if the present frame was not untangled.
+    pub(super) fn volumes(&self) -> &[f64] {
+        &self.volumes
+    }
+
+    /// Untangles a lattice. No sample of its surface moves into a collider or deeper into it.
+    ///
+    /// Limits are searched up to a distance. If a vertex moves farther, or a sample enters a collider that is not a plane, the
+    /// lattice is untangled again from its start with more limits.
+    pub(super) fn untangle(
+        &mut self,
+        surroundings: Option<Surroundings<'_>>,
+        contact_limits: &[Limit],
+        positions: &mut [[f32; 3]],
+    ) {
+        let Self { untangler, search, .. } = self;
+        let Some(surroundings) = surroundings else {
+            untangler.untangle(&[], positions);
+            return;
+        };
+        let (samples, obstacles) = (surroundings.samples(), &surroundings.obstacles);
+        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
+        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
+        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
+        let start = positions.to_vec();
+        let mut distance = SEARCH_DISTANCE;
+        let mut find = true;
+        for _ in 0..ROUNDS {
+            if std::mem::take(&mut find) {
+                search.limits.clear();
+                if let Some(samples) = samples {
+                    search.find(samples, &start, obstacles, distance);
+                }
+                search.limits.extend_from_slice(contact_limits);
+            }
+            positions.copy_from_slice(&start);
+            let greatest = factor * untangler.untangle(&search.limits, positions);
+            if greatest > distance {
+                (distance, find) = (MARGIN * greatest, true);
+            } else if !entered_cells
+                .is_some_and(|samples| search.add_limits_for_entered_cells(samples, positions, obstacles))
+            {
+                break;
+            }
+        }
+    }
+
+    /// Shortens the displacements of a correction, so that no cell is inside out that was not so at its start.
+    pub(super) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
+        self.untangler.shorten(start, positions);
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.untangler.bytes()
+            + self.search.bytes()
+            + size_of_val(&*self.deformed)
+            + size_of_val(&*self.volumes)
+            + self.first.bytes()
+    }
+}
