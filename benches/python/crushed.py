@@ -88,7 +88,9 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
         displayed.append(inverted_cells(body, body.corrected_positions()))
         (crushed if before[-1] else clean).append(elapsed)
         if body.volume_options is not None:
-            errors.append(abs(body.volume_report().residual))
+            report = body.volume_report()
+            rest, _, after = report.volumes[report.measure]
+            errors.append(abs(after / rest - 1))
     counts = [np.count_nonzero(before), sum(before), np.count_nonzero(displayed), sum(displayed)]
     print(
         f"{label:30} {counts[0]:13d} {counts[1]:7d} {counts[2]:17d} {counts[3]:7d}"

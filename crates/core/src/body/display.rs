@@ -61,8 +61,8 @@ pub struct DisplayedSurface {
 
 /// Evaluates displayed surfaces, and owns the buffers of the evaluation.
 ///
-/// A `Display` that always evaluates the same body allocates in the first frame, and when the constrained
-/// vertices change. [`Displayed::surface`] also allocates its result in each call;
+/// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
+/// change, and in frames in which cells of the lattice are inside out. [`Displayed::surface`] also allocates its result in each call;
 /// [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
 /// is faster.
 #[derive(Debug, Default)]
@@ -102,7 +102,7 @@ const ROUNDS: usize = 8;
 #[non_exhaustive]
 pub struct DisplayTimes {
     /// Time of the volume correction, including the fit of the region rotations, by which the field V is
-    /// rotated.
+    /// rotated, and of the untangling of a lattice with cells inside out.
     pub volume: Duration,
     /// Time of the last mesh update (interpolation, and normals if they were requested). Zero
     /// before the first mesh update of an evaluation.
@@ -153,6 +153,10 @@ impl Display {
                     component.before = *before;
                 }
             }
+        }
+        if body.get().correction.is_some()
+            || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
+        {
             self.times.volume = start.elapsed();
         }
         Displayed { display: self, body: body.get(), executor }
@@ -224,18 +228,25 @@ impl Display {
             if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
                 break;
             }
+            let is_stuck = self.deformed == self.corrected;
+            self.deformed.clone_from(&self.corrected);
             if let Some(smoothing) = body.get().smoothing() {
                 smoothing.update_trust(&self.deformed, &mut self.trust);
             }
-            if round < ROUNDS {
-                self.correct(body, correction, executor);
-            } else {
+            if is_stuck || round == ROUNDS {
                 self.evaluate_corrected(correction, executor);
+                break;
+            }
+            self.correct(body, correction, executor);
+            if let Some(untangling) = &mut self.untangling {
+                untangling.first.add_scales(&self.components);
             }
         }
-        let untangling = self.untangling.as_ref();
-        if untangling.is_some_and(|untangling| untangling.first.is_better_than(&self.components)) {
+        let Some(untangling) = &self.untangling else { return };
+        if untangling.first.is_better_than(&self.components, correction.caps()) {
             self.restore_first_correction(body, correction, executor);
+        } else {
+            untangling.first.write_scales(&mut self.components);
         }
     }
 
@@ -264,7 +275,7 @@ impl Display {
         self.components.extend_from_slice(reports);
     }
 
-    /// Untangles the corrected lattice, and lets the next correction start from it. Returns whether a cell was inside out.
+    /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
         let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
@@ -284,7 +295,6 @@ impl Display {
         } else {
             untangling.shorten(deformed, corrected);
         }
-        deformed.clone_from(corrected);
         true
     }
 

@@ -247,6 +247,11 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
+    /// Iterates over the greatest magnitude of the scale `lambda` of each component, in scene units.
+    pub(crate) fn caps(&self) -> impl Iterator<Item = f64> {
+        self.caps.iter().map(|cap| cap * self.cell_size)
+    }
+
     /// Returns whether each vertex moves by its own scale: the scope `regional`.
     pub(crate) fn is_regional(&self) -> bool {
         self.regional.is_some()
