@@ -78,7 +78,11 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
     body = supple.Body(mesh, lattice_vertices=1000, material="jelly", velocity=velocity, **options)
     sim = supple.Simulation([body], fps=60, colliders=[supple.Plane((0, ground, 0), (0, 1, 0))], threads=1)
     body.youngs_modulus = body.youngs_modulus / softness
-    before, displayed, errors, clean, crushed = [], [], [0.0], [], []
+    before: list[int] = []
+    displayed: list[int] = []
+    errors = [0.0]
+    clean: list[float] = []
+    crushed: list[float] = []
     for _ in range(60):
         sim.advance()
         start = time.perf_counter()
