@@ -132,9 +132,7 @@ impl Display {
         if may_be_inverted(&matching.layout, &state.positions) {
             self.untangle_deformed(body, &executor);
         }
-        if let Some(smoothing) = body.get().smoothing() {
-            smoothing.update_trust(&self.deformed, &mut self.trust);
-        }
+        self.update_trust(body);
         if let Some(correction) = correction {
             // The field V is rotated by the region rotations at the current positions.
             self.slot_rotations.copy_from(&state.rotations);
@@ -200,8 +198,7 @@ impl Display {
     #[cold]
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
         let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
-        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
-        untangling.prepare(body.get());
+        let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(deformed) {
             return;
         }
@@ -230,9 +227,7 @@ impl Display {
             }
             let is_stuck = self.deformed == self.corrected;
             self.deformed.clone_from(&self.corrected);
-            if let Some(smoothing) = body.get().smoothing() {
-                smoothing.update_trust(&self.deformed, &mut self.trust);
-            }
+            self.update_trust(body);
             if is_stuck || round == ROUNDS {
                 self.evaluate_corrected(correction, executor);
                 break;
@@ -253,17 +248,20 @@ impl Display {
     /// Replaces the corrected lattice by that of the first correction of the frame.
     #[cold]
     fn restore_first_correction(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Some(untangling) = &mut self.untangling else { return };
-        let mut first = std::mem::take(&mut untangling.first);
-        self.deformed.copy_from_slice(&first.start);
-        self.corrected.copy_from_slice(&first.corrected);
+        let Some(untangling) = &self.untangling else { return };
+        self.deformed.copy_from_slice(&untangling.first.start);
+        self.corrected.copy_from_slice(&untangling.first.corrected);
+        self.update_trust(body);
+        self.evaluate_corrected(correction, executor);
+        if let Some(untangling) = &self.untangling {
+            self.components.clone_from(&untangling.first.components);
+        }
+    }
+
+    /// Updates the trust in the slopes of the deformed lattice, if the skin is smooth.
+    fn update_trust(&mut self, body: BodyRef<'_>) {
         if let Some(smoothing) = body.get().smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
-        }
-        self.evaluate_corrected(correction, executor);
-        std::mem::swap(&mut self.components, &mut first.components);
-        if let Some(untangling) = &mut self.untangling {
-            untangling.first = first;
         }
     }
 
@@ -279,8 +277,7 @@ impl Display {
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
         let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
-        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
-        untangling.prepare(body.get());
+        let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
             return false;
         }

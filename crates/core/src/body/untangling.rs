@@ -131,10 +131,14 @@ pub(super) struct Untangling {
 }
 
 impl Untangling {
-    /// Creates empty buffers, in a frame of a lattice with this number of vertices.
-    pub(super) fn new(vertices: usize) -> Self {
-        let mut untangling = Self::default();
-        untangling.begin(vertices);
+    /// Returns the buffers, prepared for the lattice of a body. New ones are in a frame that begins.
+    pub(super) fn prepared<'a>(untangling: &'a mut Option<Box<Self>>, body: &Body) -> &'a mut Self {
+        let untangling = untangling.get_or_insert_with(|| {
+            let mut untangling = Box::<Self>::default();
+            untangling.begin(body.lattice.len());
+            untangling
+        });
+        untangling.untangler.prepare(&body.lattice, body.constrained_vertices());
         untangling
     }
 
@@ -144,11 +148,6 @@ impl Untangling {
         self.deformed.clear();
         self.volumes.clear();
         self.first.corrected.clear();
-    }
-
-    /// Prepares the tables of the lattice, and the vertices that do not move.
-    pub(super) fn prepare(&mut self, body: &Body) {
-        self.untangler.prepare(&body.lattice, body.constrained_vertices());
     }
 
     /// Returns whether a cell is inside out.
@@ -212,9 +211,7 @@ impl Untangling {
         let mut find = true;
         for _ in 0..ROUNDS {
             if std::mem::take(&mut find) {
-                search.limits.clear();
-                search.find(samples, start, obstacles, distance);
-                search.limits.extend_from_slice(contact_limits);
+                search.replace(Some(samples), start, obstacles, distance, contact_limits);
             }
             let greatest = factor * untangler.untangle(&search.limits, positions);
             if greatest > distance {

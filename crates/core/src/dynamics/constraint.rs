@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use super::follow::{BodyMesh, Follow};
+use super::follow::{BodyMesh, Fits, Follow};
 use super::handle::TimeWindow;
 use super::{Interpolation, Key, Motion, MotionError, Pose, Selection};
 use crate::mesh::{AnimationError, MeshAnimation};
@@ -70,7 +70,7 @@ impl Constraint {
     ) -> Result<Self, ConstraintError> {
         animation.check_vertices(body.mesh.vertices().len())?;
         let constraint = Self::new(vertices, window, None)?;
-        let follow = Follow::new(body, animation, selection, part, &constraint.vertices);
+        let follow = Follow::new(Fits::new(body, animation, selection, part, &constraint.vertices));
         Ok(Self { follow: Some(follow), ..constraint })
     }
 

@@ -58,7 +58,7 @@ pub(crate) struct BodyMesh<'a> {
 
 /// The fits of the lattice vertices of a handle to the samples of an animation.
 #[derive(Debug)]
-pub(crate) struct Fits {
+pub(in crate::dynamics) struct Fits {
     animation: MeshAnimation,
     selection: Selection,
     scale: f64,
@@ -108,7 +108,7 @@ struct Embedded {
 impl Fits {
     /// Creates the fits of the lattice vertices `held` to the mesh vertices `part`. Both are in increasing order and not
     /// empty. The animation has the vertices of the mesh.
-    pub(super) fn new(
+    pub(in crate::dynamics) fn new(
         body: &BodyMesh<'_>,
         animation: &MeshAnimation,
         selection: &Selection,

@@ -331,11 +331,7 @@ impl Correction {
             let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
-                search.limits.clear();
-                if let Some(samples) = samples {
-                    search.find(samples, deformed, obstacles, search_distance);
-                }
-                search.limits.extend_from_slice(contacts);
+                search.replace(samples, deformed, obstacles, search_distance, contacts);
                 !search.limits.is_empty()
             } else if let Some(samples) = entered_cells.filter(|_| search_distance > 0.0) {
                 self.write(workspace, deformed, corrected);
