@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 
+use super::body_limits::BodyLimits;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
@@ -20,7 +21,7 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, VolumeMeasures, VolumeReport,
 };
 
 /// The displayed surface. For many frames, reusing one [`Display`] is faster.
@@ -86,8 +87,8 @@ pub struct Display {
     /// `slot_rotations` in vertex order.
     rotations: Vec<[f32; 4]>,
     external_forces: Vec<ExternalForce>,
-    /// Limits of the correction at bodies that the body touches.
-    contact_limits: Vec<Limit>,
+    /// Finds the limits of the correction at other bodies.
+    body_limits: BodyLimits,
     components: Vec<ComponentReport>,
     /// Present after the first frame in which a cell of the lattice was inside out.
     untangling: Option<Box<Untangling>>,
@@ -169,7 +170,7 @@ impl Display {
             corrected,
             rotations,
             external_forces,
-            contact_limits,
+            body_limits,
             trust,
             ..
         } = self;
@@ -179,13 +180,12 @@ impl Display {
             .extend(body.context().into_iter().flat_map(|context| body.get().external_forces(context.dt)));
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
-        body.get().contact_limits(contact_limits);
-        if let Some(surroundings) = body.surroundings(contact_limits) {
+        if let Some(surroundings) = body.surroundings() {
             correction.limit_at_obstacles(
                 workspace,
                 executor,
                 (surroundings.samples(), &surroundings.obstacles),
-                contact_limits,
+                &mut body_limits.finder(body),
                 deformed,
                 corrected,
             );
@@ -197,7 +197,7 @@ impl Display {
     /// Untangles the deformed lattice, if a cell is inside out.
     #[cold]
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
-        let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
+        let Self { untangling, deformed, body_limits, correction: workspace, trust, .. } = self;
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(deformed) {
             return;
@@ -209,8 +209,7 @@ impl Display {
             untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
         }
         untangling.set_deformed(deformed);
-        body.get().contact_limits(contact_limits);
-        untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
+        untangling.untangle(body.surroundings(), &mut body_limits.finder(body), deformed);
     }
 
     /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out. If the
@@ -276,7 +275,7 @@ impl Display {
     /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
-        let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
+        let Self { untangling, deformed, corrected, body_limits, components, .. } = self;
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
             return false;
@@ -287,8 +286,7 @@ impl Display {
         }
         untangling.first.keep(deformed, corrected, components);
         if untangling.is_inverted(deformed) {
-            body.get().contact_limits(contact_limits);
-            untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);
+            untangling.untangle(body.surroundings(), &mut body_limits.finder(body), corrected);
         } else {
             untangling.shorten(deformed, corrected);
         }
@@ -301,7 +299,7 @@ impl Display {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
-        let correction = correction + size_of_val(&*self.contact_limits);
+        let correction = correction + self.body_limits.bytes();
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling

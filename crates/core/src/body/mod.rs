@@ -19,12 +19,14 @@
 //! | `untangling` | untangles the displayed lattice where cells are inside out |
 
 mod body_contact;
+mod body_limits;
 mod builder;
 mod display;
 mod elasticity;
 mod escape;
 mod hold_force;
 mod material;
+mod near_bodies;
 mod plan;
 mod quantities;
 mod reference;
@@ -40,6 +42,7 @@ pub use builder::BodyBuilder;
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
+pub(crate) use near_bodies::NearBodies;
 pub use reference::BodyRef;
 pub(crate) use reference::DisplayContext;
 pub(crate) use sleep::RestVote;

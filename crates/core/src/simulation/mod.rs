@@ -5,6 +5,7 @@ mod clock;
 mod collider;
 mod contact;
 mod contact_points;
+mod load;
 mod state;
 mod substeps;
 
@@ -16,7 +17,7 @@ pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 
 use nalgebra::Vector3;
 
-use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, StepContext};
+use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, NearBodies, StepContext};
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
@@ -234,9 +235,9 @@ impl Simulation {
 
     /// Chooses the number of steps per frame, and fixes Young's moduli and regions for the step length that follows.
     fn choose_substeps(&mut self) {
-        let Self { bodies, colliders, gravity, .. } = self;
+        let Self { bodies, contacts, colliders, gravity, .. } = self;
         let Some(fps) = self.fps else { return };
-        let chosen = substeps::choose(bodies, colliders, *gravity, fps);
+        let chosen = substeps::choose(bodies, (contacts.as_ref(), colliders), *gravity, fps);
         let dt = 1.0 / (fps * f64::from(chosen.steps));
         (self.chosen, self.substeps) = (Some(chosen), u64::from(chosen.steps));
         self.clock.begin_frame();
@@ -379,12 +380,10 @@ impl Simulation {
     ///
     /// Panics if `index` is not the index of a body.
     pub fn body(&self, index: usize) -> BodyRef<'_> {
-        BodyRef::new(&self.bodies[index], self.display_context())
-    }
-
-    fn display_context(&self) -> DisplayContext<'_> {
-        let Self { colliders, executor, .. } = self;
-        DisplayContext { colliders, time: self.time(), dt: self.dt(), gravity: self.gravity, executor }
+        let Self { bodies, contacts, colliders, executor, gravity, .. } = self;
+        let near = contacts.as_ref().map(|contacts| NearBodies { bodies, index: index as u32, contacts });
+        let (time, dt, gravity) = (self.time(), self.dt(), *gravity);
+        BodyRef::new(&bodies[index], DisplayContext { colliders, time, dt, gravity, executor, near })
     }
 
     /// Returns a body for modification.

@@ -60,7 +60,7 @@ mod sums;
 mod surface;
 mod volumes;
 
-pub(crate) use clearance::{LimitSearch, Obstacles};
+pub(crate) use clearance::{FindLimits, LimitSearch, Obstacles};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use external_forces::{ExternalForce, HALF_FORCE};

@@ -8,7 +8,7 @@ use std::sync::{Arc, Weak};
 
 use self::passes::Passes;
 use super::adjacency::Adjacency;
-use super::clearance::{LimitSearch, Obstacles};
+use super::clearance::{FindLimits, LimitSearch, Obstacles};
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
@@ -308,8 +308,8 @@ impl Correction {
     }
 
     /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `contacts` has the limits at other
-    /// bodies.
+    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `find_at_bodies` finds the limits at
+    /// other bodies.
     ///
     /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
     pub(crate) fn limit_at_obstacles(
@@ -317,7 +317,7 @@ impl Correction {
         workspace: &mut CorrectionWorkspace,
         executor: &Executor,
         (samples, obstacles): (Option<&SampleCells>, &Obstacles<'_>),
-        contacts: &[Limit],
+        find_at_bodies: &mut FindLimits<'_>,
         deformed: &[[f32; 3]],
         corrected: &mut [[f32; 3]],
     ) {
@@ -331,7 +331,7 @@ impl Correction {
             let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
-                search.replace(samples, deformed, obstacles, search_distance, contacts);
+                search.replace(samples, deformed, obstacles, search_distance, find_at_bodies);
                 !search.limits.is_empty()
             } else if let Some(samples) = entered_cells.filter(|_| search_distance > 0.0) {
                 self.write(workspace, deformed, corrected);

@@ -1,0 +1,90 @@
+//! The limits of the displayed surface of a body at the bodies that it touches or that are near.
+
+use nalgebra::Vector3;
+
+use super::near_bodies::GREATEST_GAP;
+use super::reference::BodyRef;
+use crate::contact::RowSet;
+use crate::contact::bodies::{GapBody, GapSearch};
+use crate::volume::Limit;
+
+/// Greatest clearance in cells that is searched: half of a gap.
+const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
+
+/// Buffers for the limits of one body after another.
+#[derive(Debug, Default)]
+pub(super) struct BodyLimits {
+    gaps: GapSearch,
+    /// Six rows for each lattice vertex, one for each dominant axis and sign of the normal of a limit.
+    rows: RowSet,
+    /// The limit of each of `rows`.
+    limits: Vec<Limit>,
+}
+
+impl BodyLimits {
+    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices may
+    /// move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another body, and does
+    /// not move towards a body that it touches. Bodies outside a simulation have none.
+    pub(super) fn finder<'a>(
+        &'a mut self,
+        body: BodyRef<'a>,
+    ) -> impl FnMut(&[[f32; 3]], f64, &mut Vec<Limit>) + 'a {
+        self.limits.clear();
+        let mut searched = 0.0;
+        move |positions, distance, limits| {
+            let distance = distance.min(GREATEST_DISTANCE);
+            if distance > searched {
+                // With limits, the vertices without them move farther.
+                searched = (2.0 * distance).min(GREATEST_DISTANCE);
+                self.find(body, positions, searched);
+            }
+            limits.extend(self.limits.iter().map(|limit| Limit {
+                normal: limit.normal.try_normalize(0.0).unwrap_or(limit.normal),
+                ..*limit
+            }));
+        }
+    }
+
+    /// Replaces the limits by those within `distance`, without unit length of their normals.
+    fn find(&mut self, body: BodyRef<'_>, positions: &[[f32; 3]], distance: f64) {
+        let (Some(near), Some(surface)) = (body.near_bodies(), body.get().surface_of_contact()) else {
+            return;
+        };
+        let Self { gaps, rows, limits } = self;
+        rows.resize(6 * positions.len());
+        limits.clear();
+        let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64| {
+            let axis = normal.iamax();
+            let side = axis + if normal[axis] < 0.0 { 3 } else { 0 };
+            for vertex in surface.vertices_of(sample) {
+                let index = rows.index_or_insert(6 * vertex + side as u32) as usize;
+                let limit = Limit { vertex, normal, clearance };
+                match limits.get_mut(index) {
+                    None => limits.push(limit),
+                    Some(found) if clearance < found.clearance => *found = limit,
+                    // The sum of the normals of the touches; see below.
+                    Some(found) if clearance == 0.0 => found.normal += normal,
+                    Some(_) => {}
+                }
+            }
+        };
+        for touch in body.state.touches.samples() {
+            add(touch.sample, Vector3::from(touch.normal.map(f64::from)), 0.0);
+        }
+        let own = GapBody {
+            surface,
+            lattice: body.get().lattice(),
+            positions,
+            frame: body.state.frame.body_frame(),
+            touches_itself: near.touches_itself(),
+        };
+        gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {
+            add(gap.sample, gap.normal, gap.clearance)
+        });
+    }
+
+    /// Returns the memory of the buffers in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.gaps.bytes() + self.rows.bytes() + size_of_val(&*self.limits)
+    }
+}

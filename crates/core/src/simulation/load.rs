@@ -1,0 +1,53 @@
+//! The weight of the bodies that may come to lie on each other.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::body::Body;
+use crate::contact::bodies::BodyContacts;
+
+/// Returns for each body its mass and that of the bodies above it, along gravity, which it touches if they fall on it.
+/// `contacts` is `None` if bodies do not touch each other.
+pub(super) fn stacked_masses(
+    bodies: &[Body],
+    contacts: Option<&BodyContacts>,
+    gravity: &Vector3<f64>,
+) -> Vec<f64> {
+    let mut masses: Vec<f64> = bodies.iter().map(Body::mass).collect();
+    let (Some(contacts), Some(down)) = (contacts, gravity.try_normalize(0.0)) else { return masses };
+    let first = down.cross(&Vector3::ith(down.iamin(), 1.0)).normalize();
+    let across = [first, down.cross(&first)];
+    let columns: Vec<Column> = bodies.iter().map(|body| Column::of(body, &down, &across)).collect();
+    for (index, own) in (0..).zip(&columns) {
+        let above = (0..).zip(&columns).filter(|(other, column)| {
+            *other != index && column.is_above(own) && contacts.may_touch(index, *other)
+        });
+        masses[index as usize] += above.map(|(other, _)| bodies[other as usize].mass()).sum::<f64>();
+    }
+    masses
+}
+
+/// What a body covers, seen along gravity.
+struct Column {
+    /// Coordinate of the center of its box, along gravity.
+    depth: f64,
+    /// The intervals that its box covers along two axes perpendicular to gravity.
+    intervals: [(f64, f64); 2],
+}
+
+impl Column {
+    fn of(body: &Body, down: &Vector3<f64>, across: &[Vector3<f64>; 2]) -> Self {
+        let (low, high) = body.bounds();
+        let (center, half): (Point3<f64>, _) = (nalgebra::center(&low, &high), (high - low) / 2.0);
+        let interval = |axis: &Vector3<f64>| {
+            let (middle, extent) = (axis.dot(&center.coords), axis.abs().dot(&half));
+            (middle - extent, middle + extent)
+        };
+        Self { depth: down.dot(&center.coords), intervals: [interval(&across[0]), interval(&across[1])] }
+    }
+
+    /// Returns whether this body is above another one.
+    fn is_above(&self, other: &Self) -> bool {
+        let overlaps = |(a, b): (&(f64, f64), &(f64, f64))| a.0 < b.1 && b.0 < a.1;
+        self.depth < other.depth && self.intervals.iter().zip(&other.intervals).all(overlaps)
+    }
+}
