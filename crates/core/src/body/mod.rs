@@ -98,6 +98,7 @@ pub struct Body {
 
     // The stages: see `step`.
     matching: Matching,
+    /// Not used if the body is a single task: see [`StepContext::workspaces`].
     workspace: Workspace,
     momentum: MomentumTracker,
     /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.

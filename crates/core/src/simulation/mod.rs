@@ -21,6 +21,7 @@ use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, NearBodies, St
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
+use crate::matching::Workspaces;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::range::in_range;
@@ -52,6 +53,7 @@ pub struct Simulation {
     /// Whether the next step chooses the number of steps per frame.
     choose_at_next_step: bool,
     sleep: bool,
+    workspaces: Workspaces,
     executor: Executor,
 }
 
@@ -80,6 +82,7 @@ impl Simulation {
             [body] if body.is_one_task() => Executor::sequential(),
             _ => self.executor.clone(),
         };
+        Body::reserve_workspaces(&mut self.workspaces, &self.bodies, executor.threads());
         executor.enter(|| {
             for _ in 0..count {
                 self.step_bodies(&executor);
@@ -90,13 +93,14 @@ impl Simulation {
     /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         self.colliders.animate(self.clock.interval());
-        let Self { bodies, contacts, pair_supports, groups, colliders, clock, .. } = self;
+        let Self { bodies, contacts, pair_supports, groups, colliders, clock, workspaces, .. } = self;
         let context = StepContext {
             gravity: self.gravity,
             interval: clock.interval(),
             is_frame_start: clock.is_frame_start(self.substeps),
             colliders,
             sleep: self.sleep,
+            workspaces,
         };
         groups.settle(bodies, &context);
         match contacts {
@@ -132,6 +136,7 @@ impl Simulation {
             threads: self.threads(),
             bodies,
             contact_bytes: self.contacts.as_ref().map(BodyContacts::bytes),
+            window_sum_bytes: self.workspaces.bytes(),
         }
     }
 
