@@ -29,6 +29,7 @@
 //! |---|---|
 //! | `options`, `report` | user options, and the results |
 //! | `adjacency` | tables of the lattice: links, boundary faces, occupied cells around each vertex |
+//! | `blocks` | numbers of lattice vertices in blocks of eight, for sums over links |
 //! | `line` | points that move along straight lines, and their determinants, which are cubics in `lambda` |
 //! | `sums` | buffers of an evaluation; sums in a fixed order |
 //! | `measure`, `mesh_measure`, `patch` | the volume as a cubic in `lambda`, for each measure |
@@ -42,6 +43,7 @@
 //! | `correction` | the whole correction, in the order of the steps above; passes where one cubic is not enough |
 
 mod adjacency;
+mod blocks;
 mod clearance;
 mod correction;
 mod cubic;

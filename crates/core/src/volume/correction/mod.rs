@@ -138,7 +138,7 @@ impl Correction {
             for (point, direction) in scratch.points.iter_mut().zip(&field.directions) {
                 point.set_direction(*direction);
             }
-            Regional::new(&adjacency, &scratch.points, &field.thickness)
+            Regional::new(lattice, &adjacency, &scratch.points, &field.thickness)
         });
         Ok(Some(Self {
             measure,
@@ -231,9 +231,8 @@ impl Correction {
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
         external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
-            regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, &mut scratch.points);
-            let points = regional_scratch.scales.iter().zip(&scratch.points);
-            offsets.extend(points.map(|(scale, point)| point.direction().map(|v| scale * v)));
+            let out = (&mut *scratch.points, offsets);
+            regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, out);
         }
         self.solve_cubics(workspace, executor);
         let cell_volume = self.cell_size.powi(3);
@@ -284,7 +283,7 @@ impl Correction {
         workspace.limits.clear();
         workspace.offsets.clear();
         let scratch = &mut workspace.scratch;
-        scratch.set_positions(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        scratch.set_positions(positions, &self.adjacency);
         scratch.trust.clear();
         scratch.trust.extend_from_slice(trust);
     }
@@ -318,7 +317,7 @@ impl Correction {
         workspace.limits.write(&lambda, deformed, corrected);
         workspace.motions.clear();
         workspace.motions.extend(workspace.lambdas.iter().enumerate().map(|(component, lambda)| {
-            let center = xyzx(workspace.scratch.center(component).map(|x| x as f32));
+            let center = xyzx(workspace.scratch.center(component));
             ComponentMotion { lambda: *lambda as f32, center }
         }));
         &workspace.reports
