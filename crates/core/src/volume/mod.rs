@@ -32,7 +32,7 @@
 //! | `blocks` | numbers of lattice vertices in blocks of eight, for sums over links |
 //! | `line` | points that move along straight lines, and their determinants, which are cubics in `lambda` |
 //! | `sums` | buffers of an evaluation; sums in a fixed order |
-//! | `measure`, `mesh_measure`, `patch` | the volume as a cubic in `lambda`, for each measure |
+//! | `measure`, `mesh_measure`, `patch`, `smooth_points` | the volume as a cubic in `lambda`, for each measure |
 //! | `surface`, `shells` | construction of the measure `mesh`; which shells of the mesh bound the body |
 //! | `volumes` | all measures of a body, for reports |
 //! | `field` | the field `V` |
@@ -58,6 +58,7 @@ mod patch;
 mod regional;
 mod report;
 mod shells;
+mod smooth_points;
 mod sums;
 mod surface;
 mod volumes;
