@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "peers"
 THREADS = "2"
-PACKAGES = ("mujoco", "rapier3d", "pybullet", "pypbd", "newton")
+PACKAGES = ("mujoco", "rapier3d", "pybullet", "pypbd", "newton", "bpy")
 PEERS = (
     "supple",
     "rapier-shape",
@@ -36,6 +36,7 @@ PEERS = (
     "pybullet",
     "newton",
     "pbd",
+    "blender-softbody",
 )
 SIZES = (1000, 10_000, 100_000)
 TASKS = (*(f"{shape}-{points}" for points in SIZES for shape in ("box", "bust")), "pile", "fold")
