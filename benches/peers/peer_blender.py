@@ -39,7 +39,7 @@ class Softbody:
         "unit of choice, 3 x the edge of a cube in m per point, with which the forces of colliders, which do not "
         "depend on mass, stop a body within their zones. Min Step: the default 10, or more where a step were longer "
         "than a radian of the fastest wave; Error Limit: half the edge of a cube (the manual), of positions only (V "
-        "off), which took a fraction of the time in the pile. Damp: takes the velocity of the fastest wave in a step. "
+        "off). Damp: takes the velocity of the fastest wave in a step. "
         "Friction: a drag of 0.16 / s, as by default. Held points: a goal with a vertex group, moved by hooks; keys of "
         "Goal Maximum let go. Ground and other bodies: the modifier Collision, whose friction is viscous. "
         "Self-collision: balls of the default size, about as stiff as the edges. Two threads."
