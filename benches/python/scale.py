@@ -105,7 +105,7 @@ def first_task(number: int) -> None:
 
 
 def nothing(scene: str, parameters: dict[str, Any], number: int) -> dict[str, Any]:
-    """Do nothing. The number makes the task another one."""
+    """Do nothing. The number makes each task another one, so that Dask does not merge them."""
     return parameters
 
 

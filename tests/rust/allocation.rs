@@ -89,6 +89,9 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     assert_eq!(thread_allocations(|| several.steps(200)), 0, "bodies of different sizes");
     // The bodies of a thread have the memory in common that the largest one needs.
     assert_eq!(several.plan().window_sum_bytes, free.plan().window_sum_bytes);
+    several.set_threads(2).unwrap();
+    several.steps(20);
+    assert_eq!(several.plan().window_sum_bytes, 2 * free.plan().window_sum_bytes);
 
     // The animation has a sample every three steps.
     let turning = |sample: i32| {

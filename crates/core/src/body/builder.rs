@@ -358,6 +358,10 @@ impl BodyBuilder {
             surface,
             matching,
         };
+        // Small bodies use the buffers of the threads of their simulation.
+        if !body.is_one_task() {
+            body.workspace = body.matching.cascade.workspace();
+        }
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

@@ -189,6 +189,7 @@ impl Body {
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.matching.layout.slots(), positions);
+        self.measure_contact_bounds();
         self.wake();
         Ok(())
     }

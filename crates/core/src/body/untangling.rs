@@ -1,4 +1,4 @@
-//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches.
+//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are near.
 
 use super::Body;
 use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
@@ -203,7 +203,8 @@ impl Untangling {
                 search.replace(samples, start, obstacles, distance, find_at_bodies);
             }
             let greatest = factor * untangler.untangle(&search.limits, positions);
-            if greatest > distance {
+            // Limits at bodies do not depend on the distance from the second search on.
+            if greatest > distance && samples.is_some() {
                 (distance, find) = (MARGIN * greatest, true);
             } else if !entered_cells
                 .is_some_and(|samples| search.add_limits_for_entered_cells(samples, positions, obstacles))

@@ -1,8 +1,9 @@
 //! Stores numbers of lattice vertices in blocks of eight vertices, one vertex in each lane of an `f32x8`.
 //!
 //! The eight vertices of a block form a cube of 2 × 2 × 2 vertices of the lattice. A row has one number of each of these
-//! vertices. Lane 4 x + 2 y + z has the vertex at (x, y, z), where each coordinate is 0 (lower) or 1 (upper). Kernels load and store whole rows. They are written as plain loops, because a closure
-//! passed to `map` or `from_fn` can be compiled as a separate function without the SIMD level of its caller.
+//! vertices. Lane 4 x + 2 y + z has the vertex at (x, y, z), where each coordinate is 0 (lower) or 1 (upper). Kernels load and
+//! store whole rows. They are written as plain loops, because a closure passed to `map` or `from_fn` can be compiled as a
+//! separate function without the SIMD level of its caller.
 
 use std::ops::{Deref, DerefMut};
 

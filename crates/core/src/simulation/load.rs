@@ -5,8 +5,9 @@ use nalgebra::{Point3, Vector3};
 use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 
-/// Returns for each body its mass and that of the bodies above it, along gravity, which it touches if they fall on it.
-/// `contacts` is `None` if bodies do not touch each other.
+/// Returns for each body its mass and those of the bodies above it, along gravity, which it touches if they fall on it. Of a
+/// body above, the part counts whose box, seen along gravity, covers that of the body. `contacts` is `None` if bodies do
+/// not touch each other.
 pub(super) fn stacked_masses(
     bodies: &[Body],
     contacts: Option<&BodyContacts>,
@@ -18,15 +19,15 @@ pub(super) fn stacked_masses(
     let across = [first, down.cross(&first)];
     let columns: Vec<Column> = bodies.iter().map(|body| Column::of(body, &down, &across)).collect();
     for (index, own) in (0..).zip(&columns) {
-        let above = (0..).zip(&columns).filter(|(other, column)| {
-            *other != index && column.is_above(own) && contacts.may_touch(index, *other)
-        });
-        masses[index as usize] += above.map(|(other, _)| bodies[other as usize].mass()).sum::<f64>();
+        let others =
+            (0..).zip(&columns).filter(|(other, _)| *other != index && contacts.may_touch(index, *other));
+        let above = others.map(|(other, column)| bodies[other as usize].mass() * column.part_above(own));
+        masses[index as usize] += above.sum::<f64>();
     }
     masses
 }
 
-/// What a body covers, seen along gravity.
+/// The box of a body, along gravity and across it.
 struct Column {
     /// Coordinate of the center of its box, along gravity.
     depth: f64,
@@ -45,9 +46,16 @@ impl Column {
         Self { depth: down.dot(&center.coords), intervals: [interval(&across[0]), interval(&across[1])] }
     }
 
-    /// Returns whether this body is above another one.
-    fn is_above(&self, other: &Self) -> bool {
-        let overlaps = |(a, b): (&(f64, f64), &(f64, f64))| a.0 < b.1 && b.0 < a.1;
-        self.depth < other.depth && self.intervals.iter().zip(&other.intervals).all(overlaps)
+    /// Returns the part of this box that covers another one, seen along gravity, if it is above; else 0.
+    fn part_above(&self, other: &Self) -> f64 {
+        let part = |(a, b): (&(f64, f64), &(f64, f64))| {
+            let (common, length) = (a.1.min(b.1) - a.0.max(b.0), a.1 - a.0);
+            // A box without length is inside or outside as a whole.
+            if length > 0.0 { (common / length).max(0.0) } else { f64::from(common >= 0.0) }
+        };
+        match self.depth < other.depth {
+            true => self.intervals.iter().zip(&other.intervals).map(part).product(),
+            false => 0.0,
+        }
     }
 }

@@ -271,6 +271,7 @@ impl Simulation {
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
+        self.workspaces = Workspaces::default();
         Ok(())
     }
 

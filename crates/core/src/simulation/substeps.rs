@@ -14,8 +14,9 @@
 //!   the weight of the body: 2 w (w + 1)/3 ρ g L/E <= 1/2.
 //! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a fifth of a
 //!   cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a column of the body's
-//!   material that has the mass of these bodies and the body's mean cross section. Contact would have to take back
-//!   a longer way in each step.
+//!   material that has the mass of the body and of those above it, and the body's mean cross section. Of
+//!   a body above, the part counts that covers the body, seen along gravity. Contact would have to take back a longer way in
+//!   each step.
 
 use nalgebra::{Point3, Vector3};
 

@@ -139,7 +139,8 @@ pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, 
 pub(super) fn first_corners(lattice: &Lattice) -> Vec<u32> {
     // Cells are sorted as the vertices are, and corner 0 has the index of the cell.
     let mut vertices = (0..).zip(lattice.indices());
-    let first = |cell| vertices.find(|(_, index)| *index == cell).map_or(0, |(vertex, _)| vertex);
+    let first =
+        |cell| vertices.find(|(_, index)| *index == cell).expect("corner 0 of each cell is a vertex").0;
     lattice.cells().iter().map(first).collect()
 }
 

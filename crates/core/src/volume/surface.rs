@@ -83,20 +83,24 @@ fn add_component(embedding: &Embedding, triangles: &[[u32; 3]], terms: &mut Mesh
             terms.patches.push(Patch::new(embedding.corners(triangles[first as usize][0] as usize), local));
         }
     }
-    terms.quads.extend(quads(&others, embedding.len()));
+    terms.quads.extend(quads(&others));
     terms.patch_counts.push(terms.patches.len() - previous_patches);
     terms.quad_counts.push(terms.quads.len() - previous_quads);
 }
 
 /// Joins pairs of triangles with a common edge to quads, in the order of the triangles. A triangle `a, b, c` without a
-/// partner becomes the quad `a, b, c, a`. `vertices`: number of vertices.
-fn quads(triangles: &[[u32; 3]], vertices: usize) -> Vec<[u32; 4]> {
+/// partner becomes the quad `a, b, c, a`.
+fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
+    // The vertices of a component mostly follow each other, so that those between its least and its greatest are few.
+    let corners = || triangles.iter().flatten().copied();
+    let (Some(low), Some(high)) = (corners().min(), corners().max()) else { return Vec::new() };
+    let rows = (high - low) as usize + 1;
     // The directed edges of the triangles that start at each vertex: end, triangle, and the corner that is not on it.
     let edges = (0..).zip(triangles).flat_map(|(index, &[a, b, c]): (u32, &[u32; 3])| {
-        [(a, (b, index, c)), (b, (c, index, a)), (c, (a, index, b))]
+        [(a - low, (b, index, c)), (b - low, (c, index, a)), (c - low, (a, index, b))]
     });
-    let mut edges = Csr::sorted(vertices, edges);
-    (0..vertices).for_each(|start| edges.row_mut(start).sort_unstable());
+    let mut edges = Csr::sorted(rows, edges);
+    (0..rows).for_each(|start| edges.row_mut(start).sort_unstable());
     let mut is_used = vec![false; triangles.len()];
     let mut quads = Vec::with_capacity(triangles.len() / 2 + 1);
     for (index, &[a, b, c]) in triangles.iter().enumerate() {
@@ -105,7 +109,7 @@ fn quads(triangles: &[[u32; 3]], vertices: usize) -> Vec<[u32; 4]> {
         }
         let partner = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find_map(|[a, b, c]| {
             // A triangle with the edge from `a` to `c` joins the edge from `c` to `a` of this one.
-            let from_a = edges.row(a as usize);
+            let from_a = edges.row((a - low) as usize);
             let first = from_a.partition_point(|(end, ..)| *end < c);
             let mut same = from_a[first..].iter().take_while(|(end, ..)| *end == c);
             let found = same.find(|(_, other, _)| !is_used[*other as usize]);

@@ -138,6 +138,13 @@ impl Cascade {
         Sizes { blocks, plane, strip, has_running: self.methods.each_ref().map(Method::is_running) }
     }
 
+    /// Returns buffers for one thread.
+    pub(crate) fn workspace(&self) -> Workspace {
+        let mut workspace = Workspace::default();
+        workspace.reserve(self.sizes(), Purpose::Vertices, 1);
+        workspace
+    }
+
     /// Returns the windows of the passes along x, y and z.
     fn windows<'a>(&'a self, layout: &'a Layout) -> Windows<'a> {
         (self.window(layout), self.window(layout), self.window(layout))
@@ -174,7 +181,9 @@ impl Cascade {
         (transform, memory): (&T, &mut [T::Memory]),
         purpose: Purpose,
     ) {
-        workspace.reserve(self.sizes(), purpose, executor.threads());
+        // A single task runs on one thread, and needs the scratch memory of one.
+        let threads = if self.tasks() == 1 { 1 } else { executor.threads() };
+        workspace.reserve(self.sizes(), purpose, threads);
         let mut adjoint_y = std::mem::take(&mut workspace.adjoint_y);
         let passes = PlanePasses {
             layout,

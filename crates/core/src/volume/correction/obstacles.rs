@@ -1,4 +1,4 @@
-//! Limits the correction at obstacles: colliders, and other bodies that the body touches.
+//! Limits the correction at obstacles: colliders, and other bodies that the body touches or that are near.
 
 use super::{Correction, CorrectionWorkspace, lambda_of};
 use crate::contact::{SMOOTH_DISPLACEMENT, SampleCells};

@@ -169,8 +169,12 @@ impl<'a> System<'a> {
             let factor = (norms.preconditioned / previous) as f32;
             previous = norms.preconditioned;
             dispatch!(level(), simd => self.turn(simd, factor, &residual, &mut direction));
-            let step = previous / self.apply(&direction, &mut image);
-            norms = advance(step, &direction, &image, field, &mut residual);
+            let product = self.apply(&direction, &mut image);
+            // Squares of vectors shorter than 1e-23 are 0 in f32.
+            if product <= 0.0 {
+                break;
+            }
+            norms = advance(previous / product, &direction, &image, field, &mut residual);
         }
     }
 
