@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few scenes and a small block, as a smoke test")
     parser.add_argument("--scenes", type=int, default=1000, metavar="N")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4], metavar="W")
-    parser.add_argument("--sides", type=int, nargs="+", default=[46, 100, 215], metavar="S")
+    parser.add_argument("--sides", type=int, nargs="+", default=[46, 100, 160], metavar="S")
     arguments = parser.parse_args()
     if arguments.quick:
         arguments.scenes, arguments.workers, arguments.sides = 4, [1], [10]
