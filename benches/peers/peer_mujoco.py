@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import mujoco
 import numpy as np
 from peer import THREADS, UnsupportedError
@@ -27,7 +29,7 @@ MANUAL = (
 )
 
 
-class Base:
+class Base(ABC):
     """What the variants share."""
 
     PACKAGE = "mujoco"
@@ -68,13 +70,13 @@ class Base:
             f'{self.solver(task)}/><size memory="4G"/><worldbody>{planes}{flexes}</worldbody></mujoco>'
         )
 
+    @abstractmethod
     def dofs(self, task: Task) -> str:
         """Return the attributes of the flexcomp that choose its degrees of freedom."""
-        raise NotImplementedError
 
+    @abstractmethod
     def solver(self, task: Task) -> str:
         """Return the options of the solver."""
-        raise NotImplementedError
 
     def nodes(self, hold) -> tuple:
         """Return a hold with its nodes, the bodies in the bounding box of the held points, and their rest positions."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 
 import numpy as np
 import rapier3d as rapier
@@ -17,7 +18,7 @@ COMMON = (
 )
 
 
-class Base:
+class Base(ABC):
     """What the variants share."""
 
     PACKAGE = "rapier3d"
@@ -45,9 +46,9 @@ class Base:
         self.held = list(task.holds)
         self.rest = task.bodies()[0]
 
+    @abstractmethod
     def cohesion(self, builder: rapier.SoftBodyBuilder) -> rapier.SoftBodyBuilder:
         """Set what holds the body together."""
-        raise NotImplementedError
 
     def elastic_material(self) -> rapier.SoftBodyMaterial:
         """Return the material of the task, for elastic cells."""

@@ -38,14 +38,11 @@ impl BodyLimits {
                 searched = (2.0 * distance).min(GREATEST_DISTANCE);
                 self.find(body, positions, searched);
             }
-            limits.extend(self.limits.iter().map(|limit| Limit {
-                normal: limit.normal.try_normalize(0.0).unwrap_or(limit.normal),
-                ..*limit
-            }));
+            limits.extend_from_slice(&self.limits);
         }
     }
 
-    /// Replaces the limits by those within `distance`, without unit length of their normals.
+    /// Replaces the limits by those within `distance`.
     fn find(&mut self, body: BodyRef<'_>, positions: &[[f32; 3]], distance: f64) {
         let (Some(near), Some(surface)) = (body.near_bodies(), body.get().surface_of_contact()) else {
             return;
@@ -62,7 +59,7 @@ impl BodyLimits {
                 match limits.get_mut(index) {
                     None => limits.push(limit),
                     Some(found) if clearance < found.clearance => *found = limit,
-                    // The sum of the normals of the touches; see below.
+                    // Of several touches, the direction of the sum of their normals.
                     Some(found) if clearance == 0.0 => found.normal += normal,
                     Some(_) => {}
                 }
@@ -81,6 +78,9 @@ impl BodyLimits {
         gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {
             add(gap.sample, gap.normal, gap.clearance)
         });
+        for limit in limits {
+            limit.normal = limit.normal.try_normalize(0.0).unwrap_or(limit.normal);
+        }
     }
 
     /// Returns the memory of the buffers in bytes.

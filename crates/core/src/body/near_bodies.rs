@@ -27,7 +27,7 @@ impl<'a> NearBodies<'a> {
         (0..).zip(self.bodies).filter_map(move |(index, other)| {
             let margin = (distance + BOX_MARGIN) * cell_size + BOX_MARGIN * other.lattice.cell_size();
             let is_near = index != self.index
-                && other.body_contact.as_ref()?.may_be_in(&bounds?.enlarged(margin))
+                && other.body_contact.as_ref()?.bounds().intersects(&bounds?.enlarged(margin))
                 && self.contacts.may_touch(self.index, index);
             is_near.then_some(other)
         })

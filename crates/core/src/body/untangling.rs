@@ -203,7 +203,7 @@ impl Untangling {
                 search.replace(samples, start, obstacles, distance, find_at_bodies);
             }
             let greatest = factor * untangler.untangle(&search.limits, positions);
-            // Limits at bodies do not depend on the distance from the second search on.
+            // Without samples there are only limits at bodies, which are searched up to less than the first distance.
             if greatest > distance && samples.is_some() {
                 (distance, find) = (MARGIN * greatest, true);
             } else if !entered_cells

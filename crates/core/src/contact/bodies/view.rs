@@ -86,11 +86,6 @@ impl BodyContact {
         self.created_surface().expect("a body in a pair has a surface")
     }
 
-    /// Returns whether the body may be in a box: its box of the last step intersects it.
-    pub(crate) fn may_be_in(&self, bounds: &Bounds) -> bool {
-        self.motion.positions.intersects(bounds)
-    }
-
     /// Returns the box of the body in the last step.
     pub(crate) fn bounds(&self) -> Bounds {
         self.motion.positions

@@ -3,8 +3,8 @@
 //!
 //! A plane contains the blocks with the same x. They form lines along z. The passes along y cross the lines: for each line
 //! they read lines on either side from the output of the previous pass, up to half as many as the half-width of the regions.
-//! So a plane is divided into strips of at least so many lines, and the passes form a pipeline: a pass along y processes a
-//! strip after the previous pass has processed the next strip. The passes along z stay within a strip.
+//! A plane is divided into strips of at least this number of lines, and the passes form a pipeline: a pass along y
+//! processes a strip after the previous pass has processed the next strip. The passes along z stay within a strip.
 
 use std::ops::Range;
 
