@@ -1,0 +1,32 @@
+"""Simulates soft bodies from plain arrays and settings, and writes their point caches. Nothing here needs Blender.
+
+| module | contents |
+|---|---|
+| `job` | the data of a bake: bodies, colliders, time |
+| `motion` | keyframes of objects that move rigidly |
+| `groups` | vertex groups of a mesh as parts of its lattice |
+| `build` | the simulation of a job |
+| `run` | simulates a job to point caches, with progress and cancel |
+"""
+
+from .build import build
+from .groups import held_vertices, stiffness_factors
+from .job import Attachment, BakeError, Body, Collider, Job
+from .motion import is_still, rigid_keys
+from .run import Cancelled, Report, run
+
+__all__ = [
+    "Attachment",
+    "BakeError",
+    "Body",
+    "Cancelled",
+    "Collider",
+    "Job",
+    "Report",
+    "build",
+    "held_vertices",
+    "is_still",
+    "rigid_keys",
+    "run",
+    "stiffness_factors",
+]
