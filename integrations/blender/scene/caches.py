@@ -52,7 +52,8 @@ def apply(found: Object, path: Path, first_frame: int, time_scale: float) -> Non
     # A set of axes up to Blender 4.5, and flags from 5.0 on.
     modifier.flip_axis = set() if isinstance(modifier.flip_axis, set) else (False, False, False)
     modifier.time_mode, modifier.play_mode = "FRAME", "SCENE"
-    modifier.frame_start, modifier.frame_scale = first_frame * time_scale, 1.0 / time_scale
+    # The sample in a frame of the scene is frame * time_scale * frame_scale - frame_start.
+    modifier.frame_start, modifier.frame_scale = first_frame, 1.0 / time_scale
     found.supple.cache = path.name
     found.update_tag()
 

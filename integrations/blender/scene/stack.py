@@ -6,9 +6,9 @@ baked mesh.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import PureWindowsPath
 
 from bpy.types import Modifier, Object
 
@@ -41,7 +41,7 @@ def bake_of(found: Object) -> Modifier | None:
     name = found.supple.cache
     for modifier in found.modifiers:
         # A path from another system may have its separators.
-        if name and modifier.type == "MESH_CACHE" and PureWindowsPath(modifier.filepath).name == name:
+        if name and modifier.type == "MESH_CACHE" and re.split(r"[/\\]", modifier.filepath)[-1] == name:
             return modifier
     return None
 
