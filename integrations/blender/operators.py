@@ -27,13 +27,13 @@ class Command(Operator):
     @contextmanager
     def _reported(self) -> Iterator[None]:
         """Report errors that a user can correct."""
-        from .bake import BakeError, Cancelled
+        from .bake import BakeCancelledError, BakeError
 
         try:
             yield
         except BakeError as error:
             self.report({"ERROR"}, _sentence(str(error)))
-        except Cancelled:
+        except BakeCancelledError:
             self.report({"WARNING"}, "The bake was cancelled; earlier bakes are unchanged")
 
     def _has_module(self) -> bool:
@@ -82,8 +82,9 @@ class Remove(Command):
             return {"CANCELLED"}
         from .scene import clear
 
-        clear(context.object)
         context.object.supple.enabled = False
+        with self._reported():
+            clear(context.object)
         return {"FINISHED"}
 
 
@@ -248,11 +249,11 @@ class Clear(Command):
             return {"CANCELLED"}
         from .scene import clear
 
-        try:
-            count = sum(clear(found) for found in context.scene.objects if found.supple.cache)
-        except OSError as error:
-            self.report({"ERROR"}, f"A file of a bake cannot be removed: {error}")
-            return {"CANCELLED"}
+        count = 0
+        for found in context.scene.objects:
+            if found.supple.cache:
+                with self._reported():
+                    count += clear(found)
         self.report({"INFO"}, f"Cleared {count} bake{'' if count == 1 else 's'}")
         return {"FINISHED"}
 
@@ -269,8 +270,8 @@ def missing_module() -> str | None:
         import supple
     except ImportError as error:
         return (
-            f"The module supple is not at hand ({error}). Install the extension from a zip file that was built for this "
-            "operating system and processor, by scripts/blender-extension"
+            f"The module supple is not at hand ({error}). Install the extension from a zip file that was built for "
+            "this operating system and processor, by scripts/blender-extension"
         )
     return None if hasattr(supple, "PointCache") else f"The module supple at {supple.__file__} is too old; update it"
 
@@ -289,7 +290,7 @@ def _is_mesh(found: Object | None) -> bool:
 
 def _is_body(found: Object | None) -> bool:
     """Return whether an object is a soft body."""
-    return _is_mesh(found) and found.supple.enabled
+    return found is not None and found.type == "MESH" and found.supple.enabled
 
 
 def _sentence(text: str) -> str:

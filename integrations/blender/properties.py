@@ -1,4 +1,4 @@
-"""The settings of soft bodies, colliders and scenes. Names and defaults are those of supple where it has the same setting."""
+"""The settings of soft bodies, colliders and scenes. Settings that supple has too have its names and defaults."""
 
 import bpy
 from bpy.props import (
@@ -16,11 +16,15 @@ MOTIONS = [
     (
         "ANIMATION",
         "Animation",
-        "The group moves as the object is animated: by its transformation, bones and shape keys. Without an animation it "
-        "stays in place",
+        "The group moves as the object is animated: by its transformation, bones and shape keys. Without an animation "
+        "it stays in place",
     ),
     ("PIN", "Pin", "The group stays where it is in the first frame, whatever the object does"),
-    ("OBJECT", "Object or Bone", "The group moves with another object, such as an empty, or with a bone of an armature"),
+    (
+        "OBJECT",
+        "Object or Bone",
+        "The group moves with another object, such as an empty, or with a bone of an armature",
+    ),
 ]
 
 MATERIALS = [
@@ -94,14 +98,16 @@ class SoftBodySettings(PropertyGroup):
         default=True,
     )
 
-    material: EnumProperty(
-        name="Material", description="What the body is made of", items=MATERIALS, default="RUBBER"
-    )
+    material: EnumProperty(name="Material", description="What the body is made of", items=MATERIALS, default="RUBBER")
     youngs_modulus: FloatProperty(
         name="Young's Modulus", description="Stiffness in pascal", default=1e5, min=1e-3, soft_min=100, soft_max=1e9
     )
     density: FloatProperty(
-        name="Density", description="Mass per volume in kg/m³; water has 1000", default=1000.0, min=1e-6, soft_max=20_000
+        name="Density",
+        description="Mass per volume in kg/m³; water has 1000",
+        default=1000.0,
+        min=1e-6,
+        soft_max=20_000,
     )
     use_damping_ratio: BoolProperty(
         name="Damping", description="Set the damping, in place of that of the material", default=False
@@ -126,7 +132,10 @@ class SoftBodySettings(PropertyGroup):
     )
 
     friction: FloatProperty(
-        name="Friction", description="At other soft bodies; at a collider that of the collider counts", default=0.5, min=0.0
+        name="Friction",
+        description="At other soft bodies; at a collider that of the collider counts",
+        default=0.5,
+        min=0.0,
     )
     restitution: FloatProperty(
         name="Bounciness",
@@ -154,7 +163,7 @@ class SoftBodyCollider(PropertyGroup):
     friction: FloatProperty(name="Friction", description="At 0 bodies slide without friction", default=0.5, min=0.0)
     restitution: FloatProperty(
         name="Bounciness",
-        description="Speed of the surface after an impact, over the speed before; bodies also bounce by their elasticity",
+        description="Speed of the surface after an impact, over the speed before; elastic bodies bounce anyway",
         default=0.0,
         min=0.0,
         max=1.0,
@@ -167,13 +176,17 @@ class SoftBodyScene(PropertyGroup):
 
     contact: BoolProperty(name="Bodies Collide", description="Soft bodies touch each other", default=True)
     use_substeps: BoolProperty(
-        name="Set Steps", description="Set the steps per frame, in place of as many as the materials need", default=False
+        name="Set Steps",
+        description="Set the steps per frame, in place of as many as the materials need",
+        default=False,
     )
     substeps: IntProperty(
         name="Steps per Frame", description="With too few steps bodies are softer", default=10, min=1, max=1000
     )
     directory: StringProperty(
-        name="Cache Folder", description="Folder of the bakes; empty: a folder beside the blend file", subtype="DIR_PATH"
+        name="Cache Folder",
+        description="Folder of the bakes; empty: a folder beside the blend file",
+        subtype="DIR_PATH",
     )
 
 

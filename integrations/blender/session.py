@@ -1,4 +1,4 @@
-"""A bake in progress: reads the scene in small portions, then simulates in a thread that never touches Blender's data."""
+"""A bake in progress: reads the scene in portions, then simulates in a thread that never touches Blender's data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import bpy
 from bpy.types import Context
 
 from . import scene
-from .bake import BakeError, Cancelled, Job, Report, run
+from .bake import BakeCancelledError, BakeError, Job, Report, run
 from .scene.sampler import time_scale
 
 
@@ -25,7 +25,7 @@ class Phase(Enum):
 class Session:
     """A bake of all soft bodies of a scene.
 
-    `work` is called again and again from the thread of the interface until `phase` is DONE; then `finish` adds the results.
+    The thread of the interface calls `work` until `phase` is DONE, then `finish`, which adds the results.
     """
 
     #: The bake that is in progress, which panels show and the operator Cancel ends.
@@ -60,14 +60,17 @@ class Session:
     @property
     def progress(self) -> float:
         """Share of the frames of the present phase that are complete, from 0 to 1."""
-        done = self._sampler.read_frames if self.phase is Phase.READING else self._simulated
-        return done / self._sampler.frames
+        return self._done / self._sampler.frames
 
     @property
     def text(self) -> str:
         """The phase and its frames, for the user."""
-        done = self._sampler.read_frames if self.phase is Phase.READING else self._simulated
-        return f"{self.phase.value} frame {done} of {self._sampler.frames}"
+        return f"{self.phase.value} frame {self._done} of {self._sampler.frames}"
+
+    @property
+    def _done(self) -> int:
+        """Number of frames of the present phase that are complete."""
+        return self._sampler.read_frames if self.phase is Phase.READING else self._simulated
 
     def cancel(self) -> None:
         """End the bake soon: after the frame that is being read or simulated."""
@@ -89,7 +92,7 @@ class Session:
                 self.phase = Phase.DONE
 
     def finish(self) -> Report:
-        """Play the caches on the objects, when the session is done. Raises BakeError and Cancelled."""
+        """Play the caches on the objects, when the session is done. Raises BakeError and BakeCancelledError."""
         self.close()
         if self._error is not None:
             raise self._error
@@ -113,7 +116,7 @@ class Session:
     def _read(self) -> None:
         """Read a frame; after the last one start the simulation."""
         if self._stop.is_set():
-            raise Cancelled
+            raise BakeCancelledError
         self._sampler.read()
         if self._sampler.read_frames == self._sampler.frames:
             self._job = self._sampler.job()

@@ -13,13 +13,13 @@ from .build import build
 from .groups import held_vertices, stiffness_factors
 from .job import Attachment, BakeError, Body, Collider, Job
 from .motion import is_still, rigid_keys
-from .run import Cancelled, Report, run
+from .run import BakeCancelledError, Report, run
 
 __all__ = [
     "Attachment",
+    "BakeCancelledError",
     "BakeError",
     "Body",
-    "Cancelled",
     "Collider",
     "Job",
     "Report",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,7 +68,7 @@ def _attach(body: supple.Body, data: Attachment, fps: float) -> None:
 
 def _collider(data: Collider, fps: float) -> supple.Collider:
     """Return a collider: still, moving rigidly, or deforming."""
-    surface = {"friction": data.friction, "restitution": data.restitution}
+    surface: dict[str, Any] = {"friction": data.friction, "restitution": data.restitution}
     try:
         if data.vertices is None:
             first = data.matrices[0]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 import supple
+
+_Entry = TypeVar("_Entry", np.int64, np.bool_)
 
 #: Corners of a cell, relative to the one with the smallest coordinates.
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
@@ -76,14 +80,14 @@ class _Grid:
         self._low = lattice.indices.min(axis=0) - 1
         self._shape = lattice.indices.max(axis=0) + 2 - self._low
         self.indices = lattice.indices
-        self._vertex = np.full(self._shape, -1)
+        self._vertex = np.full(self._shape, -1, np.int64)
         self._vertex[tuple((lattice.indices - self._low).T)] = np.arange(len(lattice))
         self._occupied = np.zeros(self._shape, bool)
         self._occupied[tuple((lattice.cells - self._low).T)] = True
 
     def vertex_at(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the lattice vertices with given coordinates, -1 where there is none."""
-        return self._at(self._vertex, indices, -1)
+        return self._at(self._vertex, indices)
 
     def cells_of(self, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the occupied cells that contain points, and the positions of the points in them, from 0 to 1.
@@ -93,18 +97,18 @@ class _Grid:
         """
         place = (points - self._lattice.origin) / self._lattice.cell_size
         cells = np.floor(place).astype(np.int64)
-        lost = ~self._at(self._occupied, cells, False)
+        lost = ~self._at(self._occupied, cells)
         around = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])
         for point in np.flatnonzero(lost):
             candidates = cells[point] + around
-            candidates = candidates[self._at(self._occupied, candidates, False)]
+            candidates = candidates[self._at(self._occupied, candidates)]
             if len(candidates):
                 distances = np.linalg.norm(candidates + 0.5 - place[point], axis=1)
                 cells[point] = candidates[distances.argmin()]
         return cells, np.clip(place - cells, 0.0, 1.0)
 
-    def _at(self, table: NDArray[np.generic], indices: NDArray[np.int64], outside: object) -> NDArray[np.generic]:
-        """Return the entries of a table, and a value for coordinates outside of it."""
-        inside = ((indices >= self._low) & (indices < self._low + self._shape)).all(axis=-1)
-        entries = table[tuple(np.moveaxis(np.where(inside[..., None], indices - self._low, 0), -1, 0))]
-        return np.where(inside, entries, outside)
+    def _at(self, table: NDArray[_Entry], indices: NDArray[np.int64]) -> NDArray[_Entry]:
+        """Return the entries of a table. Coordinates outside of it have those of its border, which is empty."""
+        places = np.clip(indices - self._low, 0, self._shape - 1)
+        entries: NDArray[_Entry] = table[tuple(np.moveaxis(places, -1, 0))]
+        return entries

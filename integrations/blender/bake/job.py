@@ -1,6 +1,6 @@
 """The data of a bake, as plain arrays: no types of Blender, and no links to its scene.
 
-Positions and matrices are in world space, in Blender's units of length, one per frame of the bake. Frame 0 is the first one.
+Positions and matrices are in world space, in Blender's units of length. Frames are those of the bake, from 0 on.
 """
 
 from __future__ import annotations

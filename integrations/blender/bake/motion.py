@@ -51,10 +51,12 @@ def is_rigid(matrices: NDArray[np.float64]) -> bool:
 
 def transformed(matrix: NDArray[np.float64], points: NDArray[Any]) -> NDArray[np.float64]:
     """Return points, (n, 3), transformed by a matrix (4, 4)."""
-    return np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    result: NDArray[np.float64] = np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return result
 
 
 def _relative(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the linear part of the motion from frame 0 to each frame: (f, 3, 3)."""
     linear = matrices[:, :3, :3]
-    return linear @ np.linalg.inv(linear[0])
+    relative: NDArray[np.float64] = linear @ np.linalg.inv(linear[0])
+    return relative

@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
 
 import numpy as np
@@ -21,7 +20,7 @@ from .job import BakeError, Body, Job
 from .motion import transformed
 
 
-class Cancelled(Exception):
+class BakeCancelledError(Exception):
     """The bake was cancelled. No cache has changed."""
 
 
@@ -47,12 +46,12 @@ def run(
     progress : callable
         Is called with the number of complete frames after each one.
     is_cancelled : callable
-        Is called before each frame; if it returns True, the bake ends with Cancelled.
+        Is called before each frame; if it returns True, the bake ends with BakeCancelledError.
 
     The caches replace existing files when all frames of all bodies are written. If the bake ends before, existing files
     are unchanged, and no others are left.
 
-    Raises BakeError for a job that cannot be simulated or files that cannot be written, and Cancelled.
+    Raises BakeError for a job that cannot be simulated or files that cannot be written, and BakeCancelledError.
     """
     began = time.monotonic()
     notes: list[str] = []
@@ -64,7 +63,7 @@ def run(
         caches = [stack.enter_context(_Cache(data, body.mesh, job.first_frame)) for data, body in writing]
         for frame in range(job.frames):
             if is_cancelled():
-                raise Cancelled
+                raise BakeCancelledError
             if frame > 0:
                 # Warnings of materials come with the first step.
                 with _collected_warnings(notes if frame == 1 else None):
@@ -125,16 +124,10 @@ class _Cache:
         try:
             yield
         except (OSError, ValueError) as error:
-            folder = _shown(self._data.path.parent)
             raise BakeError(
-                f'the cache of object "{self._data.name}" cannot be written to {folder}: {error}; '
+                f'the cache of object "{self._data.name}" cannot be written to "{self._data.path.parent}": {error}; '
                 "choose another Cache Folder, or free space"
             ) from error
-
-
-def _shown(path: Path) -> str:
-    """Return a path as text for messages."""
-    return f'"{path}"'
 
 
 def _inverses(body: Body) -> NDArray[np.float64]:
@@ -145,7 +138,7 @@ def _inverses(body: Body) -> NDArray[np.float64]:
             f'object "{body.name}" has no extent along an axis in frame {flat[0]} of the bake, '
             "because its scale, or that of a parent, is zero; set a scale above 0"
         )
-    return np.linalg.inv(body.matrices)
+    return np.asarray(np.linalg.inv(body.matrices), np.float64)
 
 
 @contextmanager

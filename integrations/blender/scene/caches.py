@@ -9,6 +9,7 @@ from pathlib import Path
 import bpy
 from bpy.types import Object, Scene
 
+from ..bake import BakeError
 from .stack import bake_of, place_of
 
 #: Name of the modifier of a bake.
@@ -59,7 +60,10 @@ def apply(found: Object, path: Path, first_frame: int, time_scale: float) -> Non
 
 
 def clear(found: Object) -> bool:
-    """Remove the bake of an object: its modifier, and its file unless another object plays it. Return whether there was one."""
+    """Remove the bake of an object: its modifier, and its file unless another object plays it.
+
+    Returns whether there was one. Raises BakeError for a file that cannot be removed.
+    """
     modifier = bake_of(found)
     if modifier is None:
         found.supple.cache = ""
@@ -70,7 +74,12 @@ def clear(found: Object) -> bool:
     found.modifiers.remove(modifier)
     found.supple.cache = ""
     if not is_shared:
-        path.unlink(missing_ok=True)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise BakeError(
+                f'the file of the bake of object "{found.name}" stays: {error}; remove it yourself'
+            ) from error
         with suppress(OSError):  # other files are in the folder
             if path.parent.name.startswith("supple_"):
                 path.parent.rmdir()

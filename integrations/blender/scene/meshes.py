@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 
 @contextmanager
-def evaluated(found: Object, depsgraph: Depsgraph) -> Iterator[Mesh]:
-    """Return the mesh of an object in the current frame, with the effect of all modifiers that are on."""
+def evaluated(found: Object, depsgraph: Depsgraph, with_groups: bool = False) -> Iterator[Mesh]:
+    """Return the mesh of an object in the current frame, with the effect of all modifiers that are on.
+
+    with_groups : bool
+        Whether vertex groups are needed, for which Blender evaluates the modifiers once more.
+    """
     current = found.evaluated_get(depsgraph)
     try:
-        yield current.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+        yield current.to_mesh(preserve_all_data_layers=with_groups, depsgraph=depsgraph)
     finally:
         current.to_mesh_clear()
 

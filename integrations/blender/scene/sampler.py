@@ -51,7 +51,7 @@ class Sampler:
             _check(found)
         self._bodies = [BodyTrack(found, scene, cache_path(scene, found)) for found in self._found]
         self._colliders = [ColliderTrack(found) for found in colliders(context.view_layer)]
-        self.frames = scene.frame_end - scene.frame_start + 1
+        self.frames: int = scene.frame_end - scene.frame_start + 1
         self.read_frames = 0
 
     def open(self) -> None:
@@ -63,8 +63,10 @@ class Sampler:
         """Read the next frame. Raises BakeError."""
         self._scene.frame_set(self._scene.frame_start + self.read_frames)
         depsgraph = self._context.evaluated_depsgraph_get()
-        for track in (*self._bodies, *self._colliders):
-            track.read(depsgraph)
+        for body in self._bodies:
+            body.read(depsgraph)
+        for collider in self._colliders:
+            collider.read(depsgraph)
         self.read_frames += 1
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """The place of the bake among the modifiers of an object.
 
-Modifiers before the bake shape the body: the bake begins with their result. Modifiers after it stay live: they act on the
-baked mesh.
+Modifiers before the bake shape the body: the bake begins with their result. Modifiers after it stay live: they act on
+the baked mesh.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from contextlib import contextmanager
 
 from bpy.types import Modifier, Object
 
-#: Modifiers that act on the baked mesh, unless other modifiers follow them: they refine or shade a surface, and the body
-#: need not have their vertices. Physics of Blender that follows the surface belongs here, too.
+#: Modifiers that act on the baked mesh, unless others follow them: they refine or shade a surface, and the body needs
+#: none of their vertices. Physics of Blender that follows the surface belongs here, too.
 FINISHING = {
     "BEVEL",
     "COLLISION",
@@ -35,8 +35,8 @@ FINISHING = {
 def bake_of(found: Object) -> Modifier | None:
     """Return the modifier that plays the bake of an object, or None.
 
-    It is the Mesh Cache whose file is the cache of the object, so that other caches are never taken for a bake. The file is
-    found by its name, because Blender adapts the folder when the scene is saved elsewhere.
+    It is the Mesh Cache whose file is the cache of the object, so that other caches are never taken for a bake. The
+    name of the file is compared, because Blender adapts the folder when the scene is saved elsewhere.
     """
     name = found.supple.cache
     for modifier in found.modifiers:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from bpy.types import Depsgraph, Object, Scene
+from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
 
 from ..bake import Attachment, BakeError, Body, Collider
 from ..bake.motion import transformed
+from ..properties import SoftBodyAttachment
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
 from .settings import body_options
 
@@ -85,7 +86,7 @@ class BodyTrack:
             stiffness=self._stiffness(),
         )
 
-    def _driver(self, attachment: object) -> DriverTrack | None:
+    def _driver(self, attachment: SoftBodyAttachment) -> DriverTrack | None:
         """Return the driver of an attachment, None if it has none."""
         if attachment.motion != "OBJECT":
             return None
@@ -105,7 +106,7 @@ class BodyTrack:
     def _read_shape(self, depsgraph: Depsgraph, matrix: NDArray[np.float64]) -> None:
         """Read the rest shape and the vertex groups."""
         name, settings = self._found.name, self._found.supple
-        with evaluated(self._found, depsgraph) as mesh:
+        with evaluated(self._found, depsgraph, with_groups=True) as mesh:
             if not len(mesh.polygons):
                 raise BakeError(f'object "{name}" has no faces; a soft body needs a surface')
             self._vertices = transformed(matrix, positions_of(mesh))
@@ -119,7 +120,7 @@ class BodyTrack:
                     "assign vertices, or remove the attachment"
                 )
 
-    def _read_weights(self, mesh: object, names: list[str]) -> dict[str, NDArray[np.float64]]:
+    def _read_weights(self, mesh: Mesh, names: list[str]) -> dict[str, NDArray[np.float64]]:
         """Return the weights of vertex groups by name."""
         groups = self._found.vertex_groups
         for name in names:
@@ -173,9 +174,7 @@ class ColliderTrack:
     def collider(self) -> Collider | None:
         """Return the collider after all frames were read; None for a mesh without faces."""
         settings, matrices = self._found.supple_collider, np.array(self._matrices)
-        collider = Collider(
-            self._found.name, matrices, friction=settings.friction, restitution=settings.restitution
-        )
+        collider = Collider(self._found.name, matrices, friction=settings.friction, restitution=settings.restitution)
         if settings.shape == "MESH":
             if not self._has_faces:
                 return None
