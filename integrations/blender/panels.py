@@ -149,6 +149,7 @@ class ContactPanel(SubPanel):
         layout.prop(settings, "friction")
         layout.prop(settings, "restitution")
         layout.prop(settings, "self_contact")
+        layout.prop(settings, "ignore")
         layout.prop(context.scene.supple, "contact")
 
 

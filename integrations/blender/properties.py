@@ -10,7 +10,7 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from bpy.types import Object, PropertyGroup, Scene
+from bpy.types import Collection, Object, PropertyGroup, Scene
 
 MOTIONS = [
     (
@@ -144,6 +144,11 @@ class SoftBodySettings(PropertyGroup):
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+    )
+    ignore: PointerProperty(
+        name="Ignore",
+        description="Soft bodies of this collection pass through the body, such as eyes in a head",
+        type=Collection,
     )
     self_contact: BoolProperty(
         name="Self Contact", description="Folds of the body do not pass through each other", default=False

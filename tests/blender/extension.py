@@ -444,6 +444,25 @@ def check_stiffness() -> None:
     assert sags[1] > 3 * sags[0] > 0, sags
 
 
+def check_ignore() -> None:
+    """Bodies of the collection that a body ignores pass through it."""
+    heights = []
+    for is_ignored in (False, True):
+        scene = new_scene(12)
+        lower, upper = soft(cube("lower")), soft(cube("upper", location=(0, 0, 1.05)))
+        group(lower, "all", lambda point: True)
+        attach(lower, "all")
+        if is_ignored:
+            lower.supple.ignore = bpy.data.collections.new("through")
+            lower.supple.ignore.objects.link(upper)
+            lower.supple.ignore.objects.link(lower)
+        assert bpy.ops.supple.bake() == {"FINISHED"}
+        scene.frame_set(12)
+        heights.append(world(upper)[:, 2].min())
+    assert heights[0] > 0.45
+    assert heights[1] < 0.0, "it falls by 1.03 in 11 frames of 1/24 s"
+
+
 def check_suzanne() -> None:
     """Suzanne, an open mesh with loose eyes, falls on a ground with the settings that she has by default."""
     scene = new_scene(24)
@@ -717,6 +736,7 @@ CHECKS = (
     check_time,
     check_units,
     check_stiffness,
+    check_ignore,
     check_suzanne,
     check_cancel,
     check_modal,

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from bpy.types import Context, Object, Scene, ViewLayer
 
 from ..bake import BakeError, Job
-from .caches import cache_path
 from .stack import only_input
 from .tracks import BodyTrack, ColliderTrack
 
@@ -49,7 +48,7 @@ class Sampler:
             raise BakeError("no visible object is a soft body; add Supple in the Physics properties of a mesh")
         for found in self._found:
             _check(found)
-        self._bodies = [BodyTrack(found, scene, cache_path(scene, found)) for found in self._found]
+        self._bodies = [BodyTrack(found, scene, self._found) for found in self._found]
         self._colliders = [ColliderTrack(found) for found in colliders(context.view_layer)]
         self.frames: int = scene.frame_end - scene.frame_start + 1
         self.read_frames = 0

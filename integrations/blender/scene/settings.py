@@ -13,8 +13,11 @@ def meters_per_unit(scene: Scene) -> float:
     return 1.0 if units.system == "NONE" else float(units.scale_length)
 
 
-def body_options(found: Object, scene: Scene) -> dict[str, Any]:
+def body_options(found: Object, scene: Scene, bodies: list[Object]) -> dict[str, Any]:
     """Return the keyword arguments of supple.Body, in Blender's units of length.
+
+    bodies : list of Object
+        All soft bodies of the bake.
 
     Pascal is kg/(m s^2), so Young's modulus per unit of length has one factor of meters per unit, and density three.
     """
@@ -28,6 +31,9 @@ def body_options(found: Object, scene: Scene) -> dict[str, Any]:
         "skin": settings.skin.lower(),
         "volume": {"measure": "auto", "scope": settings.volume.lower()} if settings.volume != "OFF" else "off",
     }
+    if settings.ignore is not None:
+        others = set(settings.ignore.all_objects) - {found}
+        options["ignore"] = [other.name for other in bodies if other in others]
     if settings.resolution == "VERTICES":
         options["lattice_vertices"] = settings.lattice_vertices
     else:

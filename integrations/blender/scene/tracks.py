@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 from ..bake import Attachment, BakeError, Body, Collider
 from ..bake.motion import transformed
 from ..properties import SoftBodyAttachment
+from .caches import cache_path
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
 from .settings import body_options
 
@@ -43,9 +42,10 @@ class DriverTrack:
 class BodyTrack:
     """A soft body: the shape of the first frame, the matrices of all frames, and the animated mesh if it is needed."""
 
-    def __init__(self, found: Object, scene: Scene, path: Path) -> None:
-        """Prepare to read an object, and check the settings of its attachments."""
-        self._found, self._scene, self._path = found, scene, path
+    def __init__(self, found: Object, scene: Scene, bodies: list[Object]) -> None:
+        """Prepare to read an object, one of all soft bodies of the bake, and check the settings of its attachments."""
+        self._found, self._scene, self._path = found, scene, cache_path(scene, found)
+        self._options = body_options(found, scene, bodies)
         self._drivers = [self._driver(attachment) for attachment in found.supple.attachments]
         self._is_animated = any(attachment.motion == "ANIMATION" for attachment in found.supple.attachments)
         self._matrices: list[NDArray[np.float64]] = []
@@ -81,7 +81,7 @@ class BodyTrack:
             faces=self._faces,
             matrices=np.array(self._matrices),
             path=self._path,
-            options=body_options(self._found, self._scene),
+            options=self._options,
             attachments=attachments,
             stiffness=self._stiffness(),
         )
