@@ -77,11 +77,13 @@ class Session:
         self._stop.set()
 
     def work(self, seconds: float) -> None:
-        """Go on for about a time in seconds, and return earlier if the session is done."""
+        """Go on for about a time in seconds, by at least a frame while reading. Return earlier if it is done."""
         until = time.monotonic() + seconds
         try:
-            while self.phase is Phase.READING and time.monotonic() < until:
+            while self.phase is Phase.READING:
                 self._read()
+                if time.monotonic() >= until:
+                    break
         except BaseException as error:
             self._end(error)
             if not isinstance(error, Exception):

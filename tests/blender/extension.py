@@ -31,7 +31,8 @@ ROUNDING = 1e-6
 
 def install(path: str) -> None:
     """Install the extension from its file, with the wheel that it bundles."""
-    bpy.ops.extensions.package_install_files(filepath=path, repo="user_default", enable_on_install=True)
+    file = str(Path(path).resolve())
+    bpy.ops.extensions.package_install_files(filepath=file, repo="user_default", enable_on_install=True)
     import supple
 
     assert SCRATCH in Path(supple.__file__).parents, f"{supple.__file__} is not the wheel of the extension"
@@ -397,10 +398,15 @@ def check_time() -> None:
     scene.frame_set(2)
     assert np.array_equal(local(found), run[0][0].astype(np.float32)), "before the first frame"
     last = run[-1][0].astype(np.float32)
+    folder = Path(bpy.data.filepath).parent / "supple_scene"
+    assert [path.name for path in folder.iterdir()] == ["box.pc2"]
+    found.name = "renamed"
+    assert bpy.ops.supple.bake() == {"FINISHED"}
+    assert [path.name for path in folder.iterdir()] == ["renamed.pc2"]
     moved = Path(tempfile.mkdtemp(dir=SCRATCH)) / "moved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(moved))
     bpy.ops.wm.open_mainfile(filepath=str(moved))
-    found = bpy.data.objects["box"]
+    found = bpy.data.objects["renamed"]
     bpy.context.scene.frame_set(12)
     assert np.array_equal(local(found), last), "after the file was saved elsewhere"
     assert bpy.ops.supple.clear() == {"FINISHED"}
@@ -522,7 +528,7 @@ def check_modal() -> None:
     scene = new_scene(300)
     found = soft(cube("box"))
     operators = module("operators")
-    operators.PORTION = 0.002  # a scene as simple as this one is read in one portion otherwise
+    operators.PORTION = 0.0  # one frame per event; a scene as simple as this one is read in one portion otherwise
 
     # Without a window Blender sends no events, so that the methods of the operator are called directly.
     class Running:

@@ -232,6 +232,15 @@ def test_warnings_of_the_simulation_are_reported(box):
         ({"faces": [[0, 1, 999]]}, ('object "box" cannot be a soft body', "999")),
         ({"options": {"density": -1}}, ('object "box" cannot be a soft body', "density")),
         ({"matrices": np.zeros((10, 4, 4))}, ('object "box" has no extent', "scale")),
+        ({"matrices": np.full((10, 4, 4), np.nan)}, ('object "box" has no place in frame 0', "drivers")),
+        (
+            {
+                "attachments": [
+                    bake.Attachment("led", np.ones(486, bool), driver=np.arange(10)[:, None, None] * np.eye(4))
+                ]
+            },
+            ('object "box", vertex group "led"', "scale"),
+        ),
         ({"attachments": [bake.Attachment("empty", np.zeros(486, bool))]}, ('object "box", vertex group "empty"',)),
     ],
 )

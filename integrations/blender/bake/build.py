@@ -46,6 +46,11 @@ def _body(data: Body, job: Job) -> supple.Body:
     for attachment in data.attachments:
         try:
             _attach(body, attachment, job.fps)
+        except np.linalg.LinAlgError as error:
+            raise BakeError(
+                f'object "{data.name}", vertex group "{attachment.group}": what moves it has no extent along an axis '
+                "in the first frame, because its scale is zero; set a scale above 0"
+            ) from error
         except ValueError as error:
             raise BakeError(f'object "{data.name}", vertex group "{attachment.group}": {error}') from error
     return body

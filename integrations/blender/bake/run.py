@@ -132,6 +132,10 @@ class _Cache:
 
 def _inverses(body: Body) -> NDArray[np.float64]:
     """Return the matrices from world space to the object of a body: (f, 4, 4)."""
+    finite = np.isfinite(body.matrices).all(axis=(1, 2))
+    if not finite.all():
+        frame = finite.argmin()
+        raise BakeError(f'object "{body.name}" has no place in frame {frame} of the bake; look at its drivers')
     flat = np.flatnonzero(np.linalg.cond(body.matrices[:, :3, :3]) > 1e6)
     if len(flat):
         raise BakeError(

@@ -46,6 +46,7 @@ def apply(found: Object, path: Path, first_frame: int, time_scale: float) -> Non
         modifier = found.modifiers.new(NAME, "MESH_CACHE")
         found.modifiers.move(len(found.modifiers) - 1, place)
         modifier = found.modifiers[place]
+    before = Path(bpy.path.abspath(modifier.filepath)) if modifier.filepath else path
     modifier.cache_format = "PC2"
     modifier.filepath = bpy.path.relpath(str(path)) if bpy.data.is_saved else str(path)
     modifier.interpolation, modifier.deform_mode = "LINEAR", "OVERWRITE"
@@ -57,6 +58,9 @@ def apply(found: Object, path: Path, first_frame: int, time_scale: float) -> Non
     modifier.frame_start, modifier.frame_scale = first_frame, 1.0 / time_scale
     found.supple.cache = path.name
     found.update_tag()
+    if before != path:
+        # The object, the scene or the folder was renamed since the last bake.
+        _remove(found, before)
 
 
 def clear(found: Object) -> bool:
@@ -69,27 +73,26 @@ def clear(found: Object) -> bool:
         found.supple.cache = ""
         return False
     path = Path(bpy.path.abspath(modifier.filepath))
-    others = (other for other in bpy.data.objects if other is not found)
-    is_shared = any(_plays(other, path) for other in others)
     found.modifiers.remove(modifier)
     found.supple.cache = ""
-    if not is_shared:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise BakeError(
-                f'the file of the bake of object "{found.name}" stays: {error}; remove it yourself'
-            ) from error
-        with suppress(OSError):  # other files are in the folder
-            if path.parent.name.startswith("supple_"):
-                path.parent.rmdir()
+    _remove(found, path)
     return True
 
 
-def _plays(found: Object, path: Path) -> bool:
-    """Return whether an object plays a file."""
-    caches = (modifier for modifier in found.modifiers if modifier.type == "MESH_CACHE")
-    return any(Path(bpy.path.abspath(modifier.filepath)) == path for modifier in caches)
+def _remove(found: Object, path: Path) -> None:
+    """Remove the file of a bake of an object, unless an object plays it, and its folder, if nothing else is in it."""
+    modifiers = (modifier for other in bpy.data.objects for modifier in other.modifiers)
+    played = (modifier.filepath for modifier in modifiers if modifier.type == "MESH_CACHE")
+    if any(Path(bpy.path.abspath(file)) == path for file in played):
+        return
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        message = f'the file of the bake of object "{found.name}" stays: {error}; remove it yourself'
+        raise BakeError(message) from error
+    with suppress(OSError):  # other files are in the folder
+        if path.parent.name.startswith("supple_"):
+            path.parent.rmdir()
 
 
 def _folder(scene: Scene) -> Path:
