@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "blender"))
 
 # Before bpy, because it gives Blender a temporary directory for settings and extensions.
-from extension import SCRATCH, added, attach, collider, group, install, new_scene, soft  # noqa: E402, I001
+from scenes import SCRATCH, added, attach, collider, group, install, new_scene, soft  # noqa: E402  # isort: skip
+
 import bpy  # noqa: E402
 import mathutils  # noqa: E402
 import numpy as np  # noqa: E402

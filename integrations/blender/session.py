@@ -11,7 +11,6 @@ from bpy.types import Context
 
 from . import scene
 from .bake import BakeCancelledError, BakeError, Job, Report, run
-from .scene.sampler import time_scale
 
 
 class Phase(Enum):
@@ -34,7 +33,7 @@ class Session:
     def __init__(self, context: Context) -> None:
         """Check the scene and start to read it. Raises BakeError."""
         self._sampler = scene.Sampler(context)
-        self._time_scale = time_scale(context.scene)
+        self._time_scale = scene.time_scale(context.scene)
         self._first_frame = context.scene.frame_start
         #: Whether the caches are lost when Blender ends.
         self.is_temporary = scene.is_temporary(context.scene)

@@ -15,7 +15,7 @@ from test_point_cache import read
 
 sys.path.insert(0, str(ROOT / "integrations" / "blender"))
 import bake
-from bake.motion import is_rigid, transformed
+from bake import is_rigid, transformed
 
 #: 32-bit positions, through a handful of additions and multiplications.
 ROUNDING = 1e-6

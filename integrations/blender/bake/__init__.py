@@ -12,7 +12,7 @@
 from .build import build
 from .groups import held_vertices, stiffness_factors
 from .job import Attachment, BakeError, Body, Collider, Job
-from .motion import is_still, rigid_keys
+from .motion import is_rigid, transformed
 from .run import BakeCancelledError, Report, run
 
 __all__ = [
@@ -25,8 +25,8 @@ __all__ = [
     "Report",
     "build",
     "held_vertices",
-    "is_still",
-    "rigid_keys",
+    "is_rigid",
     "run",
     "stiffness_factors",
+    "transformed",
 ]

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 import supple
 
-from . import motion
 from .groups import held_vertices, stiffness_factors
 from .job import Attachment, BakeError, Body, Collider, Job
-from .motion import is_still, rigid_keys, transformed
+from .motion import is_rigid, is_still, rigid_keys, transformed
 
 
 def build(job: Job) -> supple.Simulation:
@@ -80,7 +79,7 @@ def _collider(data: Collider, fps: float) -> supple.Collider:
             point, normal = first[:3, 3], _normal(first)
             return supple.Plane(point, normal, keys=_keys(data.matrices, point, fps), **surface)
         mesh = supple.Mesh(data.vertices, data.faces)
-        if data.frames is None and motion.is_rigid(data.matrices):
+        if data.frames is None and is_rigid(data.matrices):
             keys = _keys(data.matrices, mesh.bounds.mean(axis=0), fps)
             return supple.MeshCollider(mesh, keys=keys, **surface)
         frames = data.frames if data.frames is not None else _deformed(data)

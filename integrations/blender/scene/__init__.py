@@ -10,8 +10,7 @@
 | `sampler` | reads all frames |
 """
 
-from .caches import apply, cache_path, clear, is_temporary
-from .sampler import Sampler, soft_bodies
-from .stack import bake_of
+from .caches import apply, clear, is_temporary
+from .sampler import Sampler, time_scale
 
-__all__ = ["Sampler", "apply", "bake_of", "cache_path", "clear", "is_temporary", "soft_bodies"]
+__all__ = ["Sampler", "apply", "clear", "is_temporary", "time_scale"]

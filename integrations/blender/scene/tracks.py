@@ -6,8 +6,7 @@ import numpy as np
 from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
 
-from ..bake import Attachment, BakeError, Body, Collider
-from ..bake.motion import transformed
+from ..bake import Attachment, BakeError, Body, Collider, transformed
 from ..properties import SoftBodyAttachment
 from .caches import cache_path
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
