@@ -98,11 +98,15 @@ class Session:
         if self._error is not None:
             raise self._error
         assert self._report is not None, "a session without an error has a report"
+        missing = []
         for body in self._job.bodies:
             found = bpy.data.objects.get(body.name)
             if found is None:
-                raise BakeError(f'object "{body.name}" was removed or renamed during the bake; bake again')
-            scene.apply(found, body.path, self._first_frame, self._time_scale)
+                missing.append(f'"{body.name}"')
+            else:
+                scene.apply(found, body.path, self._first_frame, self._time_scale)
+        if missing:
+            raise BakeError(f"removed or renamed during the bake: object {', '.join(missing)}; bake again")
         return self._report
 
     def close(self) -> None:

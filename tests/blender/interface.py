@@ -84,6 +84,23 @@ def check_cancel() -> None:
         assert bpy.ops.supple.bake.poll()
 
 
+def check_removed() -> None:
+    """An object that is removed during the bake is named, and the others get their bakes."""
+    new_scene(6)
+    found, removed = soft(cube("box")), soft(cube("removed", location=(3, 0, 0)))
+    session = module("session").Session(bpy.context)
+    while not session.is_done:
+        session.work(0.05)
+    bpy.data.objects.remove(removed)
+    message = ""
+    try:
+        session.finish()
+    except module("bake").BakeError as error:
+        message = str(error)
+    assert '"removed"' in message, message
+    assert found.modifiers["Supple"].filepath.endswith("box.pc2")
+
+
 def check_modal() -> None:
     """The operator that the button starts shows progress, restores the interface, adds results, and is ended by Esc."""
     scene = new_scene(300)
@@ -293,4 +310,4 @@ def check_unsaved() -> None:
     assert Path(bpy.app.tempdir) in Path(found.modifiers["Supple"].filepath).parents
 
 
-CHECKS = (check_undo, check_cancel, check_modal, check_errors, check_panels, check_unsaved)
+CHECKS = (check_undo, check_cancel, check_removed, check_modal, check_errors, check_panels, check_unsaved)

@@ -43,8 +43,9 @@ def apply(found: Object, path: Path, first_frame: int, time_scale: float) -> Non
     place = place_of(found)
     modifier = bake_of(found)
     if modifier is None:
-        modifier = found.modifiers.new(NAME, "MESH_CACHE")
-        found.modifiers.move(len(found.modifiers) - 1, place)
+        name = found.modifiers.new(NAME, "MESH_CACHE").name
+        # Blender has inserted it before modifiers that are pinned to the end.
+        found.modifiers.move(found.modifiers.find(name), place)
         modifier = found.modifiers[place]
     before = Path(bpy.path.abspath(modifier.filepath)) if modifier.filepath else path
     modifier.cache_format = "PC2"

@@ -53,7 +53,7 @@ def place_of(found: Object) -> int:
     if bake is not None:
         return modifiers.index(bake)
     place = len(modifiers)
-    while place > 0 and modifiers[place - 1].type in FINISHING:
+    while place > 0 and (modifiers[place - 1].type in FINISHING or modifiers[place - 1].use_pin_to_last):
         place -= 1
     return place
 
