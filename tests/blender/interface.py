@@ -210,48 +210,67 @@ def check_errors() -> None:
 
 
 class Layout:
-    """Stands for the layout of a panel: notes what is drawn, and checks that properties and operators exist."""
+    """Stands for the layout of a panel: notes what is drawn, and checks that properties, operators and icons exist."""
 
     def __init__(self, drawn: list[str]) -> None:
         """Share the list of a parent."""
         self._drawn = drawn
 
+    @staticmethod
+    def _check(function: str, options: dict[str, Any]) -> None:
+        """Check the arguments of a function of Blender's layout."""
+        parameters = bpy.types.UILayout.bl_rna.functions[function].parameters
+        for name, value in options.items():
+            assert name in parameters, f"{function} has no argument {name}"
+            if name == "icon":
+                assert value in parameters["icon"].enum_items, f"there is no icon {value}"
+
     def prop(self, data: Any, name: str, **options: Any) -> None:
         """Note a property."""
+        self._check("prop", options)
         getattr(data, name)
         self._drawn.append(name)
 
     def prop_search(self, data: Any, name: str, source: Any, collection: str, **options: Any) -> None:
         """Note a property that is chosen from a collection."""
+        self._check("prop_search", options)
         getattr(source, collection)
         self.prop(data, name)
 
     def operator(self, name: str, **options: Any) -> None:
         """Note an operator."""
+        self._check("operator", options)
         category, operator = name.split(".")
         getattr(getattr(bpy.ops, category), operator).get_rna_type()
         self._drawn.append(name)
 
     def template_list(
-        self, kind: str, name: str, data: Any, items: str, active_data: Any, active: str, **_: Any
+        self, kind: str, name: str, data: Any, items: str, active_data: Any, active: str, **options: Any
     ) -> None:
         """Draw all items of a list."""
+        self._check("template_list", options)
         for item in getattr(data, items):
             module("panels").AttachmentList.draw_item(None, bpy.context, self, data, item, 0, active_data, active)
 
     def label(self, **options: Any) -> None:
         """Note a text."""
+        self._check("label", options)
         self._drawn.append(options["text"])
 
     def progress(self, **options: Any) -> None:
         """Note a progress bar."""
+        self._check("progress", options)
         self._drawn.append(options["text"])
 
     def row(self, **options: Any) -> Layout:
         """Return a part of the layout."""
+        self._check("row", options)
         return Layout(self._drawn)
 
-    column = row
+    def column(self, **options: Any) -> Layout:
+        """Return a part of the layout."""
+        self._check("column", options)
+        return Layout(self._drawn)
 
 
 def drawn() -> list[str]:

@@ -65,12 +65,13 @@ class BodyTrack:
     def body(self) -> Body:
         """Return the body, after all frames were read."""
         attachments = []
+        animation = np.stack(self._animation) if self._animation else None
         for settings, driver in zip(self._found.supple.attachments, self._drivers, strict=True):
             attachment = Attachment(settings.vertex_group, self._weights[settings.vertex_group] >= HELD_WEIGHT)
             if driver is not None:
                 attachment.driver = driver.matrices
             elif settings.motion == "ANIMATION":
-                attachment.animation = np.stack(self._animation)
+                attachment.animation = animation
             if settings.use_release:
                 attachment.release = settings.release_frame - self._scene.frame_start
             attachments.append(attachment)
