@@ -308,9 +308,9 @@ fn many_bodies_list_the_output_directory_once() {
     others(100);
     let few = time(2, true) + time(1, false);
     others(20_000);
-    let many = time(2, true) + time(1, false);
-    // One listing of 20,000 files takes milliseconds, a listing per body takes 200 times as long.
-    assert!(many < few + Duration::from_secs(2), "{many:?} with many files, {few:?} with few files");
+    // One listing of 20,000 files takes milliseconds, a listing per body takes 200 times as long in each try.
+    let many = || time(2, true) + time(1, false);
+    assert!((0..3).any(|_| many() < few + Duration::from_secs(2)), "{few:?} with few files");
 }
 
 /// Returns the automatic number of steps per frame of the scene with overrides and cells of edge `cell_size`, and its
