@@ -37,7 +37,7 @@ class Command(Operator):
             self.report({"WARNING"}, "The bake was cancelled; earlier bakes are unchanged")
 
     def _has_module(self) -> bool:
-        """Return whether the compiled module is at hand, and report if it is not."""
+        """Return whether the module supple can be used, and report the problem if it cannot."""
         problem = missing_module()
         if problem is not None:
             self.report({"ERROR"}, problem)
@@ -270,7 +270,7 @@ def missing_module() -> str | None:
         import supple
     except ImportError as error:
         return (
-            f"The module supple is not at hand ({error}). Install the extension from a zip file that was built for "
+            f"The module supple cannot be imported ({error}). Install the extension from a zip file that was built for "
             "this operating system and processor, by scripts/blender-extension"
         )
     return None if hasattr(supple, "PointCache") else f"The module supple at {supple.__file__} is too old; update it"

@@ -26,7 +26,7 @@ class AttachmentList(UIList):
         active_data: object,
         active_property: str,
     ) -> None:
-        """Draw a row: the group and what moves it."""
+        """Draw a row: the group and its motion."""
         row = layout.row()
         row.label(text=item.vertex_group or "no vertex group", icon="GROUP_VERTEX")
         row.label(text=item.bl_rna.properties["motion"].enum_items[item.motion].name)
@@ -54,7 +54,7 @@ class SubPanel(PhysicsPanel):
 
 
 class BodyPanel(PhysicsPanel):
-    """What the body is made of, and the bake."""
+    """The material of the body, and the bake."""
 
     bl_idname = "SUPPLE_PT_soft_body"
     bl_label = "Supple Soft Body"

@@ -1,4 +1,4 @@
-"""Checks what moves bodies: attachments and colliders."""
+"""Checks attachments and colliders."""
 
 from __future__ import annotations
 
@@ -121,6 +121,10 @@ def check_colliders() -> None:
         pusher.keyframe_insert("location", frame=frame)
     press = collider(added(bpy.ops.mesh.primitive_plane_add, "press", size=2, location=(3, 0, 1.2)))
     squeezed = soft(cube("squeezed", location=(3, 0, 0.51)))
+    # Flat along an axis, as an object that is scaled to 0, which stands still.
+    shelf = collider(added(bpy.ops.mesh.primitive_plane_add, "shelf", size=4, location=(8, 0, 0)))
+    shelf.scale.z = 0
+    carried = soft(cube("carried", location=(8, 0, 0.51)))
     press.shape_key_add(name="Basis")
     key = press.shape_key_add(name="down")
     for point in key.data:
@@ -136,6 +140,7 @@ def check_colliders() -> None:
     assert world(found)[:, 2].min() > -0.02
     assert world(found)[:, 0].min() > -0.02, "the pusher ends at x = 0"
     assert world(squeezed)[:, 2].max() < 0.72, "the press ends at z = 0.7"
+    assert world(carried)[:, 2].min() > -0.02
     pressed = world(squeezed)
     assert np.ptp(pressed[:, 0]) > 1.02, "the volume is kept"
 

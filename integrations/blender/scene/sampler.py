@@ -29,7 +29,7 @@ def is_collider(found: Object) -> bool:
 
 
 class Sampler:
-    """Reads soft bodies, colliders and what moves them, in one frame of the scene after another.
+    """Reads soft bodies, colliders and the objects that move them, in one frame of the scene after another.
 
     While it is open, the scene is in the frame that was read last, and bakes and the modifiers after them are off.
     """
@@ -77,12 +77,14 @@ class Sampler:
             self._scene.frame_set(frame, subframe=subframe)
 
     def job(self) -> Job:
-        """Return the data of the bake, after all frames were read."""
+        """Return the data of the bake, after all frames were read. The sampler releases its arrays."""
         scene = self._scene
         settings, render = scene.supple, scene.render
-        read = (track.collider() for track in self._colliders)
+        body_tracks, collider_tracks = self._bodies, self._colliders
+        self._bodies, self._colliders = [], []
+        read = (track.collider() for track in collider_tracks)
         return Job(
-            bodies=[track.body() for track in self._bodies],
+            bodies=[track.body() for track in body_tracks],
             colliders=[collider for collider in read if collider is not None],
             frames=self.frames,
             fps=render.fps / render.fps_base,
