@@ -185,7 +185,10 @@ class Bake(Command):
         self._session.close()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
+        # The text is in each workspace that was used during the bake.
+        for workspace in bpy.data.workspaces:
+            with context.temp_override(workspace=workspace):
+                workspace.status_text_set(None)
         _redraw(context)
 
     def _start(self, context: Context) -> bool:

@@ -167,6 +167,13 @@ def check_errors() -> None:
     empty.hide_set(True)
     refused('"empty" is hidden', "show it")
     empty.hide_set(False)
+    for frame, empty.hide_viewport in ((1, False), (3, True)):
+        empty.keyframe_insert("hide_viewport", frame=frame)
+    scene.frame_set(4)
+    refused('"empty" is hidden in the viewport in frame 3')
+    assert scene.frame_current == 4
+    empty.animation_data_clear()
+    empty.hide_viewport = False
     found.supple.attachments[0].target = found
     refused("cannot move its own group", '"Animation"')
     found.supple.attachments.clear()

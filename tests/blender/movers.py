@@ -116,6 +116,10 @@ def check_colliders() -> None:
     hidden = collider(added(bpy.ops.mesh.primitive_plane_add, "hidden", size=10, location=(0, 0, 0.05)))
     hidden.hide_set(True)
     pusher = collider(added(bpy.ops.mesh.primitive_cube_add, "pusher", size=1, location=(-2, 0, 0.5)))
+    gone = collider(added(bpy.ops.mesh.primitive_plane_add, "gone", size=10, location=(0, 0, 0.05)))
+    for frame, gone.hide_viewport in ((1, True), (20, False)):
+        gone.keyframe_insert("hide_viewport", frame=frame)
+    scene.frame_set(25)
     for frame, x in ((1, -2.0), (30, -0.5)):
         pusher.location.x = x
         pusher.keyframe_insert("location", frame=frame)

@@ -43,15 +43,24 @@ class Sampler:
                 f"the frame range of the scene, {scene.frame_start} to {scene.frame_end}, has no motion; "
                 "set a later end frame in the Output properties"
             )
-        self._found = soft_bodies(context.view_layer)
+        self.frames: int = scene.frame_end - scene.frame_start + 1
+        self.read_frames = 0
+        frame, subframe = scene.frame_current, scene.frame_subframe
+        scene.frame_set(scene.frame_start)  # visibility may be animated
+        try:
+            self._choose(context.view_layer)
+        finally:
+            scene.frame_set(frame, subframe=subframe)
+
+    def _choose(self, view_layer: ViewLayer) -> None:
+        """Choose the objects to read, those that are visible in the first frame, and check them."""
+        self._found = soft_bodies(view_layer)
         if not self._found:
             raise BakeError("no visible object is a soft body; add Supple in the Physics properties of a mesh")
         for found in self._found:
             _check(found)
-        self._bodies = [BodyTrack(found, scene, self._found) for found in self._found]
-        self._colliders = [ColliderTrack(found) for found in colliders(context.view_layer)]
-        self.frames: int = scene.frame_end - scene.frame_start + 1
-        self.read_frames = 0
+        self._bodies = [BodyTrack(found, self._scene, self._found) for found in self._found]
+        self._colliders = [ColliderTrack(found) for found in colliders(view_layer)]
 
     def open(self) -> None:
         """Prepare to read, until `close`."""

@@ -99,9 +99,6 @@ class BodyTrack:
             raise BakeError(f'{about}: a body cannot move its own group; set Motion to "Animation"')
         if bone and (target.type != "ARMATURE" or bone not in target.pose.bones):
             raise BakeError(f'{about}: "{target.name}" has no bone "{bone}"; choose one of its bones, or none')
-        if not target.visible_get():
-            # Blender does not evaluate the animation of hidden objects.
-            raise BakeError(f'{about}: "{target.name}" is hidden in the viewport; show it for the bake')
         return DriverTrack(target, bone)
 
     def _read_shape(self, depsgraph: Depsgraph, matrix: NDArray[np.float64]) -> None:
