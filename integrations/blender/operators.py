@@ -210,7 +210,7 @@ class Bake(Command):
                 self.report({"WARNING"}, _sentence(note))
             if self._session.is_temporary:
                 self.report({"WARNING"}, "The bake is lost when Blender ends: save the file, then bake again")
-            self.report({"INFO"}, f"Baked in {report.seconds:.1f} s, with {report.steps_per_frame} steps per frame")
+            self.report({"INFO"}, f"Simulated in {report.seconds:.1f} s, with {report.steps_per_frame} steps per frame")
             return {"FINISHED"}
         return {"CANCELLED"}
 

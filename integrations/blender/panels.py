@@ -63,9 +63,8 @@ class BodyPanel(PhysicsPanel):
         """Draw the panel."""
         layout, settings = self.layout, context.object.supple
         layout.use_property_split = True
-        problem = missing_module()
-        if problem is not None:
-            layout.label(text="The module supple is not installed", icon="ERROR")
+        if missing_module() is not None:
+            layout.label(text="The module supple is missing or too old", icon="ERROR")
         _draw_bake(layout)
         column = layout.column()
         column.prop(settings, "material")

@@ -126,7 +126,11 @@ class SoftBodySettings(PropertyGroup):
     )
 
     material: EnumProperty(
-        name="Material", description="What the body is made of", items=MATERIALS, default="RUBBER", override=OVERRIDABLE
+        name="Material",
+        description="Stiffness and damping of the body",
+        items=MATERIALS,
+        default="RUBBER",
+        override=OVERRIDABLE,
     )
     youngs_modulus: FloatProperty(
         name="Young's Modulus",
@@ -217,7 +221,7 @@ class SoftBodySettings(PropertyGroup):
 class SoftBodyCollider(PropertyGroup):
     """The settings of an object with which soft bodies collide."""
 
-    shape: EnumProperty(name="Shape", description="What is solid", items=SHAPES, override=OVERRIDABLE)
+    shape: EnumProperty(name="Shape", description="The solid part of the object", items=SHAPES, override=OVERRIDABLE)
     friction: FloatProperty(
         name="Friction", description="At 0 bodies slide without friction", default=0.5, min=0.0, override=OVERRIDABLE
     )

@@ -155,7 +155,6 @@ class Session:
 
     def _end(self, error: BaseException) -> None:
         """End the session with an error."""
-        if isinstance(error, Exception):
-            self._error = error
+        self._error = error
         self.phase = Phase.DONE
         self._sampler.close()

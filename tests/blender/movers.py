@@ -13,6 +13,7 @@ from scenes import (
     frames,
     group,
     matrix,
+    module,
     new_scene,
     soft,
     world,
@@ -149,4 +150,28 @@ def check_colliders() -> None:
     assert np.ptp(pressed[:, 0]) > 1.02, "the volume is kept"
 
 
-CHECKS = (check_handles, check_rigged, check_colliders)
+def check_still() -> None:
+    """A group that follows an animation without motion needs no positions of its frames."""
+    scene = new_scene(4)
+    found = soft(cube("box"))
+    group(found, "top", lambda point: point.z > 0.3)
+    attach(found, "top", motion="ANIMATION")
+    scene.frame_set(3)
+    for is_moving in (False, True):
+        if is_moving:
+            for frame, x in ((1, 0.0), (4, 1.0)):
+                found.location.x = x
+                found.keyframe_insert("location", frame=frame)
+        sampler = module("scene.sampler").Sampler(bpy.context)
+        sampler.open()
+        for _ in range(4):
+            sampler.read()
+        animation = sampler.job().bodies[0].attachments[0].animation
+        assert (animation is not None) == is_moving
+        sampler.close()
+    assert animation.shape == (4, len(found.data.vertices), 3)
+    assert np.abs(animation[-1] - animation[0] - (1, 0, 0)).max() < ROUNDING
+    assert scene.frame_current == 3, "the frame is that before the bake"
+
+
+CHECKS = (check_handles, check_rigged, check_colliders, check_still)

@@ -78,7 +78,8 @@ class Sampler:
         self.read_frames += 1
 
     def close(self) -> None:
-        """Restore the modifiers and the frame of the scene. A second call does nothing."""
+        """Restore the modifiers and the frame of the scene, and release the arrays. A second call does nothing."""
+        self._bodies, self._colliders = [], []
         if hasattr(self, "_before"):
             self._open.close()
             frame, subframe = self._before
@@ -86,14 +87,12 @@ class Sampler:
             self._scene.frame_set(frame, subframe=subframe)
 
     def job(self) -> Job:
-        """Return the data of the bake, after all frames were read. The sampler releases its arrays."""
+        """Return the data of the bake, after all frames were read."""
         scene = self._scene
         settings, render = scene.supple, scene.render
-        body_tracks, collider_tracks = self._bodies, self._colliders
-        self._bodies, self._colliders = [], []
-        read = (track.collider() for track in collider_tracks)
+        read = (track.collider() for track in self._colliders)
         return Job(
-            bodies=[track.body() for track in body_tracks],
+            bodies=[track.body() for track in self._bodies],
             colliders=[collider for collider in read if collider is not None],
             frames=self.frames,
             fps=render.fps / render.fps_base,
