@@ -37,7 +37,7 @@ class Command(Operator):
             self.report({"WARNING"}, "The bake was cancelled; earlier bakes are unchanged")
 
     def _has_module(self) -> bool:
-        """Return whether the compiled module is at hand, and report if it is not."""
+        """Return whether the module supple can be used, and report the problem if it cannot."""
         problem = missing_module()
         if problem is not None:
             self.report({"ERROR"}, problem)
@@ -185,7 +185,10 @@ class Bake(Command):
         self._session.close()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
+        # The text is in each workspace that was used during the bake.
+        for workspace in bpy.data.workspaces:
+            with context.temp_override(workspace=workspace):
+                workspace.status_text_set(None)
         _redraw(context)
 
     def _start(self, context: Context) -> bool:
@@ -207,7 +210,7 @@ class Bake(Command):
                 self.report({"WARNING"}, _sentence(note))
             if self._session.is_temporary:
                 self.report({"WARNING"}, "The bake is lost when Blender ends: save the file, then bake again")
-            self.report({"INFO"}, f"Baked in {report.seconds:.1f} s, with {report.steps_per_frame} steps per frame")
+            self.report({"INFO"}, f"Simulated in {report.seconds:.1f} s, with {report.steps_per_frame} steps per frame")
             return {"FINISHED"}
         return {"CANCELLED"}
 
@@ -270,7 +273,7 @@ def missing_module() -> str | None:
         import supple
     except ImportError as error:
         return (
-            f"The module supple is not at hand ({error}). Install the extension from a zip file that was built for "
+            f"The module supple cannot be imported ({error}). Install the extension from a zip file that was built for "
             "this operating system and processor, by scripts/blender-extension"
         )
     return None if hasattr(supple, "PointCache") else f"The module supple at {supple.__file__} is too old; update it"

@@ -26,7 +26,7 @@ class AttachmentList(UIList):
         active_data: object,
         active_property: str,
     ) -> None:
-        """Draw a row: the group and what moves it."""
+        """Draw a row: the group and its motion."""
         row = layout.row()
         row.label(text=item.vertex_group or "no vertex group", icon="GROUP_VERTEX")
         row.label(text=item.bl_rna.properties["motion"].enum_items[item.motion].name)
@@ -54,7 +54,7 @@ class SubPanel(PhysicsPanel):
 
 
 class BodyPanel(PhysicsPanel):
-    """What the body is made of, and the bake."""
+    """The material of the body, and the bake."""
 
     bl_idname = "SUPPLE_PT_soft_body"
     bl_label = "Supple Soft Body"
@@ -63,9 +63,8 @@ class BodyPanel(PhysicsPanel):
         """Draw the panel."""
         layout, settings = self.layout, context.object.supple
         layout.use_property_split = True
-        problem = missing_module()
-        if problem is not None:
-            layout.label(text="The module supple is not installed", icon="ERROR")
+        if missing_module() is not None:
+            layout.label(text="The module supple is missing or too old", icon="ERROR")
         _draw_bake(layout)
         column = layout.column()
         column.prop(settings, "material")

@@ -12,6 +12,10 @@ from bpy.props import (
 )
 from bpy.types import Collection, Object, PropertyGroup, Scene
 
+#: Properties of objects can be set in library overrides of objects of other files, and items of lists be added there.
+OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+ITEMS = {"LIBRARY_OVERRIDABLE", "USE_INSERTION"}
+
 MOTIONS = [
     (
         "ANIMATION",
@@ -61,28 +65,49 @@ class SoftBodyAttachment(PropertyGroup):
     """A vertex group that is held or moved."""
 
     vertex_group: StringProperty(
-        name="Vertex Group", description="Vertices with a weight of 0.5 or more are held; the cells around them too"
+        name="Vertex Group",
+        description="Vertices with a weight of 0.5 or more are held; the cells around them too",
+        override=OVERRIDABLE,
     )
-    motion: EnumProperty(name="Motion", description="What the group moves with", items=MOTIONS, default="ANIMATION")
-    target: PointerProperty(name="Object", description="Object that moves the group, such as an empty", type=Object)
-    bone: StringProperty(name="Bone", description="Bone of the armature that moves the group; empty: the object does")
-    use_release: BoolProperty(name="Release", description="Let the group go during the animation", default=False)
-    release_frame: IntProperty(name="Release Frame", description="First frame in which the group is free", default=100)
+    motion: EnumProperty(
+        name="Motion", description="How the group moves", items=MOTIONS, default="ANIMATION", override=OVERRIDABLE
+    )
+    target: PointerProperty(
+        name="Object", description="Object that moves the group, such as an empty", type=Object, override=OVERRIDABLE
+    )
+    bone: StringProperty(
+        name="Bone",
+        description="Bone of the armature that moves the group; empty: the object does",
+        override=OVERRIDABLE,
+    )
+    use_release: BoolProperty(
+        name="Release", description="Let the group go during the animation", default=False, override=OVERRIDABLE
+    )
+    release_frame: IntProperty(
+        name="Release Frame", description="First frame in which the group is free", default=100, override=OVERRIDABLE
+    )
 
 
 class SoftBodySettings(PropertyGroup):
     """The settings of a soft body."""
 
-    enabled: BoolProperty(name="Soft Body", description="Simulate the object as a soft body", default=False)
-    cache: StringProperty(name="Cache", description="Name of the file of the bake", options={"HIDDEN"})
+    enabled: BoolProperty(
+        name="Soft Body", description="Simulate the object as a soft body", default=False, override=OVERRIDABLE
+    )
+    cache: StringProperty(
+        name="Cache", description="Name of the file of the bake", options={"HIDDEN"}, override=OVERRIDABLE
+    )
 
-    resolution: EnumProperty(name="Resolution", description="Detail of the simulation", items=RESOLUTIONS)
+    resolution: EnumProperty(
+        name="Resolution", description="Detail of the simulation", items=RESOLUTIONS, override=OVERRIDABLE
+    )
     lattice_vertices: IntProperty(
         name="Lattice Vertices",
         description="Number of simulated vertices; more take longer and separate finer parts",
         default=1000,
         min=8,
         soft_max=100_000,
+        override=OVERRIDABLE,
     )
     cell_size: FloatProperty(
         name="Cell Size",
@@ -91,16 +116,30 @@ class SoftBodySettings(PropertyGroup):
         min=1e-6,
         unit="LENGTH",
         precision=3,
+        override=OVERRIDABLE,
     )
     join: BoolProperty(
         name="Join Loose Parts",
         description="Parts of the mesh that are not connected, such as eyes, move along with the nearest part",
         default=True,
+        override=OVERRIDABLE,
     )
 
-    material: EnumProperty(name="Material", description="What the body is made of", items=MATERIALS, default="RUBBER")
+    material: EnumProperty(
+        name="Material",
+        description="Stiffness and damping of the body",
+        items=MATERIALS,
+        default="RUBBER",
+        override=OVERRIDABLE,
+    )
     youngs_modulus: FloatProperty(
-        name="Young's Modulus", description="Stiffness in pascal", default=1e5, min=1e-3, soft_min=100, soft_max=1e9
+        name="Young's Modulus",
+        description="Stiffness in pascal",
+        default=1e5,
+        min=1e-3,
+        soft_min=100,
+        soft_max=1e9,
+        override=OVERRIDABLE,
     )
     density: FloatProperty(
         name="Density",
@@ -108,9 +147,13 @@ class SoftBodySettings(PropertyGroup):
         default=1000.0,
         min=1e-6,
         soft_max=20_000,
+        override=OVERRIDABLE,
     )
     use_damping_ratio: BoolProperty(
-        name="Damping", description="Set the damping, in place of that of the material", default=False
+        name="Damping",
+        description="Set the damping, in place of that of the material",
+        default=False,
+        override=OVERRIDABLE,
     )
     damping_ratio: FloatProperty(
         name="Damping Ratio",
@@ -119,9 +162,12 @@ class SoftBodySettings(PropertyGroup):
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        override=OVERRIDABLE,
     )
     stiffness_group: StringProperty(
-        name="Stiffness Group", description="Vertex group of parts with another stiffness; empty: the same everywhere"
+        name="Stiffness Group",
+        description="Vertex group of parts with another stiffness; empty: the same everywhere",
+        override=OVERRIDABLE,
     )
     stiffness_factor: FloatProperty(
         name="Factor",
@@ -129,6 +175,7 @@ class SoftBodySettings(PropertyGroup):
         default=10.0,
         min=0.001,
         max=100.0,
+        override=OVERRIDABLE,
     )
 
     friction: FloatProperty(
@@ -136,6 +183,7 @@ class SoftBodySettings(PropertyGroup):
         description="At other soft bodies; at a collider that of the collider counts",
         default=0.5,
         min=0.0,
+        override=OVERRIDABLE,
     )
     restitution: FloatProperty(
         name="Bounciness",
@@ -144,28 +192,39 @@ class SoftBodySettings(PropertyGroup):
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        override=OVERRIDABLE,
     )
     ignore: PointerProperty(
         name="Ignore",
         description="Soft bodies of this collection pass through the body, such as eyes in a head",
         type=Collection,
+        override=OVERRIDABLE,
     )
     self_contact: BoolProperty(
-        name="Self Contact", description="Folds of the body do not pass through each other", default=False
+        name="Self Contact",
+        description="Folds of the body do not pass through each other",
+        default=False,
+        override=OVERRIDABLE,
     )
 
-    volume: EnumProperty(name="Keep Volume", description="Volume of the displayed mesh", items=VOLUMES)
-    skin: EnumProperty(name="Skin", description="How the mesh follows the lattice", items=SKINS)
+    volume: EnumProperty(
+        name="Keep Volume", description="Volume of the displayed mesh", items=VOLUMES, override=OVERRIDABLE
+    )
+    skin: EnumProperty(name="Skin", description="How the mesh follows the lattice", items=SKINS, override=OVERRIDABLE)
 
-    attachments: CollectionProperty(type=SoftBodyAttachment)
-    active_attachment: IntProperty(name="Attachment", description="Attachment whose settings are shown")
+    attachments: CollectionProperty(type=SoftBodyAttachment, override=ITEMS)
+    active_attachment: IntProperty(
+        name="Attachment", description="Attachment whose settings are shown", override=OVERRIDABLE
+    )
 
 
 class SoftBodyCollider(PropertyGroup):
     """The settings of an object with which soft bodies collide."""
 
-    shape: EnumProperty(name="Shape", description="What is solid", items=SHAPES)
-    friction: FloatProperty(name="Friction", description="At 0 bodies slide without friction", default=0.5, min=0.0)
+    shape: EnumProperty(name="Shape", description="The solid part of the object", items=SHAPES, override=OVERRIDABLE)
+    friction: FloatProperty(
+        name="Friction", description="At 0 bodies slide without friction", default=0.5, min=0.0, override=OVERRIDABLE
+    )
     restitution: FloatProperty(
         name="Bounciness",
         description="Speed of the surface after an impact, over the speed before; elastic bodies bounce anyway",
@@ -173,6 +232,7 @@ class SoftBodyCollider(PropertyGroup):
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        override=OVERRIDABLE,
     )
 
 
@@ -202,8 +262,8 @@ def register() -> None:
     """Add the settings to objects and scenes."""
     for found in CLASSES:
         bpy.utils.register_class(found)
-    Object.supple = PointerProperty(type=SoftBodySettings)
-    Object.supple_collider = PointerProperty(type=SoftBodyCollider)
+    Object.supple = PointerProperty(type=SoftBodySettings, override=OVERRIDABLE)
+    Object.supple_collider = PointerProperty(type=SoftBodyCollider, override=OVERRIDABLE)
     Scene.supple = PointerProperty(type=SoftBodyScene)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from enum import Enum
+from pathlib import Path
 
 import bpy
 from bpy.types import Context
@@ -14,7 +15,7 @@ from .bake import BakeCancelledError, BakeError, Job, Report, run
 
 
 class Phase(Enum):
-    """What a session does."""
+    """The state of a session."""
 
     READING = "Reading"
     SIMULATING = "Simulating"
@@ -41,7 +42,9 @@ class Session:
         self._simulated = 0
         self._thread: threading.Thread | None = None
         self._report: Report | None = None
-        self._error: Exception | None = None
+        self._error: BaseException | None = None
+        #: Name and cache of each body.
+        self._results: list[tuple[str, Path]] = []
         self.phase = Phase.READING
         self._sampler.open()
         Session.current = self
@@ -93,20 +96,28 @@ class Session:
                 self.phase = Phase.DONE
 
     def finish(self) -> Report:
-        """Play the caches on the objects, when the session is done. Raises BakeError and BakeCancelledError."""
+        """Play the caches on the objects, when the session is done. Raises BakeError and BakeCancelledError.
+
+        Objects that do not get their caches are named in the warnings of the report.
+        """
         self.close()
-        if self._error is not None:
-            raise self._error
+        # The operator of a bake stays in memory for some time, and an error refers to the arrays of the bake.
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
         assert self._report is not None, "a session without an error has a report"
-        missing = []
-        for body in self._job.bodies:
-            found = bpy.data.objects.get(body.name)
+        outdated = []
+        for name, path in self._results:
+            found = bpy.data.objects.get(name)
             if found is None:
-                missing.append(f'"{body.name}"')
+                self._report.warnings.append(f'object "{name}" was removed or renamed during the bake; bake again')
             else:
-                scene.apply(found, body.path, self._first_frame, self._time_scale)
-        if missing:
-            raise BakeError(f"removed or renamed during the bake: object {', '.join(missing)}; bake again")
+                outdated.append(scene.apply(found, path, self._first_frame, self._time_scale))
+        for earlier in filter(None, outdated):
+            try:
+                scene.remove_file(earlier)
+            except BakeError as problem:
+                self._report.warnings.append(str(problem))
         return self._report
 
     def close(self) -> None:
@@ -124,17 +135,18 @@ class Session:
             raise BakeCancelledError
         self._sampler.read()
         if self._sampler.read_frames == self._sampler.frames:
-            self._job = self._sampler.job()
+            job = self._sampler.job()
             self._sampler.close()
+            self._results = [(body.name, body.path) for body in job.bodies]
             self.phase = Phase.SIMULATING
-            self._thread = threading.Thread(target=self._simulate, args=(self._job,), daemon=True)
+            self._thread = threading.Thread(target=self._simulate, args=(job,), daemon=True)
             self._thread.start()
 
     def _simulate(self, job: Job) -> None:
         """Simulate a job. Runs in the thread."""
         try:
             self._report = run(job, self._count, self._stop.is_set)
-        except Exception as error:
+        except BaseException as error:  # also a panic of the compiled module
             self._error = error
 
     def _count(self, frames: int) -> None:
@@ -143,7 +155,6 @@ class Session:
 
     def _end(self, error: BaseException) -> None:
         """End the session with an error."""
-        if isinstance(error, Exception):
-            self._error = error
+        self._error = error
         self.phase = Phase.DONE
         self._sampler.close()

@@ -24,8 +24,8 @@ class PointCache:
                 cache.write(body.surface())
 
     path : str or os.PathLike
-        The file to write, which ends in `.pc2`; an existing one is replaced. Until the cache is closed, also by an
-        exception in the `with` block, the file has `.part` appended to its name.
+        The file to write, which ends in `.pc2`; an existing one is removed at the start. Until the cache is closed,
+        also by an exception in the `with` block, the file has `.part` appended to its name.
     mesh : Mesh
         The mesh whose vertices the frames have, in their order.
     first_frame : int, default 0

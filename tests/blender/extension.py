@@ -15,6 +15,7 @@ from scenes import SCRATCH, install  # isort: skip
 
 import bakes
 import bpy
+import files
 import interface
 import movers
 
@@ -22,7 +23,7 @@ if __name__ == "__main__":
     try:
         install(sys.argv[1])
         chosen = sys.argv[2:]
-        for check in (*bakes.CHECKS, *movers.CHECKS, *interface.CHECKS):
+        for check in (*bakes.CHECKS, *movers.CHECKS, *files.CHECKS, *interface.CHECKS):
             name = check.__name__.removeprefix("check_")
             if not chosen or name in chosen:
                 check()

@@ -1,4 +1,4 @@
-"""Checks what moves bodies: attachments and colliders."""
+"""Checks attachments and colliders."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from scenes import (
     frames,
     group,
     matrix,
+    module,
     new_scene,
     soft,
     world,
@@ -116,11 +117,19 @@ def check_colliders() -> None:
     hidden = collider(added(bpy.ops.mesh.primitive_plane_add, "hidden", size=10, location=(0, 0, 0.05)))
     hidden.hide_set(True)
     pusher = collider(added(bpy.ops.mesh.primitive_cube_add, "pusher", size=1, location=(-2, 0, 0.5)))
+    gone = collider(added(bpy.ops.mesh.primitive_plane_add, "gone", size=10, location=(0, 0, 0.05)))
+    for frame, gone.hide_viewport in ((1, True), (20, False)):
+        gone.keyframe_insert("hide_viewport", frame=frame)
+    scene.frame_set(25)
     for frame, x in ((1, -2.0), (30, -0.5)):
         pusher.location.x = x
         pusher.keyframe_insert("location", frame=frame)
     press = collider(added(bpy.ops.mesh.primitive_plane_add, "press", size=2, location=(3, 0, 1.2)))
     squeezed = soft(cube("squeezed", location=(3, 0, 0.51)))
+    # Flat along an axis, as an object that is scaled to 0, which stands still.
+    shelf = collider(added(bpy.ops.mesh.primitive_plane_add, "shelf", size=4, location=(8, 0, 0)))
+    shelf.scale.z = 0
+    carried = soft(cube("carried", location=(8, 0, 0.51)))
     press.shape_key_add(name="Basis")
     key = press.shape_key_add(name="down")
     for point in key.data:
@@ -136,8 +145,33 @@ def check_colliders() -> None:
     assert world(found)[:, 2].min() > -0.02
     assert world(found)[:, 0].min() > -0.02, "the pusher ends at x = 0"
     assert world(squeezed)[:, 2].max() < 0.72, "the press ends at z = 0.7"
+    assert world(carried)[:, 2].min() > -0.02
     pressed = world(squeezed)
     assert np.ptp(pressed[:, 0]) > 1.02, "the volume is kept"
 
 
-CHECKS = (check_handles, check_rigged, check_colliders)
+def check_still() -> None:
+    """A group that follows an animation without motion needs no positions of its frames."""
+    scene = new_scene(4)
+    found = soft(cube("box"))
+    group(found, "top", lambda point: point.z > 0.3)
+    attach(found, "top", motion="ANIMATION")
+    scene.frame_set(3)
+    for is_moving in (False, True):
+        if is_moving:
+            for frame, x in ((1, 0.0), (4, 1.0)):
+                found.location.x = x
+                found.keyframe_insert("location", frame=frame)
+        sampler = module("scene.sampler").Sampler(bpy.context)
+        sampler.open()
+        for _ in range(4):
+            sampler.read()
+        animation = sampler.job().bodies[0].attachments[0].animation
+        assert (animation is not None) == is_moving
+        sampler.close()
+    assert animation.shape == (4, len(found.data.vertices), 3)
+    assert np.abs(animation[-1] - animation[0] - (1, 0, 0)).max() < ROUNDING
+    assert scene.frame_current == 3, "the frame is that before the bake"
+
+
+CHECKS = (check_handles, check_rigged, check_colliders, check_still)

@@ -5,8 +5,8 @@ Settings and extensions of Blender are in a temporary directory: import this mod
 
 from __future__ import annotations
 
+import importlib
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -33,8 +33,8 @@ def install(path: str) -> None:
 
 
 def module(name: str) -> Any:
-    """Return a module of the extension."""
-    return sys.modules[f"bl_ext.user_default.supple.{name}"]
+    """Return a module of the extension, which imports some when they are needed."""
+    return importlib.import_module(f"bl_ext.user_default.supple.{name}")
 
 
 def new_scene(frames: int = 12) -> bpy.types.Scene:

@@ -172,7 +172,7 @@ def test_a_plane_is_solid_below_and_a_growing_object_deforms(box):
     ]
     ground, balloon = bake.build(job(box, colliders=colliders)).colliders
     # The side to which the z axis of the object points, although its scale mirrors it.
-    assert np.allclose(np.asarray(ground.normal) / np.linalg.norm(ground.normal), tilted[:3, 2] / 1, atol=1e-6)
+    assert np.allclose(np.asarray(ground.normal) / np.linalg.norm(ground.normal), tilted[:3, 2], atol=1e-6)
     assert (ground.friction, balloon.restitution) == (0.2, 0.3)
     assert np.allclose(balloon.frames[9], 1.9 * (box.vertices + 9), rtol=1e-6)
 
@@ -232,7 +232,10 @@ def test_warnings_of_the_simulation_are_reported(box):
         ({"faces": [[0, 1, 999]]}, ('object "box" cannot be a soft body', "999")),
         ({"options": {"density": -1}}, ('object "box" cannot be a soft body', "density")),
         ({"matrices": np.zeros((10, 4, 4))}, ('object "box" has no extent', "scale")),
-        ({"matrices": np.full((10, 4, 4), np.nan)}, ('object "box" has no place in frame 0', "drivers")),
+        (
+            {"matrices": np.full((10, 4, 4), np.nan)},
+            ('object "box" has no finite transformation in frame 0', "drivers"),
+        ),
         (
             {
                 "attachments": [
@@ -252,6 +255,30 @@ def test_errors_name_the_object_and_the_way_out(box, change, parts):
     for part in parts:
         assert part in str(raised.value)
     assert not list(box.path.parent.iterdir())
+
+
+def test_a_cache_that_cannot_be_completed_leaves_no_file(box):
+    in_the_way = box.path.with_name("box.baking.pc2")
+
+    def obstruct(frames: int) -> None:
+        if frames == 10:
+            in_the_way.mkdir()
+
+    with pytest.raises(bake.BakeError, match='cache of object "box" cannot be written'):
+        bake.run(job(box), obstruct)
+    assert [path.name for path in box.path.parent.iterdir()] == [in_the_way.name]
+
+
+def test_a_collider_without_extent_along_an_axis_may_only_stand_still(box):
+    flat = np.repeat(placed(scale=np.array([1.0, 1.0, 0.0]))[None], 10, 0)
+    shape = transformed(flat[0], box.vertices)
+    top = np.flatnonzero(box.vertices[:, 2] == 0.5)
+    faces = [np.searchsorted(top, face).tolist() for face in box.faces if np.isin(face, top).all()]
+    shelf = bake.Collider("shelf", flat, shape[top], faces)
+    assert not bake.build(job(box, colliders=[shelf])).colliders[0].keys
+    flat[1:, 0, 3] = 1.0
+    with pytest.raises(bake.BakeError, match=r'"shelf" cannot be a moving collider: .* scale above 0'):
+        bake.build(job(box, colliders=[shelf]))
 
 
 def test_a_folder_that_cannot_be_written_is_named(box, tmp_path):

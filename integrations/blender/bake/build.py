@@ -47,8 +47,8 @@ def _body(data: Body, job: Job) -> supple.Body:
             _attach(body, attachment, job.fps)
         except np.linalg.LinAlgError as error:
             raise BakeError(
-                f'object "{data.name}", vertex group "{attachment.group}": what moves it has no extent along an axis '
-                "in the first frame, because its scale is zero; set a scale above 0"
+                f'object "{data.name}", vertex group "{attachment.group}": the object or bone that moves it has no '
+                "extent along an axis in the first frame, because its scale is zero; set a scale above 0"
             ) from error
         except ValueError as error:
             raise BakeError(f'object "{data.name}", vertex group "{attachment.group}": {error}') from error
@@ -79,17 +79,22 @@ def _collider(data: Collider, fps: float) -> supple.Collider:
             point, normal = first[:3, 3], _normal(first)
             return supple.Plane(point, normal, keys=_keys(data.matrices, point, fps), **surface)
         mesh = supple.Mesh(data.vertices, data.faces)
-        if data.frames is None and is_rigid(data.matrices):
+        if data.frames is None and (is_still(data.matrices) or is_rigid(data.matrices)):
             keys = _keys(data.matrices, mesh.bounds.mean(axis=0), fps)
             return supple.MeshCollider(mesh, keys=keys, **surface)
         frames = data.frames if data.frames is not None else _deformed(data)
         return supple.MeshCollider(mesh, frames=frames, fps=fps, **surface)
-    except (ValueError, np.linalg.LinAlgError) as error:
+    except np.linalg.LinAlgError as error:
+        raise BakeError(
+            f'object "{data.name}" cannot be a moving collider: it has no extent along an axis in the first frame, '
+            "because its scale is zero; set a scale above 0"
+        ) from error
+    except ValueError as error:
         raise BakeError(f'object "{data.name}" cannot be a collider: {error}') from error
 
 
 def _keys(matrices: NDArray[np.float64], center: NDArray[np.float64], fps: float) -> list[tuple[float, object, object]]:
-    """Return the keyframes of a collider; none if it stands still."""
+    """Return the keyframes of a collider, an empty list if it stands still."""
     return [] if is_still(matrices) else rigid_keys(matrices, center, fps)
 
 

@@ -6,7 +6,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -26,7 +26,7 @@ class BakeCancelledError(Exception):
 
 @dataclass
 class Report:
-    """What a bake did."""
+    """Warnings and figures of a bake."""
 
     #: Warnings for the user.
     warnings: list[str]
@@ -55,7 +55,7 @@ def run(
     """
     began = time.monotonic()
     notes: list[str] = []
-    inverses = [_inverses(body) for body in job.bodies]
+    inverses = [_inverses(body, job.first_frame) for body in job.bodies]
     with _collected_warnings(notes):
         sim = build(job)
     with ExitStack() as stack:
@@ -115,31 +115,40 @@ class _Cache:
         traceback: TracebackType | None,
     ) -> None:
         """Remove the temporary file."""
-        self.complete()
-        self._partial.unlink(missing_ok=True)
+        with suppress(BakeError):  # the error that ends the bake is reported
+            self.complete()
+        for leftover in (self._partial, self._partial.with_name(f"{self._partial.name}.part")):
+            with suppress(OSError):
+                leftover.unlink()
 
     @contextmanager
     def _reported(self) -> Iterator[None]:
         """Convert errors of files and positions."""
         try:
             yield
-        except (OSError, ValueError) as error:
+        except ValueError as error:
+            raise BakeError(f'object "{self._data.name}" has positions that a cache cannot have: {error}') from error
+        except OSError as error:
             raise BakeError(
                 f'the cache of object "{self._data.name}" cannot be written to "{self._data.path.parent}": {error}; '
                 "choose another Cache Folder, or free space"
             ) from error
 
 
-def _inverses(body: Body) -> NDArray[np.float64]:
-    """Return the matrices from world space to the object of a body: (f, 4, 4)."""
+def _inverses(body: Body, first_frame: int) -> NDArray[np.float64]:
+    """Return the matrices from world space to the object of a body: (f, 4, 4).
+
+    first_frame : int
+        Number of the first frame in the scene, for messages.
+    """
     finite = np.isfinite(body.matrices).all(axis=(1, 2))
     if not finite.all():
-        frame = finite.argmin()
-        raise BakeError(f'object "{body.name}" has no place in frame {frame} of the bake; look at its drivers')
+        frame = first_frame + finite.argmin()
+        raise BakeError(f'object "{body.name}" has no finite transformation in frame {frame}; check its drivers')
     flat = np.flatnonzero(np.linalg.cond(body.matrices[:, :3, :3]) > 1e6)
     if len(flat):
         raise BakeError(
-            f'object "{body.name}" has no extent along an axis in frame {flat[0]} of the bake, '
+            f'object "{body.name}" has no extent along an axis in frame {first_frame + flat[0]}, '
             "because its scale, or that of a parent, is zero; set a scale above 0"
         )
     return np.asarray(np.linalg.inv(body.matrices), np.float64)

@@ -6,11 +6,11 @@
 | `caches` | the folder, the files and the modifiers of bakes |
 | `meshes` | evaluated meshes and vertex groups as arrays |
 | `settings` | the settings of an object as arguments of supple |
-| `tracks` | what is read from one object in every frame |
+| `tracks` | reads the data of one object in every frame |
 | `sampler` | reads all frames |
 """
 
-from .caches import apply, clear, is_temporary
+from .caches import apply, clear, is_temporary, remove_file
 from .sampler import Sampler, time_scale
 
-__all__ = ["Sampler", "apply", "clear", "is_temporary", "time_scale"]
+__all__ = ["Sampler", "apply", "clear", "is_temporary", "remove_file", "time_scale"]

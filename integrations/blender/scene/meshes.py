@@ -9,6 +9,8 @@ import numpy as np
 from bpy.types import Depsgraph, Mesh, Object
 from numpy.typing import NDArray
 
+from ..bake import BakeError
+
 
 @contextmanager
 def evaluated(found: Object, depsgraph: Depsgraph, with_groups: bool = False) -> Iterator[Mesh]:
@@ -25,7 +27,13 @@ def evaluated(found: Object, depsgraph: Depsgraph, with_groups: bool = False) ->
 
 
 def matrix_of(found: Object, depsgraph: Depsgraph) -> NDArray[np.float64]:
-    """Return the world matrix of an object in the current frame: (4, 4)."""
+    """Return the world matrix of an object in the current frame: (4, 4).
+
+    Raises BakeError for a hidden object, whose animation Blender does not evaluate.
+    """
+    if not found.visible_get(view_layer=depsgraph.view_layer):
+        frame = depsgraph.scene.frame_current
+        raise BakeError(f'object "{found.name}" is hidden in the viewport in frame {frame}; show it in all frames')
     return np.array(found.evaluated_get(depsgraph).matrix_world, np.float64)
 
 

@@ -29,7 +29,7 @@ def is_collider(found: Object) -> bool:
 
 
 class Sampler:
-    """Reads soft bodies, colliders and what moves them, in one frame of the scene after another.
+    """Reads soft bodies, colliders and the objects that move them, in one frame of the scene after another.
 
     While it is open, the scene is in the frame that was read last, and bakes and the modifiers after them are off.
     """
@@ -43,15 +43,24 @@ class Sampler:
                 f"the frame range of the scene, {scene.frame_start} to {scene.frame_end}, has no motion; "
                 "set a later end frame in the Output properties"
             )
-        self._found = soft_bodies(context.view_layer)
+        self.frames: int = scene.frame_end - scene.frame_start + 1
+        self.read_frames = 0
+        frame, subframe = scene.frame_current, scene.frame_subframe
+        scene.frame_set(scene.frame_start)  # visibility may be animated
+        try:
+            self._choose(context.view_layer)
+        finally:
+            scene.frame_set(frame, subframe=subframe)
+
+    def _choose(self, view_layer: ViewLayer) -> None:
+        """Choose the objects to read, those that are visible in the first frame, and check them."""
+        self._found = soft_bodies(view_layer)
         if not self._found:
             raise BakeError("no visible object is a soft body; add Supple in the Physics properties of a mesh")
         for found in self._found:
             _check(found)
-        self._bodies = [BodyTrack(found, scene, self._found) for found in self._found]
-        self._colliders = [ColliderTrack(found) for found in colliders(context.view_layer)]
-        self.frames: int = scene.frame_end - scene.frame_start + 1
-        self.read_frames = 0
+        self._bodies = [BodyTrack(found, self._scene, self._found) for found in self._found]
+        self._colliders = [ColliderTrack(found) for found in colliders(view_layer)]
 
     def open(self) -> None:
         """Prepare to read, until `close`."""
@@ -69,7 +78,8 @@ class Sampler:
         self.read_frames += 1
 
     def close(self) -> None:
-        """Restore the modifiers and the frame of the scene. A second call does nothing."""
+        """Restore the modifiers and the frame of the scene, and release the arrays. A second call does nothing."""
+        self._bodies, self._colliders = [], []
         if hasattr(self, "_before"):
             self._open.close()
             frame, subframe = self._before

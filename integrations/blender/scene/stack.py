@@ -12,8 +12,8 @@ from contextlib import contextmanager
 
 from bpy.types import Modifier, Object
 
-#: Modifiers that act on the baked mesh, unless others follow them: they refine or shade a surface, and the body needs
-#: none of their vertices. Physics of Blender that follows the surface belongs here, too.
+#: Modifiers that act on the baked mesh, unless others follow them: they refine or shade a surface, and the body does
+#: not need their vertices. So do modifiers of Blender's physics that follow the surface.
 FINISHING = {
     "BEVEL",
     "COLLISION",

@@ -1,4 +1,4 @@
-"""What is read from one object in every frame."""
+"""Reads the data of one object in every frame."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ class BodyTrack:
     def body(self) -> Body:
         """Return the body, after all frames were read."""
         attachments = []
-        animation = np.stack(self._animation) if self._animation else None
+        moves = any(positions is not self._animation[0] for positions in self._animation)
+        animation = np.stack(self._animation) if moves else None
         for settings, driver in zip(self._found.supple.attachments, self._drivers, strict=True):
             attachment = Attachment(settings.vertex_group, self._weights[settings.vertex_group] >= HELD_WEIGHT)
             if driver is not None:
@@ -98,9 +99,6 @@ class BodyTrack:
             raise BakeError(f'{about}: a body cannot move its own group; set Motion to "Animation"')
         if bone and (target.type != "ARMATURE" or bone not in target.pose.bones):
             raise BakeError(f'{about}: "{target.name}" has no bone "{bone}"; choose one of its bones, or none')
-        if not target.visible_get():
-            # Blender does not evaluate the animation of hidden objects.
-            raise BakeError(f'{about}: "{target.name}" is hidden in the viewport; show it for the bake')
         return DriverTrack(target, bone)
 
     def _read_shape(self, depsgraph: Depsgraph, matrix: NDArray[np.float64]) -> None:
@@ -136,7 +134,7 @@ class BodyTrack:
         with evaluated(self._found, depsgraph) as mesh:
             positions = transformed(matrix, positions_of(mesh)).astype(np.float32)
         _check_count(self._found, len(positions), len(self._vertices), depsgraph.scene.frame_current)
-        self._animation.append(positions)
+        _append(self._animation, positions)
 
     def _stiffness(self) -> NDArray[np.float64] | None:
         """Return the stiffness factor of each vertex: 1 at weight 0, geometric in between."""
@@ -165,10 +163,8 @@ class ColliderTrack:
                 if not self._matrices:
                     self._faces = faces_of(mesh, mirrored=np.linalg.det(matrix[:3, :3]) < 0)
                     self._has_faces = len(mesh.polygons) > 0
-            first = self._local[0] if self._local else positions
-            _check_count(self._found, len(positions), len(first), depsgraph.scene.frame_current)
-            # Frames that do not differ share their memory.
-            self._local.append(first if np.array_equal(positions, first) else positions)
+            _append(self._local, positions)
+            _check_count(self._found, len(positions), len(self._local[0]), depsgraph.scene.frame_current)
         self._matrices.append(matrix)
 
     def collider(self) -> Collider | None:
@@ -185,6 +181,11 @@ class ColliderTrack:
                     [transformed(matrix, positions).astype(np.float32) for matrix, positions in placed]
                 )
         return collider
+
+
+def _append(frames: list[NDArray[np.float32]], positions: NDArray[np.float32]) -> None:
+    """Append the positions of a frame. Frames that are equal to the first one share its memory."""
+    frames.append(frames[0] if frames and np.array_equal(positions, frames[0]) else positions)
 
 
 def _check_count(found: Object, count: int, first: int, frame: int) -> None:
