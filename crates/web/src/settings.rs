@@ -12,6 +12,10 @@ pub(crate) const FRAMES_PER_SECOND: f64 = 60.0;
 /// Height above the floor from which a body falls that is not held, in m.
 const DROP_HEIGHT: f64 = 0.2;
 
+/// Height above the floor of a body that is held, in m. Vertices that are held at the floor would be pushed by it without
+/// end, and the body would not come to rest.
+const HELD_HEIGHT: f64 = 0.01;
+
 /// Memory limit of a body in bytes: browsers give a page 2 to 4 GB.
 const MEMORY_LIMIT: u64 = 1 << 30;
 
@@ -41,7 +45,7 @@ impl Default for Settings {
             gravity: 9.81,
             floor: true,
             base: true,
-            material: Preset::Jelly,
+            material: Preset::Flesh,
             up: Up::default(),
         }
     }
@@ -55,7 +59,7 @@ impl Settings {
         Self::default()
     }
 
-    /// Sets the material: the name of a preset; default `jelly`.
+    /// Sets the material: the name of a preset; default `flesh`.
     ///
     /// # Errors
     ///
@@ -80,7 +84,7 @@ impl Settings {
     /// Builds the simulation of a model in its start pose.
     pub(crate) fn simulation(&self, model: &Model) -> Result<Simulation, supple::Error> {
         let body = model
-            .body(self.up, if self.base { 0.0 } else { DROP_HEIGHT })
+            .body(self.up, if self.base { HELD_HEIGHT } else { DROP_HEIGHT })
             .lattice_vertices(self.lattice_vertices as usize)
             .preset(self.material)
             .volume(self.preservation())
