@@ -32,7 +32,7 @@ export class Drags {
     if (!hit) return;
     event.stopPropagation();
     event.preventDefault();
-    canvas.focus({ preventScroll: true });
+    canvas.focus({ preventScroll: true, focusVisible: false });
     canvas.setPointerCapture(event.pointerId);
     this.grab(event.pointerId, hit);
   }
