@@ -61,7 +61,9 @@ export class Figures {
     if (isPaused) text = "Paused.";
     else if (isAtRest) text = "At rest: nothing is computed until something moves the body.";
     else if (speed < REAL_TIME) {
-      text = `Slow motion: ${(100 * speed).toFixed(0)} % of real time. Fewer lattice vertices make it faster.`;
+      const time = (this.stepTime + this.surfaceTime) / (this.evaluated || 1);
+      text = `Slow motion: ${(100 * speed).toFixed(0)} % of real time.`;
+      if (time > 1000 * frame) text += " Fewer lattice vertices make it faster.";
     }
     if (isReduced) text += " This browser draws slowly, so that less detail is drawn.";
     // A reader of the screen repeats a text that changes.

@@ -4,8 +4,8 @@
 // Seconds between two frames of the simulation.
 export const FRAME = 1 / 60;
 
-// Most frames between two pictures. A pause between pictures that is longer is no time of the simulation.
-const MOST = 4;
+// Most frames between two pictures. Of a longer pause, the rest is no time of the simulation.
+const MOST = 8;
 
 export class Pace {
   constructor() {
