@@ -3,7 +3,7 @@
 //     ./scripts/web && node benches/web.mjs [MODEL.obj [LATTICE_VERTICES]]
 //
 // Without a model, it makes a torus of 30,000 vertices with bumps. Its top is pulled to and fro. Times are those of the
-// processor for a frame of 1/60 s, as means over 300 frames after 300 others, in which the code is still being compiled.
+// processor for a frame of 1/60 s, as means over 300 frames after 300 others, in which code is still being compiled.
 
 import { readFileSync } from "node:fs";
 

@@ -66,7 +66,8 @@ class Page {
   }
 
   connect() {
-    const on = (id, action) => at(id).addEventListener(at(id) instanceof HTMLButtonElement ? "click" : "change", action);
+    const on = (id, action) =>
+      at(id).addEventListener(at(id) instanceof HTMLButtonElement ? "click" : "change", action);
     on("shape", () => this.loadShape(at("shape").value));
     on("open", () => at("file").click());
     on("file", () => {
@@ -296,4 +297,6 @@ class Page {
 
 // For scripts that drive the page.
 globalThis.page = new Page();
-globalThis.page.start().catch((error) => fail(`The page has failed: ${error.message}. Reload it, or open it in another browser.`));
+globalThis.page
+  .start()
+  .catch((error) => fail(`The page has failed: ${error.message}. Reload it, or open it in another browser.`));

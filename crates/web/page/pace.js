@@ -1,5 +1,5 @@
-// How many frames of the simulation a picture takes: as many as have passed at 60 a second, but never so many that the next
-// picture would need still more.
+// How many frames of the simulation a picture takes: as many as have passed at 60 a second, but never so many that the
+// next picture would need still more.
 
 // Seconds between two frames of the simulation.
 export const FRAME = 1 / 60;

@@ -61,8 +61,8 @@ const QUALITIES = [
   { share: 0.4, hasShadows: false, hasSurroundings: false },
 ];
 
-// Mean time between two pictures, in ms, above which less is drawn, and the longest time that counts, so that a single long
-// one changes nothing.
+// Mean time between two pictures, in ms, above which less is drawn, and the longest time that counts, so that a single
+// long one changes nothing.
 const SLOW = 45,
   LONGEST_GAP = 100;
 

@@ -21,8 +21,12 @@ function fail(text) {
 }
 
 document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-addEventListener("error", (event) => fail(`The page has failed: ${event.message}. Reload it, or open it in another browser.`));
-addEventListener("unhandledrejection", (event) => fail(`The page has failed: ${event.reason?.message ?? event.reason}. Reload it.`));
+addEventListener("error", (event) =>
+  fail(`The page has failed: ${event.message}. Reload it, or open it in another browser.`),
+);
+addEventListener("unhandledrejection", (event) =>
+  fail(`The page has failed: ${event.reason?.message ?? event.reason}. Reload it.`),
+);
 if (location.protocol === "file:") {
   fail("A browser does not run this page from the disk. Serve its folder, for example with: python3 -m http.server");
 } else if (!document.createElement("canvas").getContext("webgl2")) {

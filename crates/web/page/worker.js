@@ -131,7 +131,8 @@ addEventListener("message", ({ data }) => {
     postMessage(answer, buffers);
   } catch (error) {
     // A panic leaves the simulation in a state in which it cannot go on.
-    const isFatal = error instanceof WebAssembly.RuntimeError || !(error instanceof Error) || error.message.startsWith("panicked");
+    const isFatal =
+      error instanceof WebAssembly.RuntimeError || !(error instanceof Error) || error.message.startsWith("panicked");
     postMessage({ id, error: error.message ?? String(error), isFatal });
   }
 });

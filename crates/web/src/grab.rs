@@ -23,8 +23,8 @@ pub(crate) struct Grab {
 }
 
 impl Grab {
-    /// Grabs the lattice vertices around a point in the start pose, whose positions are `start`. If there are none within
-    /// the radius, grabs the nearest one.
+    /// Grabs the lattice vertices around a point in the start pose, whose positions are `start`. If there are none
+    /// within the radius, grabs the nearest one.
     pub(crate) fn new(
         pointer: u32,
         simulation: &mut Simulation,

@@ -1,7 +1,7 @@
 //! The part of the page to play with that runs as WebAssembly: one soft body that is dragged.
 //!
-//! [`Playground`] has the functions that the page calls. It converts between the browser and [`supple`], and contains no
-//! part of the method. The page itself is in the folder `page`; `scripts/web` builds both.
+//! [`Playground`] has the functions that the page calls. It converts between the browser and [`supple`], and contains
+//! no part of the method. The page itself is in the folder `page`; `scripts/web` builds both.
 //!
 //! * `model`: the mesh of an OBJ file, and its place in the scene.
 //! * `settings`: the choices that the page offers, and the simulation that they give.

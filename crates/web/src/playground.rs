@@ -183,7 +183,7 @@ impl Playground {
         self.volume_errors[0]
     }
 
-    /// Returns whether the volume is that of the mesh; otherwise it is that of the lattice cells, because the mesh is open.
+    /// Returns whether the mesh is closed. The volume of an open one is that of the lattice cells.
     pub fn is_closed(&self) -> bool {
         self.model.mesh().is_closed()
     }

@@ -12,8 +12,8 @@ pub(crate) const FRAMES_PER_SECOND: f64 = 60.0;
 /// Height above the floor from which a body falls that is not held, in m.
 const DROP_HEIGHT: f64 = 0.2;
 
-/// Height above the floor of a body that is held, in m. Vertices that are held at the floor would be pushed by it without
-/// end, and the body would not come to rest.
+/// Height above the floor of a body that is held, in m. Vertices that are held at the floor would be pushed by it
+/// without end, and the body would not come to rest.
 const HELD_HEIGHT: f64 = 0.01;
 
 /// Memory limit of a body in bytes: browsers give a page 2 to 4 GB.

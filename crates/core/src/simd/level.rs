@@ -81,7 +81,9 @@ fn levels(best: Level) -> impl Iterator<Item = (&'static str, Level)> {
         ("avx512", best.as_avx512().map(Simd::level)),
     ];
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let levels = [(if cfg!(target_family = "wasm") { "simd128" } else { "neon" }, (!best.is_fallback()).then_some(best))];
+    let name = if cfg!(target_family = "wasm") { "simd128" } else { "neon" };
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let levels = [(name, (!best.is_fallback()).then_some(best))];
     let scalar = levels.iter().all(|(_, level)| level.is_none()).then_some(best);
     [("scalar", scalar)].into_iter().chain(levels).filter_map(|(name, level)| Some((name, level?)))
 }
