@@ -4,9 +4,8 @@
 //! scale lambda and the field V (Takamatsu & Kanai 2009, Eq. (1); module `volume`). The mesh update then
 //! interpolates the mesh in the cells of P~, trilinearly or smoothly, and computes its normals (module `skin`).
 
-use std::time::{Duration, Instant};
-
 use nalgebra::Point3;
+use web_time::{Duration, Instant};
 
 use super::body_limits::BodyLimits;
 use super::reference::BodyRef;

@@ -44,8 +44,8 @@ pub struct SimdError {
 
 /// Checks that the machine supports the SIMD level named by the environment variable `SUPPLE_SIMD`.
 ///
-/// The names are `sse2`, `sse4.2`, `avx2`, `avx512` and `neon`, and `scalar` on a machine that supports no
-/// other level. An empty value has the same effect as an unset variable.
+/// The names are `sse2`, `sse4.2`, `avx2`, `avx512`, `neon` and `simd128` (WebAssembly), and `scalar` on a machine
+/// that supports no other level. An empty value has the same effect as an unset variable.
 ///
 /// # Errors
 ///
@@ -81,7 +81,9 @@ fn levels(best: Level) -> impl Iterator<Item = (&'static str, Level)> {
         ("avx512", best.as_avx512().map(Simd::level)),
     ];
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let levels = [("neon", (!best.is_fallback()).then_some(best))];
+    let name = if cfg!(target_family = "wasm") { "simd128" } else { "neon" };
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let levels = [(name, (!best.is_fallback()).then_some(best))];
     let scalar = levels.iter().all(|(_, level)| level.is_none()).then_some(best);
     [("scalar", scalar)].into_iter().chain(levels).filter_map(|(name, level)| Some((name, level?)))
 }

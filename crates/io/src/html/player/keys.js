@@ -54,10 +54,9 @@ function keyName(event) {
   return event.shiftKey && (name === "←" || name === "→") ? `Shift ${name}` : name;
 }
 
-// Runs the actions of the keys, and fills the list.
-function listenToKeys(player, list) {
-  const keys = playerKeys(player),
-    actions = new Map();
+// Runs the actions of keys, and fills the list of them.
+function listenToKeys(keys, list) {
+  const actions = new Map();
   for (const [names, description, action] of keys) {
     if (action) for (const name of names) actions.set(name, action);
     if (!description) continue;
@@ -75,8 +74,9 @@ function listenToKeys(player, list) {
     const action = actions.get(keyName(event)),
       { target } = event;
     if (!action || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
-    // A list of choices uses letters and arrows, and a button the space bar.
-    if (target instanceof HTMLSelectElement || (target instanceof HTMLButtonElement && event.key === " ")) return;
+    // A list of choices uses letters and arrows, and a button the space bar and the enter key.
+    const isPress = event.key === " " || event.key === "Enter";
+    if (target instanceof HTMLSelectElement || (target instanceof HTMLButtonElement && isPress)) return;
     event.preventDefault();
     action();
   });

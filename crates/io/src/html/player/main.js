@@ -25,7 +25,7 @@ class Player {
     this.addLabels(at("labels"));
     this.connect(at);
     this.setTheme(document.documentElement.dataset.theme);
-    listenToKeys(this, this.elements.keys.querySelector("dl"));
+    listenToKeys(playerKeys(this), this.elements.keys.querySelector("dl"));
     this.isDrawn = false;
     const draw = (now) => {
       this.clock.advance(now);

@@ -94,6 +94,20 @@ function smoothGroups(triangles, weld, positions) {
   return { groups, vertices: Uint32Array.from(vertices) };
 }
 
+// Returns the corners whose vertex has several normals, and their groups.
+function findCreases(triangles, groups, vertices, weld) {
+  const count = new Uint32Array(weld.length),
+    corners = [],
+    creased = new Set();
+  for (const vertex of vertices) count[weld[vertex]]++;
+  for (let corner = 0; corner < groups.length; corner++) {
+    if (count[weld[triangles[corner]]] < 2) continue;
+    corners.push(corner);
+    creased.add(groups[corner]);
+  }
+  return { corners: Uint32Array.from(corners), groups: Uint32Array.from(creased) };
+}
+
 // The geometry of a surface: its triangles with normals, and its edges.
 class SurfaceGeometry {
   // `positions` are those at rest, which decide where creases are.
@@ -104,6 +118,8 @@ class SurfaceGeometry {
     this.groups = groups;
     this.vertices = vertices;
     this.normals = new Float64Array(triangles.length);
+    this.all = { corners: groups.map((_, corner) => corner), groups: vertices.map((_, group) => group) };
+    this.creases = findCreases(triangles, groups, vertices, surface.weld);
     this.faces = new THREE.BufferGeometry();
     this.faces.setIndex(new THREE.BufferAttribute(groups, 1));
     this.faces.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * vertices.length), 3));
@@ -115,8 +131,9 @@ class SurfaceGeometry {
     this.update();
   }
 
-  // Computes positions and normals of the triangles from `this.positions`.
-  update() {
+  // Computes positions and normals of the triangles from `this.positions`. If the normals of the vertices are known, only
+  // those at creases are computed.
+  update(vertexNormals) {
     const { triangles, groups, vertices, normals, positions } = this;
     const place = this.faces.attributes.position,
       normal = this.faces.attributes.normal;
@@ -126,16 +143,26 @@ class SurfaceGeometry {
       place.array[3 * i + 1] = positions[v + 1];
       place.array[3 * i + 2] = positions[v + 2];
     }
-    triangleNormals(triangles, positions, normals);
-    normal.array.fill(0);
-    for (let corner = 0; corner < groups.length; corner++) {
+    if (vertexNormals) {
+      for (let i = 0; i < vertices.length; i++) {
+        const v = 3 * vertices[i];
+        normal.array[3 * i] = vertexNormals[v];
+        normal.array[3 * i + 1] = vertexNormals[v + 1];
+        normal.array[3 * i + 2] = vertexNormals[v + 2];
+      }
+    }
+    const computed = vertexNormals ? this.creases : this.all;
+    if (computed.corners.length > 0) triangleNormals(triangles, positions, normals);
+    for (const group of computed.groups) normal.array.fill(0, 3 * group, 3 * group + 3);
+    for (const corner of computed.corners) {
       const g = 3 * groups[corner],
         t = 3 * Math.floor(corner / 3);
       normal.array[g] += normals[t];
       normal.array[g + 1] += normals[t + 1];
       normal.array[g + 2] += normals[t + 2];
     }
-    for (let g = 0; g < normal.array.length; g += 3) {
+    for (const group of computed.groups) {
+      const g = 3 * group;
       const length = Math.hypot(normal.array[g], normal.array[g + 1], normal.array[g + 2]) || 1;
       for (let axis = 0; axis < 3; axis++) normal.array[g + axis] /= length;
     }

@@ -76,7 +76,7 @@ class View {
     const shown = Math.min(frame, this.run.frames - 1);
     for (const { body, geometry, lattice } of this.bodies) {
       body.mesh.positions(shown, geometry.positions);
-      geometry.update();
+      geometry.update(body.mesh.normals);
       if (lattice.visible) {
         const place = lattice.geometry.attributes.position;
         body.latticePoints.positions(shown, place.array);
@@ -101,6 +101,12 @@ class View {
     }
     this.ground.visible = options.ground;
   }
+
+  // Frees the memory of the graphics card.
+  dispose() {
+    this.scene.traverse((object) => object.geometry?.dispose());
+    this.lights.key.dispose();
+  }
 }
 
 // Draws the views side by side.
@@ -113,21 +119,30 @@ class Views {
     this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.toneMappingExposure = 0.92;
     const room = new THREE.RoomEnvironment();
-    const environment = new THREE.PMREMGenerator(this.renderer).fromScene(room, 0.04, 0.1, 100, { size: 64 }).texture;
-    this.extent = extentOf(runs);
-    this.axes = axesOf(runs[0].up);
-    this.views = runs.map((run) => new View(run, this.extent, this.axes, materials, environment));
-    this.columns = runs.length <= 3 ? runs.length : Math.ceil(Math.sqrt(runs.length));
-    this.rows = Math.ceil(runs.length / this.columns);
+    this.environment = new THREE.PMREMGenerator(this.renderer).fromScene(room, 0.04, 0.1, 100, { size: 64 }).texture;
+    this.materials = materials;
+    // Pixels of the picture for one pixel of the page.
+    this.pixelRatio = Math.min(devicePixelRatio, 2);
+    this.setRuns(runs);
     this.camera = new THREE.PerspectiveCamera(32, 1, this.extent.radius / 100, 60 * this.extent.radius);
     this.camera.up.copy(this.axes.up);
-    this.picture = this.pictureBox();
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.isDefault = true;
     this.controls.addEventListener("start", () => {
       this.isDefault = false;
     });
     this.resetCamera();
+  }
+
+  // Shows runs in place of those before. The camera stays where it is.
+  setRuns(runs) {
+    for (const view of this.views ?? []) view.dispose();
+    this.extent = extentOf(runs);
+    this.axes = axesOf(runs[0].up);
+    this.views = runs.map((run) => new View(run, this.extent, this.axes, this.materials, this.environment));
+    this.columns = runs.length <= 3 ? runs.length : Math.ceil(Math.sqrt(runs.length));
+    this.rows = Math.ceil(runs.length / this.columns);
+    this.picture = this.pictureBox();
   }
 
   // Returns the box that the camera shows: the bodies in all frames, and the colliders that are not much larger.
@@ -196,7 +211,7 @@ class Views {
   resize() {
     const canvas = this.renderer.domElement,
       { clientWidth: width, clientHeight: height } = canvas;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.pixelRatio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / this.columns / (height / this.rows);
     this.camera.updateProjectionMatrix();

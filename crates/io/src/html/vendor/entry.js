@@ -21,6 +21,7 @@ export {
   PMREMGenerator,
   PerspectiveCamera,
   Quaternion,
+  Raycaster,
   Scene,
   SphereGeometry,
   Vector3,

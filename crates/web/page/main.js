@@ -1,0 +1,302 @@
+// The page: connects the controls, the picture and the simulation.
+
+/* global fail, listenToKeys, showMessage */
+
+import { Drags } from "./drag.js";
+import { Figures } from "./figures.js";
+import { FRAME } from "./pace.js";
+import { LiveBody, Picture } from "./picture.js";
+import { Simulation } from "./simulation.js";
+
+const at = (id) => document.getElementById(id);
+
+// Shipped shapes: names and files.
+const SHAPES = [
+  ["Bust", "shapes/bust.obj"],
+  ["Ball", "shapes/ball.obj"],
+  ["Bar", "shapes/bar.obj"],
+  ["Ring", "shapes/ring.obj"],
+];
+
+// Longest time between two pictures that counts, in seconds: a page in the background is not drawn.
+const LONGEST = 0.25;
+
+class Page {
+  constructor() {
+    this.simulation = new Simulation();
+    this.figures = new Figures(at);
+    this.picture = null;
+    this.source = null;
+    this.isPaused = false;
+    this.isAtRest = false;
+    this.isAsked = false;
+    this.buffer = null;
+    this.last = performance.now();
+    this.fillShapes();
+    this.connect();
+    listenToKeys(this.keys(), at("keys").querySelector("dl"));
+  }
+
+  async start() {
+    await this.simulation.start();
+    await this.loadShape(SHAPES[0][1]);
+    const draw = (now) => {
+      this.tick(now);
+      requestAnimationFrame(draw);
+    };
+    requestAnimationFrame(draw);
+  }
+
+  // Returns the settings as the simulation takes them.
+  settings() {
+    const isPressed = (id) => at(id).getAttribute("aria-pressed") === "true";
+    return {
+      resolution: Number(at("resolution").value),
+      gravity: Number(at("gravity").value),
+      material: at("material").value,
+      up: at("up").value,
+      volume: isPressed("volume"),
+      floor: isPressed("floor"),
+      base: isPressed("base"),
+    };
+  }
+
+  fillShapes() {
+    for (const [name, path] of SHAPES) at("shape").append(new Option(name, path));
+  }
+
+  connect() {
+    const on = (id, action) =>
+      at(id).addEventListener(at(id) instanceof HTMLButtonElement ? "click" : "change", action);
+    on("shape", () => this.loadShape(at("shape").value));
+    on("open", () => at("file").click());
+    on("file", () => {
+      const [file] = at("file").files;
+      if (file) this.loadFile(file);
+      at("file").value = "";
+    });
+    for (const id of ["material", "gravity"]) on(id, () => this.apply(false));
+    for (const id of ["up", "resolution"]) on(id, () => this.apply(true));
+    for (const id of ["volume", "floor", "base"]) on(id, () => this.toggle(id));
+    for (const id of ["wireframe", "lattice"]) on(id, () => this.toggle(id));
+    on("pause", () => this.toggle("pause"));
+    on("reset", () => this.reset());
+    on("camera", () => this.picture?.views.resetCamera());
+    on("theme", () => this.setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+    on("help", () => at("keys").showModal());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) =>
+      this.setTheme(event.matches ? "dark" : "light"),
+    );
+    this.connectDrop();
+  }
+
+  connectDrop() {
+    const hasFile = (event) => [...(event.dataTransfer?.types ?? [])].includes("Files");
+    addEventListener("dragover", (event) => {
+      if (!hasFile(event)) return;
+      event.preventDefault();
+      at("drop").classList.add("over");
+    });
+    addEventListener("dragleave", (event) => {
+      if (!event.relatedTarget) at("drop").classList.remove("over");
+    });
+    addEventListener("drop", (event) => {
+      at("drop").classList.remove("over");
+      if (!hasFile(event)) return;
+      event.preventDefault();
+      this.loadFile(event.dataTransfer.files[0]);
+    });
+  }
+
+  keys() {
+    const press = (id) => () => at(id).click();
+    const turn =
+      (...angles) =>
+      () =>
+        this.picture?.views.turn(...angles);
+    const arrow = (right, up) => () => {
+      if (!this.drags?.pullByKeys(right, up)) this.picture?.views.turn(-8 * right, 8 * up, 1);
+    };
+    return [
+      [["Space"], "Pause or go on", press("pause")],
+      [["R"], "Put the body back", press("reset")],
+      [["V"], "Preserve the volume", press("volume")],
+      [["B"], "Hold the base", press("base")],
+      [["F"], "Floor", press("floor")],
+      [["O"], "Open an OBJ file", press("open")],
+      [["Enter"], "Grab the top of the body, or let go", () => this.drags?.toggleKeyboard()],
+      [["←", "→", "↑", "↓"], "Pull the grabbed part, or turn the camera", null],
+      [["←"], "", arrow(-1, 0)],
+      [["→"], "", arrow(1, 0)],
+      [["↑"], "", arrow(0, 1)],
+      [["↓"], "", arrow(0, -1)],
+      [["+", "−"], "Zoom", null],
+      [["+", "="], "", turn(0, 0, 1 / 1.15)],
+      [["−", "-"], "", turn(0, 0, 1.15)],
+      [["C"], "Move the camera back", press("camera")],
+      [["W"], "Edges of the faces", press("wireframe")],
+      [["L"], "Lattice", press("lattice")],
+      [["T"], "Light or dark", press("theme")],
+      [["?"], "List the keys", press("help")],
+    ];
+  }
+
+  // Presses a button that stays pressed, or lets it go.
+  toggle(id) {
+    const button = at(id),
+      isPressed = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", String(isPressed));
+    if (id === "pause") this.isPaused = isPressed;
+    else if (id === "wireframe" || id === "lattice") this.picture?.set({ [id]: isPressed });
+    else this.apply(false);
+    if (id === "floor") this.picture?.set({ ground: isPressed });
+  }
+
+  setTheme(name) {
+    document.documentElement.dataset.theme = name;
+    this.picture?.setTheme(name);
+  }
+
+  async loadShape(path) {
+    const response = await fetch(path);
+    if (!response.ok) {
+      showMessage(`${path} cannot be read: ${response.status} ${response.statusText}`, true);
+      return;
+    }
+    at("up").value = "y";
+    await this.load(path.split("/").pop(), await response.arrayBuffer());
+  }
+
+  async loadFile(file) {
+    if (!(await this.load(file.name, await file.arrayBuffer()))) return;
+    at("shape").querySelector("[data-own]")?.remove();
+    const option = new Option(file.name, "", true, true);
+    option.dataset.own = "";
+    option.disabled = true;
+    at("shape").append(option);
+  }
+
+  // Shows an OBJ file. Returns whether it is one.
+  async load(name, bytes) {
+    showMessage(`Building ${name} …`);
+    this.drags?.clear();
+    const answer = await this.ask("load", { name, bytes, settings: this.settings() });
+    if (!answer) return false;
+    this.source = { name, bytes };
+    this.showBody(answer, true);
+    showMessage("");
+    return true;
+  }
+
+  // Applies the settings.
+  async apply(isRebuilt) {
+    if (isRebuilt) {
+      showMessage("Building …");
+      this.drags?.clear();
+    }
+    const answer = await this.ask("apply", { settings: this.settings(), isRebuilt });
+    if (!answer || !isRebuilt) return;
+    this.showBody(answer);
+    showMessage("");
+  }
+
+  async reset() {
+    this.drags?.clear();
+    const answer = await this.ask("reset");
+    if (answer) this.showBody(answer);
+  }
+
+  // Asks the simulation, and shows its message if it refuses. Returns its answer, or nothing.
+  async ask(kind, message, transfer) {
+    try {
+      return await this.simulation.ask(kind, message, transfer);
+    } catch (error) {
+      if (error.isFatal) await this.restart(error);
+      else showMessage(error.message, true);
+      return null;
+    }
+  }
+
+  // Starts the simulation again, with the last model that was shown. Several requests can fail at once.
+  async restart(error) {
+    if (this.isRestarting) return;
+    this.isRestarting = true;
+    await this.simulation.start();
+    if (this.source) {
+      const answer = await this.simulation.ask("load", { ...this.source, settings: this.settings() });
+      this.showBody(answer);
+    }
+    this.isRestarting = false;
+    showMessage(`The simulation has failed, and was started again: ${error.message}`, true);
+  }
+
+  showBody(answer, isOtherShape = false) {
+    const body = new LiveBody(answer);
+    if (this.picture) {
+      this.drags.clear();
+      this.picture.setBody(body, isOtherShape);
+    } else {
+      this.picture = new Picture(at("canvas"), body);
+      this.drags = new Drags(
+        this.picture,
+        (kind, message) => {
+          at("hint").classList.add("done");
+          this.ask(kind, message);
+        },
+        () => this.settings().floor,
+      );
+    }
+    this.buffer = null;
+    this.figures.showBody(body);
+    this.showVolume(answer);
+    document.documentElement.dataset.state = "ready";
+  }
+
+  // Takes part in each picture of the screen.
+  tick(now) {
+    if (!this.isAsked) this.advance(now);
+    if (this.hasDrawn) this.picture.adapt(now - this.lastTick);
+    const begin = performance.now();
+    this.lastTick = now;
+    this.hasDrawn = this.picture.draw();
+    if (this.hasDrawn) this.figures.addDrawing(performance.now() - begin);
+    const { isPaused, isAtRest, picture } = this;
+    this.figures.update({ isPaused, isAtRest, isReduced: picture.quality > 0, frame: FRAME });
+  }
+
+  // Asks for the next frame, and shows it when it is there. One request is under way at a time.
+  async advance(now) {
+    this.isAsked = true;
+    const passed = (now - this.last) / 1000,
+      elapsed = this.isPaused ? 0 : Math.min(passed, LONGEST);
+    this.last = now;
+    const buffer = this.buffer,
+      { body } = this.picture;
+    this.buffer = null;
+    const drags = this.drags.displacements();
+    const answer = await this.ask("frame", { elapsed, drags, buffer }, buffer ? [buffer] : []);
+    this.isAsked = false;
+    if (!answer) return;
+    this.isAtRest = answer.isAtRest;
+    this.figures.addFrame(answer, elapsed);
+    this.buffer = answer.returned ?? null;
+    // Another body may be shown by now.
+    if (!answer.buffer || body !== this.picture.body) return;
+    this.buffer = body.buffer;
+    body.take(answer.buffer);
+    this.picture.show();
+    this.showVolume(answer);
+  }
+
+  // The volume of a closed mesh is that of the triangles that are drawn, computed independently of the simulation.
+  showVolume(answer) {
+    const { picture, figures } = this;
+    figures.showVolume(picture.body.isClosed ? { ...answer, volumeError: picture.volumeError() } : answer);
+  }
+}
+
+// For scripts that drive the page.
+globalThis.page = new Page();
+globalThis.page
+  .start()
+  .catch((error) => fail(`The page has failed: ${error.message}. Reload it, or open it in another browser.`));

@@ -1,0 +1,124 @@
+//! The choices that the page offers, and the simulation that they give.
+
+use supple::{Collider, Preservation, Preset, Simulation, SkinKind, Substeps};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::error::PlaygroundError;
+use crate::model::{Model, Up};
+
+/// Frames per second of the simulation. A frame has as many steps as the body needs.
+pub(crate) const FRAMES_PER_SECOND: f64 = 60.0;
+
+/// Height above the floor from which a body falls that is not held, in m.
+const DROP_HEIGHT: f64 = 0.2;
+
+/// Height above the floor of a body that is held, in m. Vertices that are held at the floor would be pushed by it
+/// without end, and the body would not come to rest.
+const HELD_HEIGHT: f64 = 0.01;
+
+/// Memory limit of a body in bytes: browsers give a page 2 to 4 GB.
+const MEMORY_LIMIT: u64 = 1 << 30;
+
+/// The choices of the page.
+#[wasm_bindgen]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Target number of lattice vertices, at least 8; default 1,000.
+    pub lattice_vertices: u32,
+    /// Whether the volume is preserved; default true.
+    pub volume: bool,
+    /// Acceleration downwards, in m/s²; default 9.81.
+    pub gravity: f64,
+    /// Whether there is a floor; default true.
+    pub floor: bool,
+    /// Whether the lowest part of the body is held where it is; default true.
+    pub base: bool,
+    pub(crate) material: Preset,
+    pub(crate) up: Up,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            lattice_vertices: 1000,
+            volume: true,
+            gravity: 9.81,
+            floor: true,
+            base: true,
+            material: Preset::Flesh,
+            up: Up::default(),
+        }
+    }
+}
+
+#[wasm_bindgen]
+impl Settings {
+    /// Returns the defaults.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Sets the material: the name of a preset; default `flesh`.
+    ///
+    /// # Errors
+    ///
+    /// An unknown name.
+    pub fn set_material(&mut self, name: &str) -> Result<(), PlaygroundError> {
+        self.material = named("material", name, &Preset::NAMED)?;
+        Ok(())
+    }
+
+    /// Sets the axis of the model that is up: `y`, the default, or `z`.
+    ///
+    /// # Errors
+    ///
+    /// An unknown name.
+    pub fn set_up(&mut self, name: &str) -> Result<(), PlaygroundError> {
+        self.up = named("axis", name, &Up::NAMED)?;
+        Ok(())
+    }
+}
+
+impl Settings {
+    /// Builds the simulation of a model in its start pose.
+    pub(crate) fn simulation(&self, model: &Model) -> Result<Simulation, supple::Error> {
+        let body = model
+            .body(self.up, if self.base { HELD_HEIGHT } else { DROP_HEIGHT })
+            .lattice_vertices(self.lattice_vertices as usize)
+            .preset(self.material)
+            .volume(self.preservation())
+            .skin(SkinKind::Smooth)
+            .memory_limit(MEMORY_LIMIT)
+            .build()?;
+        let builder = Simulation::builder().body(body).contact(false).gravity(self.acceleration());
+        let builder = builder.fps(FRAMES_PER_SECOND).substeps(Substeps::Auto);
+        self.colliders().into_iter().fold(builder, |builder, collider| builder.collider(collider)).build()
+    }
+
+    pub(crate) fn preservation(&self) -> Preservation {
+        if self.volume { Preservation::Auto } else { Preservation::Off }
+    }
+
+    pub(crate) fn acceleration(&self) -> [f64; 3] {
+        [0.0, -self.gravity, 0.0]
+    }
+
+    pub(crate) fn colliders(&self) -> Vec<Collider> {
+        let floor = || Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+        self.floor.then(floor).into_iter().collect()
+    }
+}
+
+/// Returns the value with a name.
+fn named<T: Copy>(
+    setting: &'static str,
+    name: &str,
+    values: &[(&'static str, T)],
+) -> Result<T, PlaygroundError> {
+    let found = values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let known = values.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");
+        PlaygroundError::Name { setting, name: name.to_owned(), known }
+    })
+}
