@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
+use crate::flatten::{FlattenTable, Flattener};
 use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
@@ -89,7 +90,9 @@ pub struct Display {
     /// Limits of the correction at bodies that the body touches.
     contact_limits: Vec<Limit>,
     components: Vec<ComponentReport>,
-    /// Present after the first frame in which a cell of the lattice was inside out.
+    /// Present after the first frame in which the body was near a collider.
+    flattener: Option<Box<Flattener>>,
+    /// Present after the first frame in which a cell of the lattice was inside out, or the surface was flattened.
     untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
 }
@@ -132,6 +135,7 @@ impl Display {
         if may_be_inverted(&matching.layout, &state.positions) {
             self.untangle_deformed(body, &executor);
         }
+        self.flatten_deformed(body, &executor);
         if let Some(smoothing) = body.get().smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
         }
@@ -190,6 +194,49 @@ impl Display {
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
+    }
+
+    /// Flattens the surface where it is pressed onto colliders.
+    fn flatten_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
+        let (Some(surface), Some(context)) = (&body.get().surface, body.context()) else { return };
+        let frame = body.state.frame.body_frame();
+        let shapes = || context.colliders.at(context.time, frame);
+        let Self { deformed, flattener, .. } = self;
+        if context.colliders.is_empty() || !Flattener::is_near(shapes(), deformed) {
+            return;
+        }
+        let Surface { mesh, embedding, flatten_table, .. } = surface;
+        let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
+        let mut flattener = flattener.take().unwrap_or_default();
+        if flattener.flatten((table, embedding), shapes(), body.constrained_vertices(), deformed) {
+            self.accept_flattened(body, executor, flattener.start());
+        }
+        self.flattener = Some(flattener);
+    }
+
+    /// Shortens displacements of the flattening that would turn cells inside out, and keeps the positions before it for the
+    /// reports. `start`: the positions before the flattening.
+    fn accept_flattened(&mut self, body: BodyRef<'_>, executor: &Executor, start: &[[f32; 3]]) {
+        let Self { untangling, deformed, correction: workspace, trust, slot_rotations, .. } = self;
+        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
+        let layout = &body.matching.layout;
+        slot_rotations.copy_from(&body.state.rotations);
+        for (&slot, &[x, y, z]) in layout.slots().iter().zip(&*deformed) {
+            slot_rotations.set(slot, [x, y, z, 0.0]);
+        }
+        if may_be_inverted(layout, slot_rotations) {
+            untangling.prepare(body.get());
+            untangling.shorten(start, deformed);
+        }
+        if !untangling.is_present() {
+            if let Some(correction) = &body.get().correction {
+                if let Some(smoothing) = body.get().smoothing() {
+                    smoothing.update_trust(start, trust);
+                }
+                untangling.set_volumes(correction.volumes(workspace, executor, start, trust.values()));
+            }
+            untangling.set_deformed(start);
+        }
     }
 
     /// Untangles the deformed lattice, if a cell is inside out.
@@ -297,6 +344,7 @@ impl Display {
         let correction = correction + size_of_val(&*self.contact_limits);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
+        let untangling = untangling + self.flattener.as_ref().map_or(0, |flattener| flattener.bytes());
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling
     }
 }
@@ -353,7 +401,7 @@ impl Displayed<'_> {
     /// Runs the mesh update: writes the mesh, its normals or both to `outputs`.
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
-        if let Some(Surface { mesh, embedding, skin }) = &self.body.surface {
+        if let Some(Surface { mesh, embedding, skin, .. }) = &self.body.surface {
             let mut lattice = std::mem::take(&mut self.display.xyzx);
             lattice.clear();
             lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
