@@ -7,8 +7,8 @@ bodies that are 0.02 above the ground fall on it and rest for a second. A vertex
 a cell from it or behind it. The *patch* of a plane has the touching vertices, and those at most 0.3 cells from the plane that lie
 in the convex hull of the touching vertices at most 2 cells around them. Columns, all in the last frame but the last one: vertices in the patches; share of them within 1 % of a cell
 of the plane; greatest gap, and greatest depth of a vertex in a plane, in cells; error of the volume relative to the rest
-volume; greatest displacement of a vertex from one frame to the next in any frame, in cells; median time of
-`Body.surface` in ms. `--quick` presses one body, as a smoke test.
+volume; greatest displacement of a vertex from one frame to the next in any frame, in cells; median times of
+a frame's steps and of `Body.surface`, in ms. `--quick` presses one body, as a smoke test.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.quick:
         arguments.bodies, arguments.vertices, arguments.squeezes, arguments.skins = ["ball"], [1000], [0.7], ["linear"]
-    print("body                                  patch   share     gap   depth   volume  motion      ms")
+    print("body                                  patch   share     gap   depth   volume  motion    step  surface")
     for name in arguments.bodies:
         mesh = shape(name)
         for vertices in arguments.vertices:
@@ -105,7 +105,7 @@ def cube(n: int) -> tuple[Array, Triangles]:
 def simulate(
     mesh: supple.Mesh, vertices: int, skin: str, squeeze: float | None, material: str
 ) -> Iterator[tuple[supple.Simulation, list[tuple[float, float]]]]:
-    """Iterate over the frames: the simulation, and the height of each plane with the sign of its normal."""
+    """Iterate over the simulation before each frame, with the height of each plane after it and the sign of its normal."""
     body = supple.Body(mesh, lattice_vertices=vertices, material=material, skin=skin)
     if squeeze is None:
         ground = supple.Plane((0, -0.52, 0), (0, 1, 0))
@@ -119,7 +119,6 @@ def simulate(
         ]
         sim = supple.Simulation([body], fps=60, gravity=(0, 0, 0), colliders=planes, threads=1)
     for frame in range(60):
-        sim.advance()
         if squeeze is not None:
             way = 0.5 * (1 - squeeze) * min(1.0, (frame + 1) / 30)
             heights = [(-0.5 + way, 1.0), (0.5 - way, -1.0)]
@@ -128,12 +127,15 @@ def simulate(
 
 def row(label: str, mesh: supple.Mesh, vertices: int, skin: str, squeeze: float | None, material: str) -> None:
     """Simulate a body, and print its row."""
-    times, motion, before = [], 0.0, None
+    steps, times, motion, before = [], [], 0.0, None
     for sim, heights in simulate(mesh, vertices, skin, squeeze, material):
         body = sim.bodies[0]
         start = time.perf_counter()
+        sim.advance()
+        stepped = time.perf_counter()
         surface = body.surface()
-        times.append(1e3 * (time.perf_counter() - start))
+        steps.append(1e3 * (stepped - start))
+        times.append(1e3 * (time.perf_counter() - stepped))
         cell = body.lattice.cell_size
         if before is not None:
             motion = max(motion, float(np.linalg.norm(surface - before, axis=1).max()) / cell)
@@ -144,7 +146,7 @@ def row(label: str, mesh: supple.Mesh, vertices: int, skin: str, squeeze: float 
     residual = abs(body.volume_report().residual)
     print(
         f"{label:36} {len(gaps):6d} {100 * share:5.1f} % {greatest:7.3f} {max(depth, 0.0):7.4f} {residual:8.0e}"
-        f" {motion:7.3f} {statistics.median(times):7.2f}",
+        f" {motion:7.3f} {statistics.median(steps):7.2f} {statistics.median(times):8.2f}",
         flush=True,
     )
 

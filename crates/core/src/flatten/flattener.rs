@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 use super::approach::{REACH, approach, touching};
 use super::least_squares::LeastSquares;
 use super::table::FlattenTable;
-use crate::contact::PosedShape;
-use crate::lattice::{CellPoints, Embedding, PointMap, Slopes, Trust, trilinear_weights};
+use crate::contact::{PosedShape, SignedDistance};
+use crate::lattice::{Embedding, PointMap, Slopes, Trust, trilinear_weights};
 use crate::simd::xyzx::{Xyzx, xyzx};
 
 /// Displacement of a mesh vertex, in cells, from which the vertices of its cell are fully active.
@@ -14,16 +14,23 @@ const ACTIVE: f64 = 0.01;
 
 /// Number of times that the remaining displacements are solved for, if the skin is smooth: the position of a mesh vertex then is not
 /// a mean of the corners of its cell.
-const SMOOTH_ROUNDS: usize = 3;
+const SMOOTH_ROUNDS: usize = 2;
+
+/// The mesh vertices of a cell that are near a collider.
+#[derive(Clone, Copy, Debug)]
+struct NearCell {
+    /// Index of the cell among the cells with mesh vertices.
+    cell: u32,
+    /// Index in `Flattener::gaps`.
+    contact: u32,
+    /// First and end of the mesh vertices in `Flattener::near`.
+    range: [u32; 2],
+}
 
 /// A mesh vertex near a collider.
 #[derive(Clone, Copy, Debug)]
 struct Near {
     point: u32,
-    /// Index of its cell among the cells with mesh vertices.
-    cell: u32,
-    /// Index in `Flattener::gaps`.
-    contact: u32,
     gap: f64,
     /// Normal of the collider.
     normal: Vector3<f64>,
@@ -43,6 +50,7 @@ pub(crate) struct Flattener {
     /// Positions before the flattening.
     start: Vec<[f32; 3]>,
     near: Vec<Near>,
+    near_cells: Vec<NearCell>,
     /// Least gap of each component from each collider.
     gaps: Vec<f64>,
     /// The mesh vertices of the cells with one that moves.
@@ -56,7 +64,8 @@ pub(crate) struct Flattener {
 impl Flattener {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let points = size_of_val(&*self.near) + size_of_val(&*self.targets) + size_of_val(&*self.gaps);
+        let near = size_of_val(&*self.near) + size_of_val(&*self.near_cells);
+        let points = near + size_of_val(&*self.targets) + size_of_val(&*self.gaps);
         let lattice = size_of_val(&*self.lattice) + size_of_val(&*self.slopes) + self.trust.bytes();
         points + lattice + size_of_val(&*self.start) + self.least_squares.bytes()
     }
@@ -97,13 +106,13 @@ impl Flattener {
         if !self.find_targets((table, embedding), positions) {
             return false;
         }
-        self.least_squares.prepare(table, fixed);
+        self.least_squares.prepare(table, fixed, positions);
         let rounds = if embedding.smoothing().is_some() { SMOOTH_ROUNDS } else { 1 };
         for round in 0..rounds {
             if round > 0 {
                 self.set_lattice(embedding, positions);
             }
-            self.add_displacements(embedding);
+            self.add_displacements((table, embedding));
             self.least_squares.displace(table, positions);
         }
         true
@@ -119,37 +128,43 @@ impl Flattener {
         }
     }
 
-    /// Lists the mesh vertices near each collider, in the order of the colliders and cells.
+    /// Lists the mesh vertices near each collider, by cell.
     fn find_near<'a>(
         &mut self,
         (table, embedding): (&FlattenTable, &Embedding),
         shapes: impl Iterator<Item = PosedShape<'a>>,
     ) {
-        let Self { near, gaps, lattice, slopes, trust, .. } = self;
+        let Self { near, near_cells, gaps, lattice, slopes, trust, .. } = self;
         let slopes = embedding.smoothing().map(|_| Slopes { slopes, trust: trust.values() });
         near.clear();
+        near_cells.clear();
         gaps.clear();
         for shape in shapes {
             let first = gaps.len();
             gaps.resize(first + table.count, f64::INFINITY);
-            for (cell, points) in (0..).zip(embedding.by_cell()) {
-                let (center, half) = bounds(points.corners, lattice);
+            for (cell, corners) in (0..).zip(&table.corners) {
+                let (center, half) = bounds(corners, lattice);
                 if !shape.may_touch(&center, &half, REACH) {
                     continue;
                 }
-                let contact = first + table.components[points.corners[0] as usize] as usize;
-                let map = PointMap::new(points.corners, lattice, slopes);
-                for &point in points.points {
+                let contact = first + table.components[corners[0] as usize] as usize;
+                let start = near.len() as u32;
+                let map = PointMap::new(corners, lattice, slopes);
+                for &point in table.points(cell) {
                     let position = map.at(embedding.local(point as usize)).map(f64::from);
-                    let distance = shape.signed_distance(&position.into());
-                    if distance.distance < REACH {
-                        gaps[contact] = gaps[contact].min(distance.distance);
-                        let (gap, normal) = (distance.distance, distance.normal);
-                        near.push(Near { point, cell, contact: contact as u32, gap, normal });
+                    let SignedDistance { distance: gap, normal } = shape.signed_distance(&position.into());
+                    if gap < REACH {
+                        gaps[contact] = gaps[contact].min(gap);
+                        near.push(Near { point, gap, normal });
                     }
+                }
+                if near.len() as u32 > start {
+                    let range = [start, near.len() as u32];
+                    near_cells.push(NearCell { cell, contact: contact as u32, range });
                 }
             }
         }
+        near_cells.sort_unstable_by_key(|near| (near.cell, near.contact));
     }
 
     /// Finds the positions to which mesh vertices move, and activates the corners of their cells. Returns whether any moves.
@@ -158,14 +173,13 @@ impl Flattener {
         (table, embedding): (&FlattenTable, &Embedding),
         positions: &[[f32; 3]],
     ) -> bool {
-        let Self { near, gaps, targets, least_squares, lattice, slopes, trust, .. } = self;
+        let Self { near, near_cells, gaps, targets, least_squares, lattice, slopes, trust, .. } = self;
         let slopes = embedding.smoothing().map(|_| Slopes { slopes, trust: trust.values() });
         least_squares.clear(positions.len());
         targets.clear();
-        near.sort_unstable_by_key(|near| (near.cell, near.contact, near.point));
-        for in_cell in near.chunk_by(|a, b| a.cell == b.cell) {
+        for in_cell in near_cells.chunk_by(|a, b| a.cell == b.cell) {
             let cell = in_cell[0].cell;
-            let CellPoints { corners, points, .. } = embedding.points_of(cell);
+            let (corners, points) = (&table.corners[cell as usize], table.points(cell));
             let derivatives = corners.map(|corner| table.derivatives(corner, positions));
             let map = PointMap::new(corners, lattice, slopes);
             let (first, mut greatest) = (targets.len(), 0.0_f64);
@@ -173,23 +187,22 @@ impl Flattener {
                 let position = map.at(embedding.local(point as usize));
                 Target { point, cell, position }
             }));
-            for near in in_cell {
-                let contact = touching(gaps[near.contact as usize]);
-                if contact == 0.0 {
-                    continue;
+            for &NearCell { contact, range: [start, end], .. } in in_cell {
+                let contact = touching(gaps[contact as usize]);
+                for near in near[start as usize..end as usize].iter().filter(|_| contact > 0.0) {
+                    let weights = trilinear_weights(embedding.local(near.point as usize));
+                    let mut frame = [Vector3::zeros(); 3];
+                    for (weight, derivatives) in weights.into_iter().zip(&derivatives) {
+                        (0..3).for_each(|axis| frame[axis] += derivatives[axis] * weight);
+                    }
+                    let at_rest = &table.normals[near.point as usize];
+                    let (compression, cosine) = compression(&frame, at_rest, &near.normal);
+                    let length = contact * approach(near.gap, compression, cosine);
+                    greatest = greatest.max(length);
+                    let index = first + points.partition_point(|&point| point < near.point);
+                    let position = &mut targets[index].position;
+                    (0..3).for_each(|k| position[k] -= (near.normal[k] * length) as f32);
                 }
-                let mut frame = [Vector3::zeros(); 3];
-                let weights = trilinear_weights(embedding.local(near.point as usize));
-                for (weight, derivatives) in weights.into_iter().zip(&derivatives) {
-                    (0..3).for_each(|axis| frame[axis] += derivatives[axis] * weight);
-                }
-                let at_rest = &table.normals[near.point as usize];
-                let (compression, cosine) = compression(&frame, at_rest, &near.normal);
-                let length = contact * approach(near.gap, compression, cosine);
-                greatest = greatest.max(length);
-                let index = first + points.partition_point(|&point| point < near.point);
-                let position = &mut targets[index].position;
-                (0..3).for_each(|k| position[k] -= (near.normal[k] * length) as f32);
             }
             if greatest > 0.0 {
                 least_squares.activate(corners, (greatest / ACTIVE).min(1.0) as f32);
@@ -201,11 +214,11 @@ impl Flattener {
     }
 
     /// Adds the displacements of the mesh vertices from their present positions to their targets.
-    fn add_displacements(&mut self, embedding: &Embedding) {
+    fn add_displacements(&mut self, (table, embedding): (&FlattenTable, &Embedding)) {
         let Self { targets, least_squares, lattice, slopes, trust, .. } = self;
         let slopes = embedding.smoothing().map(|_| Slopes { slopes, trust: trust.values() });
         for in_cell in targets.chunk_by(|a, b| a.cell == b.cell) {
-            let corners = embedding.points_of(in_cell[0].cell).corners;
+            let corners = &table.corners[in_cell[0].cell as usize];
             let map = PointMap::new(corners, lattice, slopes);
             for target in in_cell {
                 let local = embedding.local(target.point as usize);

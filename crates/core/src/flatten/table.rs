@@ -2,9 +2,12 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::lattice::{Embedding, Lattice, Stencil, trilinear_weights};
+use crate::lattice::{CellPoints, Embedding, Lattice, Stencil, trilinear_weights};
 use crate::mesh::Mesh;
 use crate::skin::vertex_normals;
+
+/// Greatest number of mesh vertices of a cell that are used: it bounds the run time for dense meshes.
+const MOST_POINTS: usize = 12;
 
 /// Number of entries of the upper triangle of an 8 x 8 matrix.
 const TRIANGLE: usize = 36;
@@ -16,11 +19,15 @@ pub(crate) struct FlattenTable {
     pub(super) normals: Vec<[f32; 3]>,
     /// The neighbors of each lattice vertex.
     pub(super) stencils: Vec<Stencil>,
-    /// For each cell with mesh vertices, in the order of [`Embedding::by_cell`]: the mean of w wᵀ over these vertices with
-    /// the weights w, as the rows of its upper triangle.
-    pub(super) products: Vec<[f32; TRIANGLE]>,
-    /// The corners of these cells.
+    /// The corners of the cells with mesh vertices, in the order of [`Embedding::by_cell`].
     pub(super) corners: Vec<[u32; 8]>,
+    /// The mesh vertices of each of these cells that are used, in increasing order.
+    points: Vec<u32>,
+    /// First entry of each cell in `points`, then the number of entries.
+    first: Vec<u32>,
+    /// For each of these cells: the mean of w wᵀ over the vertices that are used with the weights w, as the rows of its upper
+    /// triangle.
+    products: Vec<[f32; TRIANGLE]>,
     /// Component of each lattice vertex.
     pub(super) components: Vec<u32>,
     /// Number of components.
@@ -47,11 +54,20 @@ impl FlattenTable {
             }
             sums.map(|sum| (sum / points.len() as f64) as f32)
         };
+        let (mut used, mut first, mut products) = (Vec::new(), vec![0], Vec::new());
+        for CellPoints { points, .. } in embedding.by_cell() {
+            let count = points.len().min(MOST_POINTS);
+            used.extend((0..count).map(|k| points[k * points.len() / count]));
+            products.push(product(&used[first[first.len() - 1] as usize..]));
+            first.push(used.len() as u32);
+        }
         Self {
             normals,
             stencils: (0..lattice.len() as u32).map(|vertex| Stencil::new(lattice, vertex)).collect(),
-            products: embedding.by_cell().map(|cell| product(cell.points)).collect(),
             corners: embedding.by_cell().map(|cell| *cell.corners).collect(),
+            points: used,
+            first,
+            products,
             components: lattice.components().of_vertex.clone(),
             count: lattice.components().count,
         }
@@ -61,9 +77,16 @@ impl FlattenTable {
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.normals)
             + size_of_val(&*self.stencils)
-            + size_of_val(&*self.products)
             + size_of_val(&*self.corners)
+            + size_of_val(&*self.points)
+            + size_of_val(&*self.first)
+            + size_of_val(&*self.products)
             + size_of_val(&*self.components)
+    }
+
+    /// Returns the mesh vertices of a cell that are used, in increasing order; at least one.
+    pub(super) fn points(&self, cell: u32) -> &[u32] {
+        &self.points[self.first[cell as usize] as usize..self.first[cell as usize + 1] as usize]
     }
 
     /// Returns the derivatives of the positions of a lattice, in cells, along the axes of its rest shape at a vertex.

@@ -164,12 +164,6 @@ impl Embedding {
         groups.map(|(Group { cell, corners }, points)| CellPoints { cell: *cell, corners, points })
     }
 
-    /// Returns a cell with its points by its place in [`Embedding::by_cell`].
-    pub(crate) fn points_of(&self, index: u32) -> CellPoints<'_> {
-        let Group { cell, corners } = &self.groups[index as usize];
-        CellPoints { cell: *cell, corners, points: self.members.row(index as usize) }
-    }
-
     /// Writes the positions of the points to `points`, given the positions of the lattice vertices.
     ///
     /// The results are in the frame and unit of `vertices`.
