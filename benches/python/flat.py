@@ -5,10 +5,10 @@ python benches/python/flat.py [--quick] [--vertices N ...] [--squeezes R ...] [-
 Bodies with a height of 1 are pressed between two planes to R times their height, in half a second, and held for as long, and
 bodies that are 0.02 above the ground fall on it and rest for a second. A vertex of the mesh *touches* a plane if it is at most 1 % of
 a cell from it or behind it. The *patch* of a plane has the touching vertices, and those at most 0.3 cells from the plane that lie
-in the convex hull of the touching vertices at most 2 cells around them. Columns, all in the last frame but the last one: vertices in the patches; share of them within 1 % of a cell
-of the plane; greatest gap, and greatest depth of a vertex in a plane, in cells; error of the volume relative to the rest
-volume; greatest displacement of a vertex from one frame to the next in any frame, in cells; median times of
-a frame's steps and of `Body.surface`, in ms. `--quick` presses one body, as a smoke test.
+in the convex hull of the touching vertices at most 2 cells around them. Columns in the last frame: vertices in the patches; share of
+them within 1 % of a cell of the plane; greatest gap, and greatest depth of a vertex in a plane, in cells; error of the volume
+relative to the rest volume. Columns of all frames: greatest displacement of a vertex from one frame to the next, in cells; median
+times of a frame's steps and of `Body.surface`, in ms. `--quick` presses one body, as a smoke test.
 """
 
 from __future__ import annotations
