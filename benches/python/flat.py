@@ -2,13 +2,14 @@
 
 python benches/python/flat.py [--quick] [--vertices N ...] [--squeezes R ...] [--skins SKIN ...] [--bodies NAME ...]
 
-Bodies with a height of 1 are pressed between two planes to R times their height, in half a second, and held for as long, and
-bodies that are 0.02 above the ground fall on it and rest for a second. A vertex of the mesh *touches* a plane if it is at most 1 % of
-a cell from it or behind it. The *patch* of a plane has the touching vertices, and those at most 0.3 cells from the plane that lie
-in the convex hull of the touching vertices at most 2 cells around them. Columns in the last frame: vertices in the patches; share of
-them within 1 % of a cell of the plane; greatest gap, and greatest depth of a vertex in a plane, in cells; error of the volume
-relative to the rest volume. Columns of all frames: greatest displacement of a vertex from one frame to the next, in cells; median
-times of a frame's steps and of `Body.surface`, in ms. `--quick` presses one body, as a smoke test.
+Bodies with a height of 1 are pressed between two planes to R times their height, in half a second, and held for as
+long, and bodies that are 0.02 above the ground fall on it and rest for a second. A vertex of the mesh *touches* a
+plane if it is at most 1 % of a cell from it or behind it. The *patch* of a plane has the touching vertices, and those
+at most 0.3 cells from the plane that lie in the convex hull of the touching vertices at most 2 cells around them.
+Columns in the last frame: vertices in the patches; share of them within 1 % of a cell of the plane; greatest gap, and
+greatest depth of a vertex in a plane, in cells; error of the volume relative to the rest volume. Columns of all
+frames: greatest displacement of a vertex from one frame to the next, in cells; median times of a frame's steps and of
+`Body.surface`, in ms. `--quick` presses one body, as a smoke test.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import statistics
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +27,13 @@ from numpy.typing import NDArray
 import supple
 
 SCENES = Path(__file__).parents[2] / "examples/scenes"
-#: Distances in cells: of touching vertices from a plane, of the vertices of a patch, and of vertices that enclose another.
+#: Distances in cells: of touching vertices from a plane, of the vertices of a patch, and of vertices that enclose it.
 TOUCHING, NEAR, AROUND = 0.01, 0.3, 2.0
 NAMES = ["ball", "box", "bust", "ring", "fish"]
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
+Skin = Literal["linear", "smooth"]
+Material = Literal["jelly", "rubber"]
 
 
 def main() -> None:
@@ -50,7 +54,8 @@ def main() -> None:
             for skin in arguments.skins:
                 for squeeze in arguments.squeezes:
                     row(f"{name}, {vertices}, {skin}, {squeeze:g}", mesh, vertices, skin, squeeze, "rubber")
-                for material in [] if arguments.quick else ["jelly", "rubber"]:
+                materials: list[Material] = [] if arguments.quick else ["jelly", "rubber"]
+                for material in materials:
                     row(f"{name}, {vertices}, {skin}, {material}", mesh, vertices, skin, None, material)
 
 
@@ -103,9 +108,9 @@ def cube(n: int) -> tuple[Array, Triangles]:
 
 
 def simulate(
-    mesh: supple.Mesh, vertices: int, skin: str, squeeze: float | None, material: str
+    mesh: supple.Mesh, vertices: int, skin: Skin, squeeze: float | None, material: Material
 ) -> Iterator[tuple[supple.Simulation, list[tuple[float, float]]]]:
-    """Iterate over the simulation before each frame, with the height of each plane after it and the sign of its normal."""
+    """Iterate over the simulation before each frame, with the height and normal of each plane after it."""
     body = supple.Body(mesh, lattice_vertices=vertices, material=material, skin=skin)
     if squeeze is None:
         ground = supple.Plane((0, -0.52, 0), (0, 1, 0))
@@ -125,10 +130,13 @@ def simulate(
         yield sim, heights
 
 
-def row(label: str, mesh: supple.Mesh, vertices: int, skin: str, squeeze: float | None, material: str) -> None:
+def row(label: str, mesh: supple.Mesh, vertices: int, skin: Skin, squeeze: float | None, material: Material) -> None:
     """Simulate a body, and print its row."""
-    steps, times, motion, before = [], [], 0.0, None
+    steps, times, motion = [], [], 0.0
+    planes: list[tuple[float, float]] = []
+    before: Array | None = None
     for sim, heights in simulate(mesh, vertices, skin, squeeze, material):
+        planes = heights
         body = sim.bodies[0]
         start = time.perf_counter()
         sim.advance()
@@ -140,8 +148,8 @@ def row(label: str, mesh: supple.Mesh, vertices: int, skin: str, squeeze: float 
         if before is not None:
             motion = max(motion, float(np.linalg.norm(surface - before, axis=1).max()) / cell)
         before = surface
-    gaps = np.concatenate([patch(surface, height, side, cell) for height, side in heights])
-    depth = max(float((side * (height - surface[:, 1])).max()) / cell for height, side in heights)
+    gaps = np.concatenate([patch(surface, height, side, cell) for height, side in planes])
+    depth = max(float((side * (height - surface[:, 1])).max()) / cell for height, side in planes)
     share, greatest = (np.mean(np.abs(gaps) <= 0.01), gaps.max()) if len(gaps) else (1.0, 0.0)
     residual = abs(body.volume_report().residual)
     print(
@@ -156,8 +164,10 @@ def patch(surface: Array, height: float, side: float, cell: float) -> Array:
     gaps = side * (surface[:, 1] - height) / cell
     points = surface[:, [0, 2]] / cell
     touching = points[gaps <= TOUCHING]
-    inside = [gap <= TOUCHING or is_enclosed(point, touching) for gap, point in zip(gaps, points) if gap < NEAR]
-    return gaps[gaps < NEAR][np.array(inside, dtype=bool)]
+    near = np.flatnonzero(gaps < NEAR)
+    inside = [bool(gaps[k] <= TOUCHING) or is_enclosed(points[k], touching) for k in near]
+    found: Array = gaps[near[np.array(inside, dtype=bool)]]
+    return found
 
 
 def is_enclosed(point: Array, touching: Array) -> bool:
