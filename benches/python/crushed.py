@@ -78,7 +78,11 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
     body = supple.Body(mesh, lattice_vertices=1000, material="jelly", velocity=velocity, **options)
     sim = supple.Simulation([body], fps=60, colliders=[supple.Plane((0, ground, 0), (0, 1, 0))], threads=1)
     body.youngs_modulus = body.youngs_modulus / softness
-    before, displayed, errors, clean, crushed = [], [], [0.0], [], []
+    before: list[int] = []
+    displayed: list[int] = []
+    errors = [0.0]
+    clean: list[float] = []
+    crushed: list[float] = []
     for _ in range(60):
         sim.advance()
         start = time.perf_counter()
@@ -88,7 +92,9 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
         displayed.append(inverted_cells(body, body.corrected_positions()))
         (crushed if before[-1] else clean).append(elapsed)
         if body.volume_options is not None:
-            errors.append(abs(body.volume_report().residual))
+            report = body.volume_report()
+            rest, _, after = report.volumes[report.measure]
+            errors.append(abs(after / rest - 1))
     counts = [np.count_nonzero(before), sum(before), np.count_nonzero(displayed), sum(displayed)]
     print(
         f"{label:30} {counts[0]:13d} {counts[1]:7d} {counts[2]:17d} {counts[3]:7d}"

@@ -774,10 +774,12 @@ class Hold:
         """Lattice vertices, in increasing order: (k,) int64, read-only."""
     @property
     def keys(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...] | None:
-        """Keyframes of a handle: tuple of (time, translate, rotate). None for a pin. Replace them with set_keys."""
+        """Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them with set_keys."""
     @property
     def interpolation(self) -> _Interpolation | None:
-        """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin."""
+        """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin and for an
+        animation.
+        """
     @property
     def follow(self) -> NDArray[np.float32] | None:
         """Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for keyframes."""

@@ -68,14 +68,15 @@ fn a_rigid_animation_moves_the_held_vertices_rigidly_whatever_they_are() {
         center + turn(25.0 * sample as f64) * (p - center) + Vector3::new(0.3, -0.2, 0.1) * sample as f64
     };
     let animation = animate(&bar, 16, 0.1, rigid);
-    let line = Selection::Box { min: [-20.0, -20.0, -20.0], max: [20.0, 20.0, 20.0] };
-    for selection in [ALL, line, Selection::Vertices((0..208).collect())] {
+    for (selection, count) in
+        [(ALL, 208), (Selection::Vertices((0..208).collect()), 208), (Selection::Vertices(vec![0]), 1)]
+    {
         let body =
             body(&bar).scale(2.0).cell_size(2.0).rotate([20.0, 0.0, -50.0]).translate([0.5, -3.0, 0.2]);
         let body = body.handle(follow(selection, &animation)).build().unwrap();
         assert_eq!(body.lattice().len(), 13 * 4 * 4);
         let held = body.constraint(0).unwrap().vertices().to_vec();
-        assert!(held.len() > 150, "{}", held.len());
+        assert_eq!(held.len(), count);
         let model: Vec<_> = held.iter().map(|&vertex| body.lattice().rest_position(vertex)).collect();
         let rest: Vec<_> = held.iter().map(|&vertex| body.positions()[vertex as usize]).collect();
         // The placement, from the model's frame to world space, by three differences of positions.
@@ -96,6 +97,14 @@ fn a_rigid_animation_moves_the_held_vertices_rigidly_whatever_they_are() {
             assert!(error < 40.0 * f64::from(f32::EPSILON), "sample {sample}: {error}");
         }
     }
+}
+
+/// Bends a bar of 12 x 3 x 3, at time 1 to a quarter of a circle.
+fn bend(time: f64, p: Point3<f64>) -> Point3<f64> {
+    let angle = time * 90.0_f64.to_radians() / 12.0;
+    let radius = 1.0 / angle.max(1e-9);
+    let (sin, cos) = (p.x * angle).sin_cos();
+    Point3::new((radius - p.y + 1.5) * sin, radius - (radius - p.y + 1.5) * cos + 1.5, p.z)
 }
 
 /// Returns the greatest distance between the displayed surface of a bar that is held everywhere and its animation, in
@@ -119,13 +128,7 @@ fn error_of(cell_size: f64, skin: SkinKind, place: impl Fn(f64, Point3<f64>) -> 
 
 #[test]
 fn a_body_that_is_held_everywhere_shows_the_animation_to_the_resolution_of_its_lattice() {
-    // Bends the bar to a quarter of a circle, and twists it by 90 degrees.
-    let bend = |time: f64, p: Point3<f64>| {
-        let angle = time * 90.0_f64.to_radians() / 12.0;
-        let radius = 1.0 / angle.max(1e-9);
-        let (sin, cos) = (p.x * angle).sin_cos();
-        Point3::new((radius - p.y + 1.5) * sin, radius - (radius - p.y + 1.5) * cos + 1.5, p.z)
-    };
+    // Twists the bar by 90 degrees.
     let twist = |time: f64, p: Point3<f64>| {
         let (sin, cos) = (time * p.x / 12.0 * 90.0_f64.to_radians()).sin_cos();
         let (y, z) = (p.y - 1.5, p.z - 1.5);
@@ -138,6 +141,31 @@ fn a_body_that_is_held_everywhere_shows_the_animation_to_the_resolution_of_its_l
             let (coarse, fine) = (error_of(1.0, skin, place), error_of(0.5, skin, place));
             assert!(coarse < 0.04 && fine < 1e-5, "{skin:?}: {coarse} {fine}");
         }
+    }
+}
+
+/// The trilinear weights of vertices that scatter about the faces of cells nearly cancel on the far side of the cells.
+#[test]
+fn faces_that_scatter_about_grid_planes_move_the_lattice_smoothly() {
+    for scatter in [1e-8, 1e-6, 1e-4] {
+        let (vertices, faces) = surface_of(&block([24, 6, 6]));
+        let scattered = (0..).zip(&vertices).map(|(index, p)| {
+            let noise =
+                |axis: u64| f64::from((((3 * index + axis) * 2_654_435_761) >> 8) as u16) / 32_768.0 - 1.0;
+            [0, 1, 2].map(|axis| p[axis] / 2.0 + scatter * noise(axis as u64))
+        });
+        let bar = Mesh::new(scattered.collect(), &faces).unwrap();
+        let animation = animate(&bar, 2, 1.0, |sample, p| bend(sample as f64, p));
+        let body = body(&bar).handle(follow(ALL, &animation)).build().unwrap();
+        let held = body.constraint(0).unwrap().vertices().to_vec();
+        let of_held = |body: &Body| held.iter().map(|&vertex| body.positions()[vertex as usize]).collect();
+        let rest: Vec<_> = of_held(&body);
+        let mut simulation = simulate(body, 1.0);
+        simulation.step();
+        // A rigid fit to vertices within 2 cells turns by 15 degrees at most, so that it is off by less than half a cell.
+        let found: Vec<_> = of_held(simulation.body(0).get());
+        let error = worst(&found, rest.iter().map(|&p| bend(1.0, p)));
+        assert!(error < 0.5, "{scatter}: {error}");
     }
 }
 
@@ -178,6 +206,7 @@ fn a_handle_follows_from_its_start_to_its_end_and_the_rest_swings() {
     let left = Selection::Plane { point: [2.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
     let handle = Handle { window, ..follow(left, &animation) };
     let mut simulation = simulate(body(&bar).handle(handle).build().unwrap(), 0.05);
+    let mut falling = simulate(body(&bar).build().unwrap(), 0.05);
     let height = |simulation: &Simulation, vertex: usize| simulation.body(0).positions()[vertex].y;
     let mut free = Vec::new();
     for step in 1..=20 {
@@ -191,9 +220,13 @@ fn a_handle_follows_from_its_start_to_its_end_and_the_rest_swings() {
             assert!((height(&simulation, vertex) - expected).abs() < 1e-5);
             assert!((simulation.body(0).velocities()[vertex].y - 2.0).abs() < 1e-4);
         }
-        free.push(height(&simulation, simulation.body(0).lattice().len() - 1));
+        falling.step();
+        let last = simulation.body(0).lattice().len() - 1;
+        free.push(height(&simulation, last) - height(&falling, last));
     }
-    assert!(free[5] < free[0] && free[19] != free[18]);
+    // The last vertex falls freely until the handle begins. In 0.35 s the lifted part has an effect on it.
+    assert!(free[..6].iter().all(|difference| difference.abs() < 1e-5), "{free:?}");
+    assert!(free[14] > 0.1, "{free:?}");
 
     // Keyframes are relative to the pose in which the handle gets them.
     simulation.set_time(0.5).unwrap();
@@ -306,6 +339,14 @@ fn following_has_the_same_bits_for_any_number_of_threads_and_after_a_restored_st
     assert!(save(&three) == bytes);
     three.advance(10);
     assert!(save(&three) == expected, "the restored state continues with other bits");
+
+    // A handle that was released needs no animation, also in a state from before the next step.
+    three.body_mut(0).release(0).unwrap();
+    let released = save(&three);
+    three.step();
+    restore(&mut three, &released).unwrap();
+    three.body_mut(0).handle(&follow(upper.clone(), &animation)).unwrap();
+    restore(&mut three, &bytes).unwrap();
 
     // A state does not contain the animation.
     three.body_mut(0).release(0).unwrap();

@@ -18,7 +18,7 @@ const FPS: f64 = 30.0;
 
 /// Reads an array of positions, shape (frames, `vertices`, 3).
 pub(crate) fn positions(value: &Bound<'_, PyAny>, name: &str, vertices: usize) -> PyResult<Vec<[f32; 3]>> {
-    let array = value.py().import("numpy")?.call_method1("array", (value, "float32"))?;
+    let array = value.py().import("numpy")?.call_method1("ascontiguousarray", (value, "float32"))?;
     let array: Bound<'_, PyArray3<f32>> = array
         .cast_into()
         .map_err(|_| PyValueError::new_err(format!("{name} must have the shape (frames, vertices, 3)")))?;
@@ -31,8 +31,7 @@ pub(crate) fn positions(value: &Bound<'_, PyAny>, name: &str, vertices: usize) -
             shape[0], shape[1], shape[2]
         )));
     }
-    let numbers: Vec<f32> = view.iter().copied().collect();
-    Ok(numbers.as_chunks::<3>().0.to_vec())
+    Ok(array.as_slice()?.as_chunks::<3>().0.to_vec())
 }
 
 /// Returns the positions of an animation: (frames, vertices, 3) float32, read-only.

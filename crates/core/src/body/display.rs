@@ -62,8 +62,8 @@ pub struct DisplayedSurface {
 
 /// Evaluates displayed surfaces, and owns the buffers of the evaluation.
 ///
-/// A `Display` that always evaluates the same body allocates in the first frame, and when the constrained
-/// vertices change. [`Displayed::surface`] also allocates its result in each call;
+/// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
+/// change, and in frames in which cells of the lattice are inside out. [`Displayed::surface`] also allocates its result in each call;
 /// [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
 /// is faster.
 #[derive(Debug, Default)]
@@ -105,7 +105,7 @@ const ROUNDS: usize = 8;
 #[non_exhaustive]
 pub struct DisplayTimes {
     /// Time of the volume correction, including the fit of the region rotations, by which the field V is
-    /// rotated.
+    /// rotated, and of the untangling of a lattice with cells inside out.
     pub volume: Duration,
     /// Time of the last mesh update (interpolation, and normals if they were requested). Zero
     /// before the first mesh update of an evaluation.
@@ -136,9 +136,7 @@ impl Display {
             self.untangle_deformed(body, &executor);
         }
         self.flatten_deformed(body, &executor);
-        if let Some(smoothing) = body.get().smoothing() {
-            smoothing.update_trust(&self.deformed, &mut self.trust);
-        }
+        self.update_trust(body);
         if let Some(correction) = correction {
             // The field V is rotated by the region rotations at the current positions.
             self.slot_rotations.copy_from(&state.rotations);
@@ -157,6 +155,10 @@ impl Display {
                     component.before = *before;
                 }
             }
+        }
+        if body.get().correction.is_some()
+            || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
+        {
             self.times.volume = start.elapsed();
         }
         Displayed { display: self, body: body.get(), executor }
@@ -243,8 +245,7 @@ impl Display {
     #[cold]
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
         let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
-        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
-        untangling.prepare(body.get());
+        let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(deformed) {
             return;
         }
@@ -271,35 +272,43 @@ impl Display {
             if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
                 break;
             }
-            if let Some(smoothing) = body.get().smoothing() {
-                smoothing.update_trust(&self.deformed, &mut self.trust);
-            }
-            if round < ROUNDS {
-                self.correct(body, correction, executor);
-            } else {
+            let is_stuck = self.deformed == self.corrected;
+            self.deformed.clone_from(&self.corrected);
+            self.update_trust(body);
+            if is_stuck || round == ROUNDS {
                 self.evaluate_corrected(correction, executor);
+                break;
+            }
+            self.correct(body, correction, executor);
+            if let Some(untangling) = &mut self.untangling {
+                untangling.first.add_scales(&self.components);
             }
         }
-        let untangling = self.untangling.as_ref();
-        if untangling.is_some_and(|untangling| untangling.first.is_better_than(&self.components)) {
+        let Some(untangling) = &self.untangling else { return };
+        if untangling.first.is_better_than(&self.components, correction.caps()) {
             self.restore_first_correction(body, correction, executor);
+        } else {
+            untangling.first.write_scales(&mut self.components);
         }
     }
 
     /// Replaces the corrected lattice by that of the first correction of the frame.
     #[cold]
     fn restore_first_correction(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Some(untangling) = &mut self.untangling else { return };
-        let mut first = std::mem::take(&mut untangling.first);
-        self.deformed.copy_from_slice(&first.start);
-        self.corrected.copy_from_slice(&first.corrected);
+        let Some(untangling) = &self.untangling else { return };
+        self.deformed.copy_from_slice(&untangling.first.start);
+        self.corrected.copy_from_slice(&untangling.first.corrected);
+        self.update_trust(body);
+        self.evaluate_corrected(correction, executor);
+        if let Some(untangling) = &self.untangling {
+            self.components.clone_from(&untangling.first.components);
+        }
+    }
+
+    /// Updates the trust in the slopes of the deformed lattice, if the skin is smooth.
+    fn update_trust(&mut self, body: BodyRef<'_>) {
         if let Some(smoothing) = body.get().smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
-        }
-        self.evaluate_corrected(correction, executor);
-        std::mem::swap(&mut self.components, &mut first.components);
-        if let Some(untangling) = &mut self.untangling {
-            untangling.first = first;
         }
     }
 
@@ -311,12 +320,11 @@ impl Display {
         self.components.extend_from_slice(reports);
     }
 
-    /// Untangles the corrected lattice, and lets the next correction start from it. Returns whether a cell was inside out.
+    /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
         let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
-        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
-        untangling.prepare(body.get());
+        let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
             return false;
         }
@@ -331,7 +339,6 @@ impl Display {
         } else {
             untangling.shorten(deformed, corrected);
         }
-        deformed.clone_from(corrected);
         true
     }
 

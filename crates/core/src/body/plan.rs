@@ -77,7 +77,7 @@ impl Body {
     /// Returns the name, the parameters and the memory of a stage.
     fn describe(&self, stage: Stage) -> PlannedStage {
         let (detail, bytes) = match stage {
-            Stage::BeginConstraints => ("captured positions, animated targets".to_owned(), 0),
+            Stage::BeginConstraints => ("captured positions, targets".to_owned(), 0),
             Stage::Constraints => self.constraints.as_ref().map_or_else(Default::default, |constraints| {
                 let list = constraints.list();
                 let count: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();

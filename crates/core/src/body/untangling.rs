@@ -55,6 +55,8 @@ pub(super) struct FirstCorrection {
     pub(super) corrected: Vec<[f32; 3]>,
     /// Results of the correction.
     pub(super) components: Vec<ComponentReport>,
+    /// Sums of the scales of the first and the later corrections, and of their magnitudes.
+    scales: Vec<[f64; 2]>,
 }
 
 impl FirstCorrection {
@@ -71,20 +73,46 @@ impl FirstCorrection {
             self.corrected.extend_from_slice(corrected);
             self.components.clear();
             self.components.extend_from_slice(components);
+            self.scales.clear();
+            self.scales.extend(components.iter().map(|component| [component.lambda, component.lambda.abs()]));
         }
     }
 
-    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`.
-    pub(super) fn is_better_than(&self, last: &[ComponentReport]) -> bool {
+    /// Adds the scales of a later correction.
+    pub(super) fn add_scales(&mut self, components: &[ComponentReport]) {
+        for ([sum, magnitude], component) in self.scales.iter_mut().zip(components) {
+            *sum += component.lambda;
+            *magnitude += component.lambda.abs();
+        }
+    }
+
+    /// Replaces the scales of the last correction by the sums, if the first correction was kept.
+    pub(super) fn write_scales(&self, components: &mut [ComponentReport]) {
+        if !self.corrected.is_empty() {
+            for ([sum, _], component) in self.scales.iter().zip(components) {
+                component.lambda = *sum;
+            }
+        }
+    }
+
+    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`, or the scales of
+    /// all corrections exceed their caps, in scene units.
+    pub(super) fn is_better_than(&self, last: &[ComponentReport], caps: impl Iterator<Item = f64>) -> bool {
         let is_better = |(first, last): (&ComponentReport, &ComponentReport)| {
             last.capped && first.residual.abs() < last.residual.abs()
         };
-        !self.corrected.is_empty() && self.components.iter().zip(last).any(is_better)
+        let exceeds = |([_, magnitude], (first, cap)): (&[f64; 2], (&ComponentReport, f64))| {
+            *magnitude > cap.max(first.lambda.abs())
+        };
+        !self.corrected.is_empty()
+            && (self.components.iter().zip(last).any(is_better)
+                || self.scales.iter().zip(self.components.iter().zip(caps)).any(exceeds))
     }
 
     /// Returns the memory in bytes.
     fn bytes(&self) -> usize {
-        size_of_val(&*self.start) + size_of_val(&*self.corrected) + size_of_val(&*self.components)
+        let positions = size_of_val(&*self.start) + size_of_val(&*self.corrected);
+        positions + size_of_val(&*self.components) + size_of_val(&*self.scales)
     }
 }
 
@@ -93,6 +121,8 @@ impl FirstCorrection {
 pub(super) struct Untangling {
     untangler: Untangler,
     search: LimitSearch,
+    /// Positions before the untangling.
+    start: Vec<[f32; 3]>,
     /// P^, the positions that the dynamics have given, if the present frame was untangled.
     deformed: Vec<[f32; 3]>,
     /// Volume of each component at `deformed`, in cubed scene units, if the volume is preserved.
@@ -101,10 +131,14 @@ pub(super) struct Untangling {
 }
 
 impl Untangling {
-    /// Creates empty buffers, in a frame of a lattice with this number of vertices.
-    pub(super) fn new(vertices: usize) -> Self {
-        let mut untangling = Self::default();
-        untangling.begin(vertices);
+    /// Returns the buffers, prepared for the lattice of a body. New ones are in a frame that begins.
+    pub(super) fn prepared<'a>(untangling: &'a mut Option<Box<Self>>, body: &Body) -> &'a mut Self {
+        let untangling = untangling.get_or_insert_with(|| {
+            let mut untangling = Box::<Self>::default();
+            untangling.begin(body.lattice.len());
+            untangling
+        });
+        untangling.untangler.prepare(&body.lattice, body.constrained_vertices());
         untangling
     }
 
@@ -114,11 +148,6 @@ impl Untangling {
         self.deformed.clear();
         self.volumes.clear();
         self.first.corrected.clear();
-    }
-
-    /// Prepares the tables of the lattice, and the vertices that do not move.
-    pub(super) fn prepare(&mut self, body: &Body) {
-        self.untangler.prepare(&body.lattice, body.constrained_vertices());
     }
 
     /// Returns whether a cell is inside out.
@@ -156,41 +185,45 @@ impl Untangling {
     /// Untangles a lattice. No sample of its surface moves into a collider or deeper into it.
     ///
     /// Limits are searched up to a distance. If a vertex moves farther, or a sample enters a collider that is not a plane, the
-    /// lattice is untangled again from its start with more limits.
+    /// lattice is untangled again from its start with more limits. If the limits are not complete after [`ROUNDS`], or when the
+    /// frame has no displacement left, the lattice stays as it was.
     pub(super) fn untangle(
         &mut self,
         surroundings: Option<Surroundings<'_>>,
         contact_limits: &[Limit],
         positions: &mut [[f32; 3]],
     ) {
-        let Self { untangler, search, .. } = self;
+        let Self { untangler, search, start, .. } = self;
         let Some(surroundings) = surroundings else {
             untangler.untangle(&[], positions);
             return;
         };
         let (samples, obstacles) = (surroundings.samples(), &surroundings.obstacles);
-        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
-        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
-        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
-        let start = positions.to_vec();
+        let Some(samples) = samples else {
+            untangler.untangle(contact_limits, positions);
+            return;
+        };
+        let need_entered_cells = obstacles.need_entered_cells(samples);
+        let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
+        start.clear();
+        start.extend_from_slice(positions);
         let mut distance = SEARCH_DISTANCE;
         let mut find = true;
         for _ in 0..ROUNDS {
             if std::mem::take(&mut find) {
-                search.limits.clear();
-                if let Some(samples) = samples {
-                    search.find(samples, &start, obstacles, distance);
-                }
-                search.limits.extend_from_slice(contact_limits);
+                search.replace(Some(samples), start, obstacles, distance, contact_limits);
             }
-            positions.copy_from_slice(&start);
             let greatest = factor * untangler.untangle(&search.limits, positions);
             if greatest > distance {
                 (distance, find) = (MARGIN * greatest, true);
-            } else if !entered_cells
-                .is_some_and(|samples| search.add_limits_for_entered_cells(samples, positions, obstacles))
+            } else if !need_entered_cells
+                || !search.add_limits_for_entered_cells(samples, positions, obstacles)
             {
-                break;
+                return;
+            }
+            positions.copy_from_slice(start);
+            if untangler.is_exhausted() {
+                return;
             }
         }
     }
@@ -204,6 +237,7 @@ impl Untangling {
     pub(super) fn bytes(&self) -> usize {
         self.untangler.bytes()
             + self.search.bytes()
+            + size_of_val(&*self.start)
             + size_of_val(&*self.deformed)
             + size_of_val(&*self.volumes)
             + self.first.bytes()

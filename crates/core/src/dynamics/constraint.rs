@@ -1,9 +1,11 @@
 //! Defines a constraint: a pin or a handle, which prescribes the positions and velocities of lattice vertices.
 
+use std::borrow::Cow;
+
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use super::follow::{BodyMesh, Follow};
+use super::follow::{BodyMesh, Fits, Follow};
 use super::handle::TimeWindow;
 use super::{Interpolation, Key, Motion, MotionError, Pose, Selection};
 use crate::mesh::{AnimationError, MeshAnimation};
@@ -68,7 +70,7 @@ impl Constraint {
     ) -> Result<Self, ConstraintError> {
         animation.check_vertices(body.mesh.vertices().len())?;
         let constraint = Self::new(vertices, window, None)?;
-        let follow = Follow::new(body, animation, selection, part, &constraint.vertices);
+        let follow = Follow::new(Fits::new(body, animation, selection, part, &constraint.vertices));
         Ok(Self { follow: Some(follow), ..constraint })
     }
 
@@ -94,7 +96,7 @@ impl Constraint {
         self.window
     }
 
-    /// Returns the keyframes of a handle, or `None` for a pin.
+    /// Returns the keyframes of a handle; `None` for a pin, and for a handle that follows an animation.
     pub fn keys(&self) -> Option<&[Key]> {
         self.motion.as_ref().map(Motion::keys)
     }
@@ -124,7 +126,7 @@ impl Constraint {
         self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
-    /// Returns the interpolation between the keyframes of a handle, or `None` for a pin.
+    /// Returns the interpolation between the keyframes of a handle; `None` for a pin, and for a handle that follows an animation.
     pub fn interpolation(&self) -> Option<Interpolation> {
         self.motion.as_ref().map(Motion::interpolation)
     }
@@ -165,9 +167,10 @@ impl Constraint {
         }
     }
 
-    /// Returns whether the constraint has the animation that it follows, if it follows one.
+    /// Returns whether the constraint has the animation that it follows, if it follows one and was not released.
     pub(super) fn is_resolved(&self) -> bool {
-        self.follow.as_ref().is_none_or(|follow| follow.is_resolved(self.vertices.len()))
+        self.is_released()
+            || self.follow.as_ref().is_none_or(|follow| follow.is_resolved(self.vertices.len()))
     }
 
     /// Returns whether the constraint does not move, begin or end in a step, and was not released.
@@ -204,9 +207,11 @@ impl Constraint {
     }
 
     /// Returns the constraint at the beginning of another step, for [`targets`](Self::targets).
-    pub(crate) fn in_step(&self, step: Interval, executor: &Executor) -> Self {
-        let mut constraint = self.clone();
-        if let Some(follow) = &mut constraint.follow {
+    pub(crate) fn in_step(&self, step: Interval, executor: &Executor) -> Cow<'_, Self> {
+        let mut constraint = Cow::Borrowed(self);
+        if self.follow.is_some()
+            && let Some(follow) = &mut constraint.to_mut().follow
+        {
             follow.begin(step, executor);
         }
         constraint

@@ -70,6 +70,11 @@ impl<T> Csr<T> {
         &self.items
     }
 
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.starts) + size_of_val(&*self.items)
+    }
+
     /// Converts the rows into the list of all items, row by row.
     pub(crate) fn into_items(self) -> Vec<T> {
         self.items

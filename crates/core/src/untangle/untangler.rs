@@ -14,8 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::cells::Cells;
 use super::determinants::{Corners, LinearDeterminant, determinants_of, least_determinant};
+use super::limits::Limits;
 use super::relaxation::{ITERATIONS, Relaxation};
-use super::room::Room;
 use crate::lattice::Lattice;
 use crate::volume::Limit;
 
@@ -61,7 +61,7 @@ const LEAST_FACTOR: f32 = 1e-3;
 #[derive(Debug, Default)]
 pub(crate) struct Untangler {
     cells: Cells,
-    room: Room,
+    limits: Limits,
     relaxation: Relaxation,
     /// Cells that are not untangled, without repetition, and whether each cell is one of them.
     tangled: Vec<u32>,
@@ -85,7 +85,7 @@ impl Untangler {
         let vertices = size_of_val(&*self.active) + size_of_val(&*self.is_active);
         let factors = size_of_val(&*self.factors) + size_of_val(&*self.shortened);
         let correction = size_of_val(&*self.corrected) + factors;
-        self.cells.bytes() + self.room.bytes() + self.relaxation.bytes() + cells + vertices + correction
+        self.cells.bytes() + self.limits.bytes() + self.relaxation.bytes() + cells + vertices + correction
     }
 
     /// Begins a frame. Must be called before [`Untangler::untangle`].
@@ -93,10 +93,15 @@ impl Untangler {
         self.remaining = DISPLACEMENTS * vertices;
     }
 
+    /// Returns whether no displacement remains in the frame.
+    pub(crate) fn is_exhausted(&self) -> bool {
+        self.remaining == 0
+    }
+
     /// Prepares for a lattice. `fixed`: vertices that do not move.
     pub(crate) fn prepare(&mut self, lattice: &Lattice, fixed: impl Iterator<Item = u32>) {
         self.cells.prepare(lattice);
-        self.room.set_fixed(lattice.len(), fixed);
+        self.limits.set_fixed(lattice.len(), fixed);
         self.tangled.clear();
         self.is_tangled.clear();
         self.is_tangled.resize(self.cells.len(), false);
@@ -114,7 +119,7 @@ impl Untangler {
     ///
     /// Must be called after [`Untangler::prepare`].
     pub(crate) fn untangle(&mut self, limits: &[Limit], positions: &mut [[f32; 3]]) -> f64 {
-        self.room.set_limits(limits, positions);
+        self.limits.set_limits(limits, positions);
         self.active.clear();
         self.active.extend(0..positions.len() as u32);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > 0.0);
@@ -138,7 +143,7 @@ impl Untangler {
             }
             self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > UNTANGLED);
         }
-        self.room.greatest_displacement(positions)
+        self.limits.greatest_displacement(positions)
     }
 
     /// Shortens the displacements of a correction from `start`, so that no cell of `positions` is inverted that was not so before.
@@ -225,7 +230,7 @@ impl Untangler {
         self.tangled.sort_unstable();
         let part = (&*self.tangled, &*self.active);
         self.remaining = self.remaining.saturating_sub(ITERATIONS * self.active.len());
-        self.relaxation.relax((&self.cells, &self.room), part, rings, positions);
+        self.relaxation.relax((&self.cells, &self.limits), part, rings, positions);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > UNTANGLED);
     }
 
@@ -240,7 +245,7 @@ impl Untangler {
         let determinants = &determinants[..count];
         let step = minimum(determinants, None);
         let along = |normal, along| minimum(determinants, Some((normal, along)));
-        self.room.advance(vertex, step, along, positions);
+        self.limits.advance(vertex, step, along, positions);
     }
 }
 

@@ -66,6 +66,22 @@ impl LimitSearch {
         positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
     }
 
+    /// Replaces the limits: finds those at colliders, see [`find`](Self::find), and adds `contacts`, those at other bodies.
+    pub(crate) fn replace(
+        &mut self,
+        samples: Option<&SampleCells>,
+        positions: &[[f32; 3]],
+        obstacles: &Obstacles<'_>,
+        distance: f64,
+        contacts: &[Limit],
+    ) {
+        self.limits.clear();
+        if let Some(samples) = samples {
+            self.find(samples, positions, obstacles, distance);
+        }
+        self.limits.extend_from_slice(contacts);
+    }
+
     /// Finds the limits of the vertices whose displacement by `distance` cells could move a sample into a
     /// collider.
     ///
@@ -79,7 +95,7 @@ impl LimitSearch {
     /// of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
     /// other shapes, whose normal is not constant, and for a smooth skin,
     /// [`add_limits_for_entered_cells`](Self::add_limits_for_entered_cells) is needed as well.
-    pub(crate) fn find(
+    fn find(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],

@@ -92,7 +92,7 @@ impl Hold {
         Ok(arrays::frozen(PyArray1::from_vec(py, vertices)))
     }
 
-    /// Keyframes of a handle: tuple of (time, translate, rotate). None for a pin. Replace them with set_keys.
+    /// Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them with set_keys.
     #[getter]
     fn keys<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyTuple>>> {
         let tuple = |key: &supple::Key| -> KeyTuple { (key.time, key.translate.into(), key.rotate.into()) };
@@ -101,7 +101,8 @@ impl Hold {
         keys.map(|keys| PyTuple::new(py, keys)).transpose()
     }
 
-    /// Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin.
+    /// Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin and for an
+    /// animation.
     #[getter]
     fn interpolation(&self, py: Python<'_>) -> PyResult<Option<&'static str>> {
         self.read(py, |hold| hold.interpolation().map(Interpolation::name))

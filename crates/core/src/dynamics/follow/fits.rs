@@ -9,9 +9,10 @@
 //! of the lattice vertices, whatever the weights are.
 //!
 //! A rigid fit does not stretch with the mesh. A few steps of simultaneous reconstruction (SIRT; Gilbert 1972) therefore
-//! move the lattice vertices such that the mesh that they deform is closer to the sample: x += C Wᵀ (q - W x), with the
-//! trilinear weights W, whose rows have the sum 1, and the inverse sums C of its columns. They change no rigid motion,
-//! and a lattice vertex moves by a weighted mean of the distances of the mesh vertices in its cells.
+//! move the lattice vertices such that the mesh that they deform is closer to the sample: x += C Bᵀ (q - W x), with the
+//! trilinear weights W, whose rows have the sum 1, the weights B = max(W, 0), and the inverse sums C of the columns of B.
+//! They change no rigid motion, and a lattice vertex moves by at most a weighted mean of the distances of the mesh vertices
+//! in its cells.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -33,6 +34,14 @@ const COMMON: f64 = 1e-4;
 /// Number of steps of simultaneous reconstruction.
 const RECONSTRUCTIONS: usize = 8;
 
+/// Least sum of weights of the mesh vertices at a lattice vertex that moves by their weighted mean. With a smaller sum it moves
+/// less: mesh vertices on the other side of its cells say little about it.
+const LEAST_SUM: f64 = 0.01;
+
+/// Weight below which a mesh vertex is too far outside its cell for a reconstruction. Rounding, and the choice of the cell near
+/// its faces, make weights of -0.002.
+const LEAST_WEIGHT: f32 = -0.01;
+
 /// Number of lattice vertices of a task. A multiple of [`ROTATIONS`].
 const TASK: usize = 32 * ROTATIONS;
 
@@ -49,7 +58,7 @@ pub(crate) struct BodyMesh<'a> {
 
 /// The fits of the lattice vertices of a handle to the samples of an animation.
 #[derive(Debug)]
-pub(crate) struct Fits {
+pub(in crate::dynamics) struct Fits {
     animation: MeshAnimation,
     selection: Selection,
     scale: f64,
@@ -60,7 +69,8 @@ pub(crate) struct Fits {
     neighbors: Csr<Neighbor>,
     anchors: Vec<Anchor>,
     embedded: Vec<Embedded>,
-    /// Inverse sum of the weights of the embedded mesh vertices at each lattice vertex; zero without any.
+    /// Inverse sum of the positive weights of the embedded mesh vertices at each lattice vertex, but not above 1 /
+    /// [`LEAST_SUM`].
     inverse_weights: Vec<f64>,
     /// Index of the first lattice vertex of each task, and the number of lattice vertices.
     tasks: Vec<usize>,
@@ -98,7 +108,7 @@ struct Embedded {
 impl Fits {
     /// Creates the fits of the lattice vertices `held` to the mesh vertices `part`. Both are in increasing order and not
     /// empty. The animation has the vertices of the mesh.
-    pub(super) fn new(
+    pub(in crate::dynamics) fn new(
         body: &BodyMesh<'_>,
         animation: &MeshAnimation,
         selection: &Selection,
@@ -137,7 +147,10 @@ impl Fits {
         let count = anchors.len();
         let mut sums = vec![0.0; count];
         for Embedded { corners, weights, .. } in &embedded {
-            corners.iter().zip(weights).for_each(|(&corner, &w)| sums[corner as usize] += f64::from(w));
+            corners
+                .iter()
+                .zip(weights)
+                .for_each(|(&corner, w)| sums[corner as usize] += f64::from(w.max(0.0)));
         }
         let indices = items.iter().map(|neighbor: &Neighbor| neighbor.point).chain(held.iter().copied());
         let identity = indices.fold(animation.hash(), |hash, index| mix(hash, index.into()));
@@ -150,7 +163,7 @@ impl Fits {
             neighbors: Csr::from_parts(starts, items),
             anchors,
             embedded,
-            inverse_weights: sums.iter().map(|&sum| if sum > 0.0 { 1.0 / sum } else { 0.0 }).collect(),
+            inverse_weights: sums.iter().map(|sum| 1.0 / sum.max(LEAST_SUM)).collect(),
             tasks: (0..count).step_by(TASK).chain([count]).collect(),
             identity,
         }
@@ -179,7 +192,8 @@ impl Fits {
     /// Returns the memory in bytes, without the samples of the animation, which handles can share.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.points)
-            + size_of_val(self.neighbors.items())
+            + self.neighbors.bytes()
+            + size_of_val(&*self.tasks)
             + size_of_val(&*self.anchors)
             + size_of_val(&*self.embedded)
             + size_of_val(&*self.inverse_weights)
@@ -218,7 +232,7 @@ impl Fits {
             let q = self.position(sample, point);
             let weighted = || corners.iter().zip(weights).map(|(&corner, w)| (corner as usize, f64::from(w)));
             let rest: Vector3<f64> = weighted().map(|(corner, w)| (q - positions[corner]) * w).sum();
-            weighted().for_each(|(corner, w)| sums[corner] += rest * w);
+            weighted().for_each(|(corner, w)| sums[corner] += rest * w.max(0.0));
         }
         for ((position, sum), inverse) in positions.iter_mut().zip(sums).zip(&self.inverse_weights) {
             *position += *sum * *inverse;
@@ -309,12 +323,16 @@ impl Fits {
 }
 
 impl Embedded {
-    /// Returns a mesh vertex if all corners of its cell are in `held`.
+    /// Returns a mesh vertex if all corners of its cell are in `held`, and the vertex is in its cell.
     fn new(embedding: &Embedding, point: u32, held: &[u32]) -> Option<Self> {
+        let weights = embedding.weights(point as usize);
+        if weights.iter().any(|&w| w < LEAST_WEIGHT) {
+            return None;
+        }
         let mut indices = [0; 8];
         for (index, corner) in indices.iter_mut().zip(embedding.corners(point as usize)) {
             *index = held.binary_search(&corner).ok()? as u32;
         }
-        Some(Self { point, corners: indices, weights: embedding.weights(point as usize) })
+        Some(Self { point, corners: indices, weights })
     }
 }

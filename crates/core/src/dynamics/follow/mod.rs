@@ -14,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 
 pub(crate) use fits::BodyMesh;
-use fits::Fits;
+pub(super) use fits::Fits;
 
 use super::Selection;
 use crate::mesh::MeshAnimation;
@@ -73,15 +73,8 @@ impl PartialEq for Follow {
 }
 
 impl Follow {
-    /// Creates the motion of the lattice vertices `held`, which follow the mesh vertices `part`. See [`Fits::new`].
-    pub(super) fn new(
-        body: &BodyMesh<'_>,
-        animation: &MeshAnimation,
-        selection: &Selection,
-        part: &[u32],
-        held: &[u32],
-    ) -> Self {
-        let fits = Fits::new(body, animation, selection, part, held);
+    /// Creates the motion of the lattice vertices of the fits.
+    pub(super) fn new(fits: Fits) -> Self {
         Self { identity: fits.identity(), fits: Some(Arc::new(fits)), targets: Targets::default() }
     }
 

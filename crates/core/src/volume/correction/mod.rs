@@ -247,6 +247,11 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
+    /// Iterates over the greatest magnitude of the scale `lambda` of each component, in scene units.
+    pub(crate) fn caps(&self) -> impl Iterator<Item = f64> {
+        self.caps.iter().map(|cap| cap * self.cell_size)
+    }
+
     /// Returns whether each vertex moves by its own scale: the scope `regional`.
     pub(crate) fn is_regional(&self) -> bool {
         self.regional.is_some()
@@ -326,11 +331,7 @@ impl Correction {
             let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
-                search.limits.clear();
-                if let Some(samples) = samples {
-                    search.find(samples, deformed, obstacles, search_distance);
-                }
-                search.limits.extend_from_slice(contacts);
+                search.replace(samples, deformed, obstacles, search_distance, contacts);
                 !search.limits.is_empty()
             } else if let Some(samples) = entered_cells.filter(|_| search_distance > 0.0) {
                 self.write(workspace, deformed, corrected);

@@ -7,7 +7,7 @@ use crate::volume::Limit;
 
 /// The half spaces in which vertices must stay, and the vertices that do not move.
 #[derive(Debug, Default)]
-pub(super) struct Room {
+pub(super) struct Limits {
     /// Positions from which the displacements are counted.
     start: Vec<[f32; 3]>,
     /// Limits, sorted by vertex.
@@ -16,7 +16,7 @@ pub(super) struct Room {
     fixed: Vec<bool>,
 }
 
-impl Room {
+impl Limits {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.start) + size_of_val(&*self.limits) + size_of_val(&*self.fixed)
