@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
-use crate::flatten::{FlattenTable, Flattener};
+use crate::flatten::{FlattenTable, FlattenedSurface, Flattener};
 use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
@@ -92,7 +92,7 @@ pub struct Display {
     components: Vec<ComponentReport>,
     /// Present after the first frame in which the body was near a collider.
     flattener: Option<Box<Flattener>>,
-    /// Present after the first frame in which a cell of the lattice was inside out, or the surface was flattened.
+    /// Present after the first frame in which a cell of the lattice was inside out.
     untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
 }
@@ -135,7 +135,6 @@ impl Display {
         if may_be_inverted(&matching.layout, &state.positions) {
             self.untangle_deformed(body, &executor);
         }
-        self.flatten_deformed(body, &executor);
         self.update_trust(body);
         if let Some(correction) = correction {
             // The field V is rotated by the region rotations at the current positions.
@@ -156,6 +155,7 @@ impl Display {
                 }
             }
         }
+        self.flatten(body, &executor);
         if body.get().correction.is_some()
             || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
         {
@@ -199,45 +199,26 @@ impl Display {
     }
 
     /// Flattens the surface where it is pressed onto colliders.
-    fn flatten_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
+    fn flatten(&mut self, body: BodyRef<'_>, executor: &Executor) {
+        if let Some(flattener) = &mut self.flattener {
+            flattener.clear();
+        }
         let (Some(surface), Some(context)) = (&body.get().surface, body.context()) else { return };
-        let frame = body.state.frame.body_frame();
-        let shapes = || context.colliders.at(context.time, frame);
-        let Self { deformed, flattener, .. } = self;
-        if context.colliders.is_empty() || !Flattener::is_near(shapes(), deformed) {
+        let Self { deformed, corrected, trust, components, correction: workspace, .. } = self;
+        let correction = body.get().correction.as_ref();
+        let lattice = if correction.is_some() { corrected } else { deformed };
+        let shapes = context.colliders.at(context.time, body.state.frame.body_frame());
+        if context.colliders.is_empty() || !Flattener::is_near(shapes.clone(), lattice) {
             return;
         }
         let Surface { mesh, embedding, flatten_table, .. } = surface;
         let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
-        let mut flattener = flattener.take().unwrap_or_default();
-        if flattener.flatten((table, embedding), shapes(), body.constrained_vertices(), deformed) {
-            self.accept_flattened(body, executor, flattener.start());
-        }
-        self.flattener = Some(flattener);
-    }
-
-    /// Shortens displacements of the flattening that would turn cells inside out, and keeps the positions before it for the
-    /// reports. `start`: the positions before the flattening.
-    fn accept_flattened(&mut self, body: BodyRef<'_>, executor: &Executor, start: &[[f32; 3]]) {
-        let Self { untangling, deformed, correction: workspace, trust, slot_rotations, .. } = self;
-        let untangling = untangling.get_or_insert_with(|| Box::new(Untangling::new(deformed.len())));
-        let layout = &body.matching.layout;
-        slot_rotations.copy_from(&body.state.rotations);
-        for (&slot, &[x, y, z]) in layout.slots().iter().zip(&*deformed) {
-            slot_rotations.set(slot, [x, y, z, 0.0]);
-        }
-        if may_be_inverted(layout, slot_rotations) {
-            untangling.prepare(body.get());
-            untangling.shorten(start, deformed);
-        }
-        if !untangling.is_present() {
-            if let Some(correction) = &body.get().correction {
-                if let Some(smoothing) = body.get().smoothing() {
-                    smoothing.update_trust(start, trust);
-                }
-                untangling.set_volumes(correction.volumes(workspace, executor, start, trust.values()));
-            }
-            untangling.set_deformed(start);
+        let flattener = self.flattener.get_or_insert_default();
+        flattener.flatten((table, embedding), shapes, lattice, trust.values());
+        if let Some(correction) = correction.filter(|_| !flattener.displacements().is_empty()) {
+            let displacements = flattener.displacements_mut();
+            let surface = (surface.volume_surface(), table);
+            correction.solve_flattened(workspace, executor, surface, displacements, lattice, components);
         }
     }
 
@@ -422,7 +403,9 @@ impl Displayed<'_> {
             let correction = self.body.correction.as_ref();
             let motion =
                 correction.and_then(|correction| correction.surface_motion(&self.display.correction));
-            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, frame };
+            let offsets =
+                flattened_surface(&self.display.flattener, self.body).map(FlattenedSurface::skin_offsets);
+            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, offsets, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
             (self.display.xyzx, self.display.slopes) = (lattice, slopes);
         }
@@ -435,12 +418,14 @@ impl Displayed<'_> {
         let Body { lattice, surface, measures, correction, .. } = self.body;
         let volume_surface = || surface.as_ref().map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
-        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
+        let Display { deformed: start, corrected, components, untangling, flattener, .. } = &*self.display;
+        let flattened = flattened_surface(flattener, self.body);
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         match correction {
-            None => measures.report_untangled(deformed, start),
+            None => measures.report_displayed(deformed, (start, flattened)),
             Some(correction) => {
-                measures.report_corrected_from(correction, components, deformed, (start, corrected))
+                let displayed = (start.as_slice(), corrected.as_slice(), flattened);
+                measures.report_corrected_from(correction, components, deformed, displayed)
             }
         }
     }
@@ -455,6 +440,17 @@ impl Displayed<'_> {
     pub fn times(&self) -> DisplayTimes {
         self.display.times
     }
+}
+
+/// Returns the flattened surface of a body, if any mesh vertex is displaced.
+fn flattened_surface<'a>(
+    flattener: &'a Option<Box<Flattener>>,
+    body: &'a Body,
+) -> Option<FlattenedSurface<'a>> {
+    let displacements = flattener.as_ref()?.displacements();
+    let Surface { mesh, embedding, flatten_table, .. } = body.surface.as_ref()?;
+    let table = flatten_table.get().filter(|_| !displacements.is_empty())?;
+    Some(FlattenedSurface { mesh, embedding, table, displacements })
 }
 
 impl Body {

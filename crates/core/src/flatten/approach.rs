@@ -1,55 +1,73 @@
-//! By how much a point of the surface comes closer to a collider.
+//! The gap between the surface and a collider that remains of a gap.
 
 /// Gap in cells that is closed, for each unit of compression.
-const GAP: f64 = 0.5;
+const GAP: f32 = 0.75;
 
 /// Greatest gap in cells that is closed.
-const GREATEST_GAP: f64 = 0.25;
+const GREATEST_GAP: f32 = 0.3;
 
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
-const SPAN: f64 = 3.0;
+const SPAN: f32 = 3.0;
 
 /// Gap in cells from which on points do not move, whatever the compression is.
-pub(super) const REACH: f64 = SPAN * GREATEST_GAP;
+pub(super) const REACH: f32 = SPAN * GREATEST_GAP;
 
-/// Gaps in cells between which a contact fades out, by the least gap of the component: up to the first one it has its full
-/// effect, and from the second one on the component does not touch the collider. The first one is above the gaps of resting
-/// bodies, which vibrate by less.
-const TOUCHING: [f64; 2] = [0.02, 0.1];
+/// Distance in cells between a component and a collider at which the effect has faded out. At most [`REACH`], so that no point
+/// beyond [`REACH`] moves.
+const FADED: f32 = 0.5;
 
-/// Cosines of the angle between the surface and the collider between which the effect fades in. The walls of a body that
-/// stands on a plane do not move.
-const FACING: [f64; 2] = [0.3, 0.7];
+/// Cosines of the angle at rest between the outward normal of the surface and the direction to the collider between which the
+/// effect fades in. The walls of a body that stands on a plane do not move.
+const FACING: [f32; 2] = [0.1, 0.4];
 
-/// Returns the smooth step from 0 to 1 between two values.
-fn smooth_step(x: f64, [from, to]: [f64; 2]) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+/// Compression up to which the flattened surface follows the volume correction in part.
+const HELD: f32 = 0.01;
+
+/// How a point of the surface comes closer to a collider.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Approach {
+    /// Displacement towards the collider, in cells; at least 0.
+    pub(super) length: f32,
+    /// Share of a later displacement along the normal of the collider that is held back, from 0 to 1: 1 minus the derivative
+    /// of the remaining gap.
+    pub(super) hold: f32,
 }
 
-/// Returns how much a component touches a collider, from 0 to 1. `gap`: the least gap of the component.
-pub(super) fn touching(gap: f64) -> f64 {
-    1.0 - smooth_step(gap, TOUCHING)
-}
-
-/// Returns the displacement of a point towards the collider, in cells; at most the gap.
+/// Returns how a point comes closer to a collider.
 ///
-/// Gaps up to `c`, the gap that is closed, become 0. From there to `SPAN c` they rise to their own value, with
-/// continuous derivatives, and in the same order. Points inside the collider do not move.
+/// The component of the body is at a distance `least` from the collider, and gaps are measured from there: its nearest point
+/// does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `SPAN c` they rise to their own value, with
+/// continuous derivatives, and in the same order.
 ///
-/// * `gap`: distance from the collider, in cells.
-/// * `compression`: 1 minus the stretch of the lattice along the normal of the collider; without effect below 0.
-/// * `cosine`: of the angle between the normal of the surface and the opposite of the collider's normal.
-pub(super) fn approach(gap: f64, compression: f64, cosine: f64) -> f64 {
-    let closed = (GAP * compression).min(GREATEST_GAP);
-    if gap <= 0.0 || gap >= SPAN * closed {
-        return 0.0;
+/// * `gap`: distance from the collider, in cells. Points nearer than `least` do not move.
+/// * `least`: least gap of the component, at least 0.
+/// * `compression`: 1 minus the derivative of the gap along the rest shape; without effect below 0.
+/// * `cosine`: of the angle at rest between the outward normal and the direction to the collider.
+pub(super) fn approach(gap: f32, least: f32, compression: f32, cosine: f32) -> Approach {
+    let closed = (GAP * compression).min(GREATEST_GAP) * (1.0 - least / FADED);
+    let gap = gap - least;
+    if !(closed > 0.0 && gap < SPAN * closed && cosine > FACING[0]) {
+        return Approach::default();
     }
     let weight = smooth_step(cosine, FACING);
     // The cubic with the values 0 and SPAN, and the derivatives 0 and 1, where the gap is `c` and `SPAN c`.
     let u = ((gap / closed - 1.0) / (SPAN - 1.0)).max(0.0);
     let rest = closed * u * u * ((2.0 * SPAN + 1.0) - (SPAN + 1.0) * u);
-    weight * (gap - rest)
+    let slope = u * (2.0 * (2.0 * SPAN + 1.0) - 3.0 * (SPAN + 1.0) * u) / (SPAN - 1.0);
+    let hold = weight * (1.0 - slope).max(0.0) * (compression / HELD).min(1.0);
+    Approach { length: weight * (gap - rest).max(0.0), hold }
+}
+
+/// Returns the distance from the nearest point of the component from which on points do not move, for a compression of at most
+/// `compression`.
+pub(super) fn greatest_reach(compression: f32) -> f32 {
+    SPAN * (GAP * compression).min(GREATEST_GAP)
+}
+
+/// Returns the smooth step from 0 to 1 between two values.
+fn smooth_step(x: f32, [from, to]: [f32; 2]) -> f32 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]
@@ -58,28 +76,43 @@ mod tests {
 
     #[test]
     fn remaining_gap_is_monotonic_and_continuous() {
-        for compression in [0.01, 0.2, 0.5, 2.0] {
-            let remaining = |gap: f64| gap - approach(gap, compression, 1.0);
-            let step = 1e-4;
-            for k in 0..10_000 {
-                let (a, b) = (remaining(step * f64::from(k)), remaining(step * f64::from(k + 1)));
-                // The slope of the cubic is at most (2 SPAN + 1)² / (3 (SPAN + 1) (SPAN - 1)) = 49/24.
-                assert!(
-                    (-1e-12..=49.0 / 24.0 * step + 1e-12).contains(&(b - a)),
-                    "{compression} {k}: {a} {b}"
-                );
+        for compression in [0.01, 0.2, 0.4, 2.0] {
+            for least in [0.0, 0.1, 0.4] {
+                let remaining = |gap: f32| gap - approach(gap, least, compression, 1.0).length;
+                let step = 1e-3;
+                for k in 0..1_000 {
+                    let (a, b) = (remaining(step * k as f32), remaining(step * (k + 1) as f32));
+                    // The slope of the cubic is at most (2 SPAN + 1)² / (3 (SPAN + 1) (SPAN - 1)) = 49/24.
+                    let bound = 49.0 / 24.0 * step + 1e-6;
+                    assert!((-1e-6..=bound).contains(&(b - a)), "{compression} {least} {k}: {a} {b}");
+                }
             }
         }
-        assert!(approach(0.1, 0.2, 1.0) == 0.1 && approach(0.3, 0.2, 1.0) == 0.0);
+        // A compression of 0.2 closes a gap of 0.15, and has no effect from 0.45 on.
+        assert_eq!(approach(0.14, 0.0, 0.2, 1.0), Approach { length: 0.14, hold: 1.0 });
+        assert_eq!(approach(0.46, 0.0, 0.2, 1.0), Approach::default());
     }
 
     #[test]
-    fn surface_that_is_not_compressed_or_does_not_face_the_collider_does_not_move() {
+    fn nearest_point_and_surface_that_is_not_compressed_or_does_not_face_the_collider_do_not_move() {
         for gap in [-0.1, 0.0, 1e-6, 0.1] {
-            assert_eq!(approach(gap, 0.0, 1.0), 0.0);
-            assert_eq!(approach(gap, -0.5, 1.0), 0.0);
-            assert_eq!(approach(gap, 0.5, 0.0), 0.0);
+            assert_eq!(approach(gap, 0.0, 0.0, 1.0).length, 0.0);
+            assert_eq!(approach(gap, 0.0, -0.5, 1.0).length, 0.0);
+            assert_eq!(approach(gap, 0.0, 0.5, 0.0).length, 0.0);
+            assert_eq!(approach(gap, gap.max(0.0), 0.5, 1.0).length, 0.0);
+            assert_eq!(approach(gap, FADED, 0.5, 1.0).length, 0.0);
         }
-        assert_eq!([touching(-0.1), touching(0.0), touching(0.1), touching(1.0)], [1.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn hold_is_one_minus_the_derivative_of_the_remaining_gap() {
+        for k in 1..900 {
+            let (gap, step) = (1e-3 * k as f32, 1e-3);
+            let [before, after] =
+                [gap - step, gap + step].map(|gap| gap - approach(gap, 0.0, 0.4, 1.0).length);
+            let expected = (1.0 - (after - before) / (2.0 * step)).max(0.0);
+            let hold = approach(gap, 0.0, 0.4, 1.0).hold;
+            assert!((hold - expected).abs() < 0.02, "{gap}: {hold} {expected}");
+        }
     }
 }

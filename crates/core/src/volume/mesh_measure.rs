@@ -48,6 +48,8 @@ pub(super) struct MeshMeasure {
     quads: Vec<[u32; 4]>,
     /// Chunks of the patches, then of the quads.
     sums: ChunkedSum,
+    /// For each mesh vertex, the factor of the volume of its triangles: 1, -1 (inside out) or 0 (ignored). Empty if all are 1.
+    signs: Vec<i8>,
 }
 
 /// How the surface points follow the lattice.
@@ -70,6 +72,8 @@ pub(super) struct MeshTerms {
     pub(super) quads: Vec<[u32; 4]>,
     /// Number of these quads of each component.
     pub(super) quad_counts: Vec<usize>,
+    /// See [`MeshMeasure`].
+    pub(super) signs: Vec<i8>,
 }
 
 /// Run of consecutive surface points in one cell.
@@ -85,7 +89,7 @@ impl MeshMeasure {
     /// Creates the measure. `points`: mesh vertex of each surface point. The corners of `terms.quads` are
     /// indices into `points`.
     pub(super) fn new(terms: MeshTerms, points: &[u32], embedding: &Embedding) -> Self {
-        let MeshTerms { patches, patch_counts, quads, quad_counts } = terms;
+        let MeshTerms { patches, patch_counts, quads, quad_counts, signs } = terms;
         let cell = |point: u32| embedding.cell(point as usize);
         let (mut runs, mut run_ends) = (Vec::new(), Vec::new());
         for batch in points.chunks(BATCH) {
@@ -113,6 +117,7 @@ impl MeshMeasure {
             },
             point_count: points.len(),
             quads,
+            signs,
             sums: ChunkedSum::new(&patch_counts, CHUNK_PATCHES).then(&quad_counts, CHUNK_DETERMINANTS),
         }
     }
@@ -132,7 +137,33 @@ impl MeshMeasure {
             // The embedding counts the stencils, which are shared.
             Positions::Smooth(local, _) => size_of_val(&**local),
         };
-        size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads)
+        let signs = size_of_val(&*self.signs);
+        size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads) + signs
+    }
+
+    /// Returns the factor of the volume of the triangles at a mesh vertex: 1, -1 or 0.
+    pub(super) fn sign(&self, vertex: u32) -> i8 {
+        self.signs.get(vertex as usize).copied().unwrap_or(1)
+    }
+
+    /// Returns the motion of a mesh vertex along the present field. `rank`: its index in the order of
+    /// [`Embedding::by_cell`].
+    ///
+    /// With smooth positions the last evaluation must have been of the present points and field.
+    pub(super) fn motion(
+        &self,
+        (vertex, rank): (u32, u32),
+        embedding: &Embedding,
+        scratch: &Scratch,
+    ) -> Moving {
+        if self.smoothing().is_some() {
+            return scratch.surface_points[rank as usize];
+        }
+        let (corners, weights) = (embedding.corners(vertex as usize), embedding.weights(vertex as usize));
+        let mut motion = [Moving::default()];
+        let run = [Run { corners, points: 1 }];
+        dispatch!(level(), simd => interpolate(simd, &run, &scratch.points, &[weights], &mut motion));
+        motion[0]
     }
 
     /// Adds the volume of each component to `scratch.coefficients`.
@@ -180,6 +211,11 @@ impl MeshMeasure {
             dispatch!(level(), simd => quad_sum(simd, quads, surface_points))
         });
     }
+}
+
+/// Returns the volume of quads: the part of the volume of a closed surface that they contribute.
+pub(super) fn volume_of_quads(quads: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
+    dispatch!(level(), simd => quad_sum(simd, quads, points)).map(|c| c / 6.0)
 }
 
 /// Returns six times the sum of the volumes of quads.

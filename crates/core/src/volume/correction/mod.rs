@@ -1,7 +1,8 @@
 //! Runs the volume correction of a deformed lattice: field, scales, cubics, limits at colliders.
 //!
-//! `passes` restores the volume where a single cubic cannot.
+//! `passes` restores the volume where a single cubic cannot, `flattened` that of a surface that lies flat on colliders.
 
+mod flattened;
 mod passes;
 
 use std::sync::{Arc, Weak};
@@ -12,6 +13,7 @@ use super::clearance::{LimitSearch, Obstacles};
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
+use super::flattened::FlattenedVolume;
 use super::limits::{Limit, Limits};
 use super::line::Moving;
 use super::measure::Measure;
@@ -91,6 +93,9 @@ pub struct CorrectionWorkspace {
     /// Motions of the surface points of each component.
     motions: Vec<ComponentMotion>,
     reports: Vec<ComponentReport>,
+    flattened: FlattenedVolume,
+    /// Change of the `lambda` of each component by a flattened surface, in cells.
+    steps: Vec<f64>,
 }
 
 /// Factors by which the field fades in beside constrained vertices.
@@ -134,6 +139,8 @@ impl CorrectionWorkspace {
             + size_of_val(&*self.lambdas)
             + size_of_val(&*self.motions)
             + size_of_val(&*self.reports)
+            + self.flattened.bytes()
+            + size_of_val(&*self.steps)
     }
 }
 
@@ -409,6 +416,7 @@ impl Correction {
     ) -> &'w [ComponentReport] {
         self.set_positions(workspace, positions, trust);
         self.evaluate(workspace, executor);
+        workspace.lambdas.fill(0.0);
         for component in 0..self.rest.len() {
             let excess = workspace.scratch.coefficients[component][0] - self.rest[component];
             self.report(workspace, component, excess);
@@ -453,13 +461,18 @@ impl Correction {
                 *corrected = std::array::from_fn(|k| corrected[k] + offset[k]);
             }
         }
-        workspace.limits.write(&lambda, deformed, corrected);
+        workspace.limits.write(lambda, deformed, corrected);
+        self.update_surface_motions(workspace);
+        &workspace.reports
+    }
+
+    /// Updates the motions of the surface points for the present `lambda`.
+    fn update_surface_motions(&self, workspace: &mut CorrectionWorkspace) {
         workspace.motions.clear();
         workspace.motions.extend(workspace.lambdas.iter().enumerate().map(|(component, lambda)| {
             let center = xyzx(workspace.scratch.center(component).map(|x| x as f32));
             ComponentMotion { lambda: *lambda as f32, center }
         }));
-        &workspace.reports
     }
 
     /// Returns the ramp of a workspace, if it was built for this lattice.
