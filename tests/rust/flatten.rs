@@ -157,7 +157,7 @@ fn volume_of_a_flattened_surface_is_kept_and_reported() {
             assert!((by_mesh.after / rest - 1.0).abs() < 1e-6, "{skin:?} {scope:?}: {by_mesh:?}");
             let lowest = points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
             let lying = points.iter().filter(|p| p.y.abs() < 1e-5).count();
-            assert!(lowest > -1e-5 && lying > 100, "{skin:?} {scope:?}: {lowest} {lying}");
+            assert!(lowest > -1e-4 && lying > 100, "{skin:?} {scope:?}: {lowest} {lying}");
         }
         // Without a correction, the report has the volume of the flattened surface.
         let simulation = pressed(skin, VolumeOptions::off(), 0.7, &[ground()], 1);

@@ -6,11 +6,18 @@ const GAP: f32 = 0.75;
 /// Greatest gap in cells that is closed.
 const GREATEST_GAP: f32 = 0.3;
 
+/// Length over which the remaining gap rounds the rim of the contact, as a multiple of the gap that is closed.
+const CORNER: f32 = 0.5;
+
+/// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer it is, the
+/// less a motion of the surface is enlarged: see [`approach`].
+const SPAN: f32 = 14.0;
+
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
-const SPAN: f32 = 3.0;
+const END: f32 = 1.0 + CORNER + SPAN;
 
 /// Gap in cells from which on points do not move, whatever the compression is.
-pub(super) const REACH: f32 = SPAN * GREATEST_GAP;
+pub(super) const REACH: f32 = END * GREATEST_GAP;
 
 /// Distance in cells between a component and a collider at which the effect has faded out. At most [`REACH`], so that no point
 /// beyond [`REACH`] moves.
@@ -36,8 +43,8 @@ pub(super) struct Approach {
 /// Returns how a point comes closer to a collider.
 ///
 /// The component of the body is at a distance `least` from the collider, and gaps are measured from there: its nearest point
-/// does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `SPAN c` they rise to their own value, with
-/// continuous derivatives, and in the same order.
+/// does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to their own value, with
+/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.13.
 ///
 /// * `gap`: distance from the collider, in cells. Points nearer than `least` do not move.
 /// * `least`: least gap of the component, at least 0.
@@ -46,22 +53,27 @@ pub(super) struct Approach {
 pub(super) fn approach(gap: f32, least: f32, compression: f32, cosine: f32) -> Approach {
     let closed = (GAP * compression).min(GREATEST_GAP) * (1.0 - least / FADED);
     let gap = gap - least;
-    if !(closed > 0.0 && gap < SPAN * closed && cosine > FACING[0]) {
+    if !(closed > 0.0 && gap < END * closed && cosine > FACING[0]) {
         return Approach::default();
     }
     let weight = smooth_step(cosine, FACING);
-    // The cubic with the values 0 and SPAN, and the derivatives 0 and 1, where the gap is `c` and `SPAN c`.
-    let u = ((gap / closed - 1.0) / (SPAN - 1.0)).max(0.0);
-    let rest = closed * u * u * ((2.0 * SPAN + 1.0) - (SPAN + 1.0) * u);
-    let slope = u * (2.0 * (2.0 * SPAN + 1.0) - 3.0 * (SPAN + 1.0) * u) / (SPAN - 1.0);
-    let hold = weight * (1.0 - slope).max(0.0) * (compression / HELD).min(1.0);
-    Approach { length: weight * (gap - rest).max(0.0), hold }
+    let x = gap / closed - 1.0;
+    let (length, slope) = if x <= 0.0 {
+        (gap, 0.0)
+    } else if x < CORNER {
+        (gap - closed * x * x / (2.0 * CORNER), x / CORNER)
+    } else {
+        let t = (x - CORNER) / SPAN;
+        ((1.0 + 0.5 * CORNER) * closed * (1.0 - t * t * (3.0 - 2.0 * t)), 1.0)
+    };
+    let hold = weight * (1.0 - slope) * (compression / HELD).min(1.0);
+    Approach { length: weight * length.max(0.0), hold }
 }
 
 /// Returns the distance from the nearest point of the component from which on points do not move, for a compression of at most
 /// `compression`.
 pub(super) fn greatest_reach(compression: f32) -> f32 {
-    SPAN * (GAP * compression).min(GREATEST_GAP)
+    END * (GAP * compression).min(GREATEST_GAP)
 }
 
 /// Returns the smooth step from 0 to 1 between two values.
@@ -69,7 +81,6 @@ fn smooth_step(x: f32, [from, to]: [f32; 2]) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,15 +93,14 @@ mod tests {
                 let step = 1e-3;
                 for k in 0..1_000 {
                     let (a, b) = (remaining(step * k as f32), remaining(step * (k + 1) as f32));
-                    // The slope of the cubic is at most (2 SPAN + 1)² / (3 (SPAN + 1) (SPAN - 1)) = 49/24.
-                    let bound = 49.0 / 24.0 * step + 1e-6;
+                    let bound = (1.0 + 1.5 * (1.0 + CORNER / 2.0) / SPAN) * step + 1e-6;
                     assert!((-1e-6..=bound).contains(&(b - a)), "{compression} {least} {k}: {a} {b}");
                 }
             }
         }
-        // A compression of 0.2 closes a gap of 0.15, and has no effect from 0.45 on.
+        // A compression of 0.2 closes a gap of 0.15, and has no effect from END times that on.
         assert_eq!(approach(0.14, 0.0, 0.2, 1.0), Approach { length: 0.14, hold: 1.0 });
-        assert_eq!(approach(0.46, 0.0, 0.2, 1.0), Approach::default());
+        assert_eq!(approach(END * 0.1501, 0.0, 0.2, 1.0), Approach::default());
     }
 
     #[test]

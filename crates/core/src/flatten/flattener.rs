@@ -204,10 +204,10 @@ impl Flattener {
             let least = gaps[table.components[corners[0] as usize] as usize].max(0.0);
             let gradients =
                 corners.map(|corner| Vector3::from(surroundings.gradient(corner, table, lattice, shape)));
-            let reach = least + greatest_reach(greatest_compression(&gradients));
+            let range = least + greatest_reach(greatest_compression(&gradients));
             let terms = polynomial(gradients);
             let holds = displacements.holds.len();
-            for &Near { rank, gap, normal } in near.iter().filter(|near| near.gap < reach) {
+            for &Near { rank, gap, normal } in near.iter().filter(|near| near.gap < range) {
                 let local = embedding.local(table.vertices[rank as usize] as usize);
                 let weights = monomials(1.0, local.map(|x| x.clamp(0.0, 1.0)));
                 let mut gradient = terms[0];
