@@ -50,7 +50,7 @@ pub(crate) fn bench(bench: &mut Bench) {
             let correction = || Correction::new(lattice, Some(surface), &VolumeMeasure::Mesh.into());
             [timed(|| (0..n).for_each(|_| drop(correction())))]
         });
-    row(bench, "field and measure of the volume correction", samples, Some(AtMost(3.0)));
+    row(bench, "field and measure of the volume correction", samples, Some(AtMost(1.0)));
 }
 
 /// Adds a row if the case was measured.

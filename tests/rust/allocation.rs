@@ -80,6 +80,19 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     free.steps(3);
     assert_eq!(thread_allocations(|| free.steps(200)), 0, "a free body");
 
+    let sizes = [2, 6, 4].into_iter().zip(0..);
+    let bodies = sizes.map(|(n, k)| block(n).translate([2.0 * f64::from(k), 0.0, 0.0]).build().unwrap());
+    let mut several =
+        bodies.fold(Simulation::builder().threads(1), |world, body| world.body(body)).build().unwrap();
+    assert_eq!(several.plan().window_sum_bytes, 0);
+    several.steps(3);
+    assert_eq!(thread_allocations(|| several.steps(200)), 0, "bodies of different sizes");
+    // The bodies of a thread have the memory in common that the largest one needs.
+    assert_eq!(several.plan().window_sum_bytes, free.plan().window_sum_bytes);
+    several.set_threads(2).unwrap();
+    several.steps(20);
+    assert_eq!(several.plan().window_sum_bytes, 2 * free.plan().window_sum_bytes);
+
     // The animation has a sample every three steps.
     let turning = |sample: i32| {
         let (sin, cos) = (0.02 * f64::from(sample)).sin_cos();

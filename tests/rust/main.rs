@@ -33,6 +33,7 @@ mod lowest_mode;
 mod matching;
 mod mesh;
 mod mesh_colliders;
+mod near_bodies;
 mod obj;
 mod obj_frames;
 mod page_reader;

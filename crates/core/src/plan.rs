@@ -23,6 +23,9 @@ pub struct Plan {
     /// Current memory of the search and the impulses of contact between bodies, which all bodies share, in bytes; `None` if
     /// no body can touch another one or itself.
     pub contact_bytes: Option<usize>,
+    /// Current memory of the window sums of small bodies, which the bodies that a thread steps have in common, in bytes. It is
+    /// allocated in the first step.
+    pub window_sum_bytes: usize,
 }
 
 /// The stages of one body.
@@ -75,7 +78,7 @@ impl BodyPlan {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { dt, substeps, threads, bodies, contact_bytes } = self;
+        let Self { dt, substeps, threads, bodies, contact_bytes, window_sum_bytes } = self;
         writeln!(f, "dt: {dt:.6} s, steps per frame: {substeps}, threads: {threads}")?;
         for body in bodies {
             writeln!(f, "{}: {:.1} MB", body.name, body.bytes() as f64 / 1e6)?;
@@ -94,6 +97,9 @@ impl fmt::Display for Plan {
         if let Some(bytes) = contact_bytes {
             let kilobytes = *bytes as f64 / 1e3;
             writeln!(f, "contact of bodies: {kilobytes:.1} kB in common")?;
+        }
+        if *window_sum_bytes > 0 {
+            writeln!(f, "window sums of small bodies: {:.1} kB in common", *window_sum_bytes as f64 / 1e3)?;
         }
         Ok(())
     }

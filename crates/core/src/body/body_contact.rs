@@ -12,7 +12,6 @@ use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
 use crate::state::{ContactForce, ContactKey, Touches};
-use crate::volume::Limit;
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
@@ -76,16 +75,15 @@ impl Body {
     /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
     /// bodies.
     pub(crate) fn create_contact_surface(&mut self) {
-        if self.body_contact.as_ref().is_none_or(BodyContact::has_surface) {
-            return;
+        if self.body_contact.is_some() && self.surface_of_contact().is_none() {
+            self.body_contact = None;
+            self.state.touches = Touches::default();
         }
-        match (self.contact_surface(), &mut self.body_contact) {
-            (Some(surface), Some(contact)) => contact.set_surface(surface),
-            _ => {
-                self.body_contact = None;
-                self.state.touches = Touches::default();
-            }
-        }
+    }
+
+    /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch none.
+    pub(super) fn surface_of_contact(&self) -> Option<&ContactSurface> {
+        self.body_contact.as_ref()?.surface_or(|| self.contact_surface())
     }
 
     /// Measures the boxes of the positions and velocities, by which near bodies are found.
@@ -100,9 +98,9 @@ impl Body {
     /// function creates them each time.
     pub fn contact_samples(&self) -> Option<usize> {
         let contact = self.body_contact.as_ref()?;
-        match contact.has_surface() {
-            true => Some(contact.surface().sample_count()),
-            false => self.contact_surface().map(|surface| surface.sample_count()),
+        match contact.created_surface() {
+            Some(surface) => Some(surface.sample_count()),
+            None => self.contact_surface().map(|surface| surface.sample_count()),
         }
     }
 
@@ -117,7 +115,7 @@ impl Body {
     /// Returns the samples and the memory in bytes of contact with bodies, or `None` if the body can touch none. There are
     /// no samples before another body is near.
     pub(super) fn planned_body_contact(&self) -> Option<(Option<usize>, usize)> {
-        let samples = |contact: &BodyContact| contact.has_surface().then(|| contact.surface().sample_count());
+        let samples = |contact: &BodyContact| contact.created_surface().map(ContactSurface::sample_count);
         self.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
     }
 
@@ -152,34 +150,6 @@ impl Body {
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         if let Some(damping) = &mut self.elastic_damping {
             damping.add_change(component, self.lattice.cell_size());
-        }
-    }
-
-    /// Replaces `limits` by those of the displayed surface at the bodies that the body touches: a vertex of a cell with a
-    /// touching sample does not move towards the other body. So the surfaces overlap no more than those of the dynamics.
-    pub(super) fn contact_limits(&self, limits: &mut Vec<Limit>) {
-        limits.clear();
-        let Some(contact) = self.body_contact.as_ref().filter(|contact| contact.has_surface()) else {
-            return;
-        };
-        limits.extend(self.state.touches.samples().flat_map(|touch| {
-            let normal = Vector3::from(touch.normal.map(f64::from));
-            let vertices = contact.surface().vertices_of(touch.sample);
-            vertices.map(move |vertex| Limit { vertex, normal, clearance: 0.0 })
-        }));
-        // One limit for each vertex and direction: the sum of the normals of the touches, by the dominant axis.
-        let key =
-            |limit: &Limit| (limit.vertex, limit.normal.iamax(), limit.normal[limit.normal.iamax()] < 0.0);
-        limits.sort_unstable_by_key(key);
-        limits.dedup_by(|next, first| {
-            let is_same = key(next) == key(first);
-            if is_same {
-                first.normal += next.normal;
-            }
-            is_same
-        });
-        for limit in limits {
-            limit.normal = limit.normal.try_normalize(0.0).unwrap_or(limit.normal);
         }
     }
 

@@ -11,7 +11,7 @@ use crate::dynamics::{
 };
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};
-use crate::matching::Matching;
+use crate::matching::{Matching, Workspace};
 use crate::mesh::Mesh;
 use crate::skin::{Skin, SkinKind};
 use crate::state::{Placement, State};
@@ -338,7 +338,7 @@ impl BodyBuilder {
             scale: self.scale,
             model_to_world: self.placement.isometry(),
             state,
-            workspace: matching.cascade.workspace(&matching.layout),
+            workspace: Workspace::default(),
             momentum: MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks()),
             energy: None,
             region_damping: self.material.has_region_damping().then(|| RegionDamper::new(&matching)),
@@ -361,6 +361,10 @@ impl BodyBuilder {
             surface,
             matching,
         };
+        // Small bodies use the buffers of the threads of their simulation.
+        if !body.is_one_task() {
+            body.workspace = body.matching.cascade.workspace();
+        }
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 
+use super::body_limits::BodyLimits;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
-use crate::flatten::{FlattenTable, FlattenedSurface, Flattener};
+use crate::flatten::{FlattenTable, FlattenedSurface, Flattener, Unflattened};
 use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
@@ -21,7 +22,7 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, VolumeMeasures, VolumeReport,
 };
 
 /// The displayed surface. For many frames, reusing one [`Display`] is faster.
@@ -87,8 +88,8 @@ pub struct Display {
     /// `slot_rotations` in vertex order.
     rotations: Vec<[f32; 4]>,
     external_forces: Vec<ExternalForce>,
-    /// Limits of the correction at bodies that the body touches.
-    contact_limits: Vec<Limit>,
+    /// Finds the limits of the correction at other bodies.
+    body_limits: BodyLimits,
     components: Vec<ComponentReport>,
     /// Present after the first frame in which the body was near a collider.
     flattener: Option<Box<Flattener>>,
@@ -173,7 +174,7 @@ impl Display {
             corrected,
             rotations,
             external_forces,
-            contact_limits,
+            body_limits,
             trust,
             ..
         } = self;
@@ -183,13 +184,12 @@ impl Display {
             .extend(body.context().into_iter().flat_map(|context| body.get().external_forces(context.dt)));
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
-        body.get().contact_limits(contact_limits);
-        if let Some(surroundings) = body.surroundings(contact_limits) {
+        if let Some(surroundings) = body.surroundings() {
             correction.limit_at_obstacles(
                 workspace,
                 executor,
                 (surroundings.samples(), &surroundings.obstacles),
-                contact_limits,
+                &mut body_limits.finder(body),
                 deformed,
                 corrected,
             );
@@ -204,9 +204,9 @@ impl Display {
             flattener.clear();
         }
         let (Some(surface), Some(context)) = (&body.get().surface, body.context()) else { return };
-        let Self { deformed, corrected, trust, components, correction: workspace, .. } = self;
+        let Self { deformed, corrected, trust, components, body_limits, correction: workspace, .. } = self;
         let correction = body.get().correction.as_ref();
-        let lattice = if correction.is_some() { corrected } else { deformed };
+        let lattice = if correction.is_some() { &*corrected } else { &*deformed };
         let shapes = context.colliders.at(context.time, body.state.frame.body_frame());
         if context.colliders.is_empty() || !Flattener::is_near(shapes.clone(), lattice) {
             return;
@@ -214,18 +214,25 @@ impl Display {
         let Surface { mesh, embedding, flatten_table, .. } = surface;
         let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
         let flattener = self.flattener.get_or_insert_default();
-        flattener.flatten((table, embedding), shapes, lattice, trust.values());
-        if let Some(correction) = correction.filter(|_| !flattener.displacements().is_empty()) {
-            let displacements = flattener.displacements_mut();
+        let motion = correction.and_then(|correction| correction.surface_motion(workspace));
+        let surface_before =
+            Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
+        flattener.flatten(surface_before, shapes);
+        let displacements = flattener.displacements_mut();
+        if displacements.is_empty() {
+            return;
+        }
+        body_limits.shorten(body, displacements, (table, embedding), (deformed, lattice));
+        if let Some(correction) = correction {
             let surface = (surface.volume_surface(), table);
-            correction.solve_flattened(workspace, executor, surface, displacements, lattice, components);
+            correction.solve_flattened(workspace, executor, surface, displacements, corrected, components);
         }
     }
 
     /// Untangles the deformed lattice, if a cell is inside out.
     #[cold]
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
-        let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
+        let Self { untangling, deformed, body_limits, correction: workspace, trust, .. } = self;
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(deformed) {
             return;
@@ -237,8 +244,7 @@ impl Display {
             untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
         }
         untangling.set_deformed(deformed);
-        body.get().contact_limits(contact_limits);
-        untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
+        untangling.untangle(body.surroundings(), &mut body_limits.finder(body), deformed);
     }
 
     /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out. If the
@@ -304,7 +310,7 @@ impl Display {
     /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
-        let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
+        let Self { untangling, deformed, corrected, body_limits, components, .. } = self;
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
             return false;
@@ -315,8 +321,7 @@ impl Display {
         }
         untangling.first.keep(deformed, corrected, components);
         if untangling.is_inverted(deformed) {
-            body.get().contact_limits(contact_limits);
-            untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);
+            untangling.untangle(body.surroundings(), &mut body_limits.finder(body), corrected);
         } else {
             untangling.shorten(deformed, corrected);
         }
@@ -329,7 +334,7 @@ impl Display {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
-        let correction = correction + size_of_val(&*self.contact_limits);
+        let correction = correction + self.body_limits.bytes();
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
         let untangling = untangling + self.flattener.as_ref().map_or(0, |flattener| flattener.bytes());

@@ -7,7 +7,7 @@ use crate::dynamics::{
     StiffnessFactors, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
-use crate::matching::Matching;
+use crate::matching::{Matching, Workspace};
 use crate::parallel::Executor;
 use crate::state::index_bounds;
 
@@ -151,7 +151,7 @@ impl Body {
         }
         self.matching.set_half_width(&self.masses, half_width);
         let Matching { layout, cascade, .. } = &self.matching;
-        self.workspace = cascade.workspace(layout);
+        self.workspace = Workspace::default();
         // The division of the sums into tasks depends on the half-width.
         self.momentum = MomentumTracker::new(&self.lattice, &self.masses, layout, cascade.tasks());
         self.state.fitted = false;

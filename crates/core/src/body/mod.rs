@@ -19,12 +19,14 @@
 //! | `untangling` | untangles the displayed lattice where cells are inside out |
 
 mod body_contact;
+mod body_limits;
 mod builder;
 mod display;
 mod elasticity;
 mod escape;
 mod hold_force;
 mod material;
+mod near_bodies;
 mod plan;
 mod quantities;
 mod reference;
@@ -40,6 +42,7 @@ pub use builder::BodyBuilder;
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
+pub(crate) use near_bodies::NearBodies;
 pub use reference::BodyRef;
 pub(crate) use reference::DisplayContext;
 pub(crate) use sleep::RestVote;
@@ -96,6 +99,7 @@ pub struct Body {
 
     // The stages: see `step`.
     matching: Matching,
+    /// Not used if the body is a single task: see [`StepContext::workspaces`].
     workspace: Workspace,
     momentum: MomentumTracker,
     /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.
@@ -186,6 +190,7 @@ impl Body {
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.matching.layout.slots(), positions);
+        self.measure_contact_bounds();
         self.wake();
         Ok(())
     }

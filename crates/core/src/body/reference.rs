@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 
 use super::Body;
 use super::elasticity::Softened;
+use super::near_bodies::NearBodies;
 use super::untangling::Surroundings;
 use crate::contact::Colliders;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
-use crate::volume::Limit;
 
 /// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
 /// energies depend on: colliders, time, step length, gravity and threads.
@@ -37,6 +37,8 @@ pub(crate) struct DisplayContext<'a> {
     /// Gravity in scene units per second squared.
     pub(crate) gravity: Vector3<f64>,
     pub(crate) executor: &'a Executor,
+    /// The bodies around the body; `None` if no body can touch another one or itself.
+    pub(crate) near: Option<NearBodies<'a>>,
 }
 
 impl Deref for BodyRef<'_> {
@@ -57,10 +59,16 @@ impl<'a> BodyRef<'a> {
         self.context
     }
 
-    /// Returns the colliders around the body; `None` if there is neither a collider nor a limit at other bodies.
-    pub(super) fn surroundings(self, contact_limits: &[Limit]) -> Option<Surroundings<'a>> {
-        let DisplayContext { colliders, time, .. } = self.context?;
-        Surroundings::new(self.body, (colliders, time), contact_limits)
+    /// Returns the colliders around the body; `None` if there is neither a collider nor a body near it.
+    pub(super) fn surroundings(self) -> Option<Surroundings<'a>> {
+        let DisplayContext { colliders, time, near, .. } = self.context?;
+        let is_free = colliders.is_empty() && !near.is_some_and(NearBodies::is_any);
+        (!is_free).then(|| Surroundings::new(self.body, colliders, time))
+    }
+
+    /// Returns the bodies around the body; `None` outside a simulation, and if no body can touch another one or itself.
+    pub(super) fn near_bodies(self) -> Option<NearBodies<'a>> {
+        self.context?.near
     }
 
     /// Returns the body, with the lifetime of the simulation's borrow.

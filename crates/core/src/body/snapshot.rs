@@ -165,10 +165,6 @@ impl Body {
             self.state.touches = Touches::default();
         }
         self.measure_contact_bounds();
-        // The limits of the displayed surface at touching bodies need it.
-        if self.state.touches.samples().next().is_some() {
-            self.create_contact_surface();
-        }
         let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);
         let is_tracked =
             constrained == snapshot.constraints.as_ref().map_or(&[][..], Constraints::constrained);

@@ -25,7 +25,7 @@ use super::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::{Purpose, Regions};
+use crate::matching::{Purpose, Regions, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -39,6 +39,8 @@ pub(crate) struct StepContext<'a> {
     pub(crate) colliders: &'a Colliders,
     /// Whether bodies at rest fall asleep.
     pub(crate) sleep: bool,
+    /// The workspaces of the threads, for the bodies that are a single task.
+    pub(crate) workspaces: &'a Workspaces,
 }
 
 /// A stage of a step.
@@ -204,6 +206,12 @@ impl Body {
         self.matching.layout.blocks() <= CHUNK
     }
 
+    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single task.
+    pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
+        let small = bodies.iter().filter(|body| body.is_one_task());
+        workspaces.reserve(threads, small.map(|body| body.matching.cascade.sizes()));
+    }
+
     /// Returns whether the body is free: it has no active constraint and no contact stage.
     fn is_free(&self) -> bool {
         self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
@@ -308,10 +316,12 @@ impl Body {
     /// constrained vertices to other vertices, although the constraints override the velocities of
     /// constrained vertices.
     fn damp(&mut self, context: &StepContext, executor: &Executor) {
+        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
         else {
             return;
         };
+        let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if !state.fitted {
             let positions_rotations = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, positions_rotations, None, Purpose::Regions);
@@ -357,7 +367,9 @@ impl Body {
         let is_free = self.is_free();
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
+        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let Self { matching, workspace, momentum, energy, elastic_damping, lattice, state, .. } = self;
+        let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if let Some(damping) = elastic_damping {
             damping.finish(state, momentum);
         }
@@ -489,7 +501,9 @@ mod tests {
         body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
         let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
         let colliders = &Colliders::new(&[]).unwrap();
-        let context = StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false };
+        let workspaces = &Workspaces::default();
+        let context =
+            StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false, workspaces };
         body.apply_external_forces(&context);
         assert_eq!(known_momenta(&simulation), [true, false, false]);
     }

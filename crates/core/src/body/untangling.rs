@@ -1,9 +1,9 @@
-//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches.
+//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are near.
 
 use super::Body;
 use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
 use crate::untangle::Untangler;
-use crate::volume::{ComponentReport, Limit, LimitSearch, Obstacles};
+use crate::volume::{ComponentReport, FindLimits, LimitSearch, Obstacles};
 
 /// Distance in cells within which limits are searched first.
 const SEARCH_DISTANCE: f64 = 2.0;
@@ -23,21 +23,13 @@ pub(super) struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    /// Returns `None` if there is neither a collider nor a limit at other bodies.
-    pub(super) fn new(
-        body: &'a Body,
-        (colliders, time): (&'a Colliders, f64),
-        contact_limits: &[Limit],
-    ) -> Option<Self> {
-        if colliders.is_empty() && contact_limits.is_empty() {
-            return None;
-        }
+    pub(super) fn new(body: &'a Body, colliders: &'a Colliders, time: f64) -> Self {
         let is_missing = body.contacts.is_none() && !colliders.is_empty();
-        Some(Self {
+        Self {
             obstacles: Obstacles { colliders, time, frame: body.state.frame.body_frame() },
             samples: body.contacts.as_ref().map(Contacts::samples),
             new_samples: is_missing.then(|| body.create_samples(1.0)),
-        })
+        }
     }
 
     /// Returns the samples; `None` if there is no collider.
@@ -190,7 +182,7 @@ impl Untangling {
     pub(super) fn untangle(
         &mut self,
         surroundings: Option<Surroundings<'_>>,
-        contact_limits: &[Limit],
+        find_at_bodies: &mut FindLimits<'_>,
         positions: &mut [[f32; 3]],
     ) {
         let Self { untangler, search, start, .. } = self;
@@ -199,25 +191,23 @@ impl Untangling {
             return;
         };
         let (samples, obstacles) = (surroundings.samples(), &surroundings.obstacles);
-        let Some(samples) = samples else {
-            untangler.untangle(contact_limits, positions);
-            return;
-        };
-        let need_entered_cells = obstacles.need_entered_cells(samples);
-        let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
+        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
+        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
+        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
         start.clear();
         start.extend_from_slice(positions);
         let mut distance = SEARCH_DISTANCE;
         let mut find = true;
         for _ in 0..ROUNDS {
             if std::mem::take(&mut find) {
-                search.replace(Some(samples), start, obstacles, distance, contact_limits);
+                search.replace(samples, start, obstacles, distance, find_at_bodies);
             }
             let greatest = factor * untangler.untangle(&search.limits, positions);
-            if greatest > distance {
+            // Without samples there are only limits at bodies, which are searched up to less than the first distance.
+            if greatest > distance && samples.is_some() {
                 (distance, find) = (MARGIN * greatest, true);
-            } else if !need_entered_cells
-                || !search.add_limits_for_entered_cells(samples, positions, obstacles)
+            } else if !entered_cells
+                .is_some_and(|samples| search.add_limits_for_entered_cells(samples, positions, obstacles))
             {
                 return;
             }

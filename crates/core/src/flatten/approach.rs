@@ -4,24 +4,20 @@
 const GAP: f32 = 0.75;
 
 /// Greatest gap in cells that is closed.
-const GREATEST_GAP: f32 = 0.3;
+pub(super) const GREATEST_GAP: f32 = 0.3;
 
 /// Length over which the remaining gap rounds the rim of the contact, as a multiple of the gap that is closed.
 const CORNER: f32 = 0.5;
 
 /// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer it is, the
 /// less a motion of the surface is enlarged: see [`approach`].
-const SPAN: f32 = 14.0;
+const SPAN: f32 = 5.0;
 
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
 const END: f32 = 1.0 + CORNER + SPAN;
 
-/// Gap in cells from which on points do not move, whatever the compression is.
-pub(super) const REACH: f32 = END * GREATEST_GAP;
-
-/// Distance in cells between a component and a collider at which the effect has faded out. At most [`REACH`], so that no point
-/// beyond [`REACH`] moves.
-const FADED: f32 = 0.5;
+/// Distance in cells between a component and a collider at which the effect has faded out.
+pub(super) const FADED: f32 = 0.5;
 
 /// Cosines of the angle at rest between the outward normal of the surface and the direction to the collider between which the
 /// effect fades in. The walls of a body that stands on a plane do not move.
@@ -72,8 +68,8 @@ pub(super) fn approach(gap: f32, least: f32, compression: f32, cosine: f32) -> A
 
 /// Returns the distance from the nearest point of the component from which on points do not move, for a compression of at most
 /// `compression`.
-pub(super) fn greatest_reach(compression: f32) -> f32 {
-    END * (GAP * compression).min(GREATEST_GAP)
+pub(super) fn greatest_reach(compression: f32, least: f32) -> f32 {
+    END * (GAP * compression).min(GREATEST_GAP) * (1.0 - least / FADED)
 }
 
 /// Returns the smooth step from 0 to 1 between two values.

@@ -88,6 +88,25 @@ impl Displacements {
         *offset = [x, y, z, x];
     }
 
+    /// Multiplies displacements by factors. `factor` has the corners of the cell of a mesh vertex and its displacement as
+    /// arguments.
+    pub(crate) fn scale(
+        &mut self,
+        (table, embedding): (&FlattenTable, &Embedding),
+        factor: impl Fn(&[u32; 8], [f32; 3]) -> f32,
+    ) {
+        for &MovedCell { ranks: [first, end], .. } in &self.moved {
+            let corners = embedding.corners(table.vertices[first as usize] as usize);
+            for offset in &mut self.offsets[first as usize..end as usize] {
+                let &mut [x, y, z, _] = offset;
+                if [x, y, z] != [0.0; 3] {
+                    let factor = factor(&corners, [x, y, z]);
+                    *offset = offset.map(|x| factor * x);
+                }
+            }
+        }
+    }
+
     /// Returns the displacement of a rank.
     pub(crate) fn get(&self, rank: u32) -> [f32; 3] {
         let [x, y, z, _] = self.offsets[rank as usize];

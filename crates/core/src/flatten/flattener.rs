@@ -2,12 +2,14 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::approach::{Approach, REACH, approach, greatest_reach};
+use super::approach::{Approach, FADED, GREATEST_GAP, approach, greatest_reach};
 use super::displacements::{Displacements, Hold, MovedCell};
 use super::table::FlattenTable;
 use crate::contact::{PosedShape, SignedDistance};
 use crate::lattice::{Embedding, PointMap, Slopes, monomials, polynomial};
+use crate::simd::moving::Moving;
 use crate::simd::xyzx::{Xyzx, xyzx};
+use crate::skin::{ComponentMotion, SurfaceMotion};
 
 /// Distance of a mesh vertex from its cell, in cells, up to which its gap is computed by the polynomial of the cell.
 const OUTSIDE: f32 = 0.01;
@@ -16,26 +18,21 @@ const OUTSIDE: f32 = 0.01;
 /// certain.
 const LEAST_GRADIENT: f32 = 0.25;
 
-/// A cell with mesh vertices near a collider.
-#[derive(Clone, Copy, Debug)]
-struct NearCell {
-    /// Index in [`Embedding::by_cell`].
-    cell: u32,
-    /// Corners of the cell.
-    corners: [u32; 8],
-    /// Ranks of the mesh vertices of the cell: first and end.
-    ranks: [u32; 2],
-    /// End of the mesh vertices near the collider in `Flattener::near`.
-    end: u32,
-}
+/// Distance in cells by which a smooth surface may leave the box of its cell: along each axis, at most 4/27 of the differences
+/// between both slopes and the chord, which are at most 1 where the slopes are trusted.
+const SMOOTH_MARGIN: f32 = 1.0;
 
-/// A mesh vertex near a collider.
+/// The surface of a body before it is flattened.
 #[derive(Clone, Copy, Debug)]
-struct Near {
-    rank: u32,
-    gap: f32,
-    /// Normal of the collider.
-    normal: [f32; 3],
+pub(crate) struct Unflattened<'a> {
+    pub(crate) table: &'a FlattenTable,
+    pub(crate) embedding: &'a Embedding,
+    /// Positions of the lattice vertices, in cells.
+    pub(crate) positions: &'a [[f32; 3]],
+    /// Trust in the slopes of the lattice, if the skin is smooth.
+    pub(crate) trust: &'a [f32],
+    /// The motions of the mesh vertices to their positions, if they are known.
+    pub(crate) motion: Option<SurfaceMotion<'a>>,
 }
 
 /// The lattice around a collider.
@@ -51,12 +48,10 @@ struct Surroundings {
 #[derive(Debug, Default)]
 pub(crate) struct Flattener {
     displacements: Displacements,
-    near: Vec<Near>,
-    near_cells: Vec<NearCell>,
     /// Least gap of each component.
     gaps: Vec<f32>,
     surroundings: Surroundings,
-    /// Number of colliders near each cell in [`Embedding::by_cell`].
+    /// Number of colliders that displaced mesh vertices of a cell may enter, for each moved cell.
     colliders: Vec<u8>,
     lattice: Vec<Xyzx>,
     slopes: Vec<[Xyzx; 3]>,
@@ -65,11 +60,11 @@ pub(crate) struct Flattener {
 impl Flattener {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let near = size_of_val(&*self.near) + size_of_val(&*self.near_cells) + size_of_val(&*self.gaps);
         let Surroundings { distances, gradients } = &self.surroundings;
-        let lattice =
-            size_of_val(&*self.lattice) + size_of_val(&*self.slopes) + size_of_val(&*self.colliders);
-        near + lattice + size_of_val(&**distances) + size_of_val(&**gradients) + self.displacements.bytes()
+        let lattice = size_of_val(&*self.lattice) + size_of_val(&*self.slopes);
+        let surroundings = size_of_val(&**distances) + size_of_val(&**gradients);
+        let cells = size_of_val(&*self.gaps) + size_of_val(&*self.colliders);
+        lattice + surroundings + cells + self.displacements.bytes()
     }
 
     /// Returns false only if no collider is near a lattice.
@@ -80,7 +75,7 @@ impl Flattener {
             high = std::array::from_fn(|k| high[k].max(position[k]));
         }
         let (center, half) = center_and_half(low, high);
-        shapes.into_iter().any(|shape| shape.may_touch(&center, &half, REACH.into()))
+        shapes.into_iter().any(|shape| shape.may_touch(&center, &half, FADED.into()))
     }
 
     /// Returns the displacements.
@@ -98,117 +93,86 @@ impl Flattener {
         self.displacements.clear();
     }
 
-    /// Finds the displacements.
-    ///
-    /// * `shapes`: the colliders, in the frame of the body.
-    /// * `positions`: of the lattice vertices, in cells.
-    /// * `trust`: in the slopes of the lattice, if the skin is smooth.
+    /// Finds the displacements at colliders, whose shapes are in the frame of the body.
     pub(crate) fn flatten<'a>(
         &mut self,
-        (table, embedding): (&FlattenTable, &Embedding),
+        surface: Unflattened<'_>,
         shapes: impl Iterator<Item = PosedShape<'a>> + Clone,
-        positions: &[[f32; 3]],
-        trust: &[f32],
     ) {
-        self.displacements.begin(embedding);
+        self.displacements.begin(surface.embedding);
         self.lattice.clear();
-        self.lattice.extend(positions.iter().copied().map(xyzx));
-        if let Some(smoothing) = embedding.smoothing() {
+        self.lattice.extend(surface.positions.iter().copied().map(xyzx));
+        if let Some(smoothing) = surface.embedding.smoothing().filter(|_| surface.motion.is_none()) {
             smoothing.update_slopes(&self.lattice, &mut self.slopes);
         }
-        self.colliders.clear();
-        self.colliders.resize(embedding.by_cell().len(), 0);
+        let mut count = 0;
         for shape in shapes.clone() {
-            self.find_near((table, embedding), &shape, trust);
-            self.displace(table, embedding, &shape);
-        }
-        if self.displacements.moved.iter().any(|moved| self.colliders[moved.cell as usize] > 1) {
-            for shape in shapes {
-                self.restrain((table, embedding), &shape, trust);
+            self.surroundings.begin(&self.lattice, &shape);
+            if self.find_least_gaps(surface, &shape) {
+                self.displace(surface, &shape);
             }
+            count += 1;
+        }
+        if count > 1 && !self.displacements.is_empty() {
+            self.restrain(surface, shapes);
         }
     }
 
-    /// Lists the mesh vertices near a collider, by cell, and the least gap of each component.
-    fn find_near(
-        &mut self,
-        (table, embedding): (&FlattenTable, &Embedding),
-        shape: &PosedShape<'_>,
-        trust: &[f32],
-    ) {
-        let Self { displacements, near, near_cells, gaps, surroundings, colliders, lattice, slopes } = self;
-        let slopes = embedding.smoothing().map(|_| Slopes { slopes, trust });
-        near.clear();
-        near_cells.clear();
+    /// Finds the least gap of each component. Returns whether any is small enough for an effect.
+    fn find_least_gaps(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>) -> bool {
+        let Self { displacements, gaps, surroundings, lattice, slopes, .. } = self;
+        let margin = surface.margin();
         gaps.clear();
-        gaps.resize(table.component_count, f32::INFINITY);
-        surroundings.begin(lattice, shape);
-        // The distance from a plane is a linear function, so that it is trilinear in a cell if the positions are.
-        let plane = shape.plane().map(|(normal, _)| <[f32; 3]>::from(normal.map(|x| x as f32)));
+        gaps.resize(surface.table.component_count, FADED);
+        let mut first = 0;
+        for group in surface.embedding.by_cell() {
+            let ranks = first..first + group.points.len() as u32;
+            first = ranks.end;
+            let least = &mut gaps[surface.table.components[group.corners[0] as usize] as usize];
+            // A component that touches the collider has no gap.
+            if *least <= 0.0 || !surroundings.is_near(group.corners, lattice, shape, *least + margin) {
+                continue;
+            }
+            let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
+            for (rank, &point) in ranks.zip(group.points) {
+                let (gap, _) = measure.gap(rank, point, displacements.get(rank));
+                *least = least.min(gap);
+            }
+        }
+        gaps.iter_mut().for_each(|gap| *gap = gap.max(0.0));
+        gaps.iter().any(|gap| *gap < FADED)
+    }
+
+    /// Moves mesh vertices towards the collider. Must be called after [`Flattener::find_least_gaps`].
+    fn displace(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>) {
+        let Self { displacements, gaps, surroundings, lattice, slopes, .. } = self;
+        let Unflattened { table, embedding, .. } = surface;
+        let margin = surface.margin();
         let mut first = 0;
         for (cell, group) in (0..).zip(embedding.by_cell()) {
             let ranks = [first, first + group.points.len() as u32];
             first = ranks[1];
-            if !surroundings.is_near(group.corners, lattice, shape) {
+            let least = gaps[table.components[group.corners[0] as usize] as usize];
+            let greatest = least + greatest_reach(f32::INFINITY, least);
+            if least >= FADED || !surroundings.is_near(group.corners, lattice, shape, greatest + margin) {
                 continue;
             }
-            let count = &mut colliders[cell as usize];
-            *count = count.saturating_add(1);
-            let least = &mut gaps[table.components[group.corners[0] as usize] as usize];
-            let start = near.len();
-            let mut push = |rank, gap: f32, normal| {
-                *least = least.min(gap);
-                near.push(Near { rank, gap, normal });
-            };
-            let distances = plane.filter(|_| slopes.is_none()).map(|normal| {
-                (normal, polynomial(group.corners.map(|corner| surroundings.distances[corner as usize])))
-            });
-            let mut map = None;
-            for (rank, &point) in (ranks[0]..).zip(group.points) {
-                let local = embedding.local(point as usize);
-                match &distances {
-                    Some((normal, terms)) if local.iter().all(|x| (-OUTSIDE..=1.0 + OUTSIDE).contains(x)) => {
-                        let weights = monomials(1.0, local);
-                        let offset = displacements.get(rank);
-                        let mut gap: f32 = (0..3).map(|k| normal[k] * offset[k]).sum();
-                        for k in 0..8 {
-                            gap += terms[k] * weights[k];
-                        }
-                        if gap < REACH {
-                            push(rank, gap, *normal);
-                        }
-                    }
-                    _ => {
-                        let map = map.get_or_insert_with(|| PointMap::new(group.corners, lattice, slopes));
-                        let position = displaced(map.at(local), displacements.get(rank));
-                        let SignedDistance { distance, normal } = shape.signed_distance(&position);
-                        if distance < f64::from(REACH) {
-                            push(rank, distance as f32, normal.map(|x| x as f32).into());
-                        }
-                    }
-                }
+            let gradients = group
+                .corners
+                .map(|corner| Vector3::from(surroundings.gradient(corner, table, lattice, shape)));
+            let reach = least + greatest_reach(greatest_compression(&gradients), least);
+            if reach <= least || !surroundings.is_near(group.corners, lattice, shape, reach + margin) {
+                continue;
             }
-            if near.len() > start {
-                near_cells.push(NearCell { cell, corners: *group.corners, ranks, end: near.len() as u32 });
-            }
-        }
-    }
-
-    /// Moves the mesh vertices that were found towards the collider.
-    fn displace(&mut self, table: &FlattenTable, embedding: &Embedding, shape: &PosedShape<'_>) {
-        let Self { displacements, near, near_cells, gaps, surroundings, lattice, .. } = self;
-        let mut start = 0;
-        for &NearCell { cell, corners, ranks, end } in near_cells.iter() {
-            let near = &near[start as usize..end as usize];
-            start = end;
-            let least = gaps[table.components[corners[0] as usize] as usize].max(0.0);
-            let gradients =
-                corners.map(|corner| Vector3::from(surroundings.gradient(corner, table, lattice, shape)));
-            let range = least + greatest_reach(greatest_compression(&gradients));
             let terms = polynomial(gradients);
+            let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
             let holds = displacements.holds.len();
-            for &Near { rank, gap, normal } in near.iter().filter(|near| near.gap < range) {
-                let local = embedding.local(table.vertices[rank as usize] as usize);
+            for (rank, &point) in (ranks[0]..).zip(group.points) {
+                let (gap, normal) = measure.gap(rank, point, displacements.get(rank));
+                if gap >= reach {
+                    continue;
+                }
+                let local = embedding.local(point as usize);
                 let weights = monomials(1.0, local.map(|x| x.clamp(0.0, 1.0)));
                 let mut gradient = terms[0];
                 for k in 1..8 {
@@ -230,34 +194,132 @@ impl Flattener {
     }
 
     /// Shortens displacements by which a mesh vertex enters a collider while it moves towards another one.
-    fn restrain(
+    fn restrain<'a>(
         &mut self,
-        (table, embedding): (&FlattenTable, &Embedding),
-        shape: &PosedShape<'_>,
-        trust: &[f32],
+        surface: Unflattened<'_>,
+        shapes: impl Iterator<Item = PosedShape<'a>> + Clone,
     ) {
         let Self { displacements, colliders, lattice, slopes, .. } = self;
-        let slopes = embedding.smoothing().map(|_| Slopes { slopes, trust });
-        for index in 0..displacements.moved.len() {
-            let MovedCell { cell, ranks: [first, end] } = displacements.moved[index];
-            if colliders[cell as usize] < 2 {
-                continue;
+        let Unflattened { table, embedding, .. } = surface;
+        let reach = f64::from(GREATEST_GAP + surface.margin());
+        colliders.clear();
+        colliders.resize(displacements.moved.len(), 0);
+        for shape in shapes.clone() {
+            for (moved, count) in displacements.moved.iter().zip(&mut *colliders) {
+                let corners = embedding.corners(table.vertices[moved.ranks[0] as usize] as usize);
+                let (center, half) = bounds(&corners, lattice);
+                *count = count.saturating_add(shape.may_touch(&center, &half, reach).into());
             }
-            for rank in first..end {
-                let offset = displacements.get(rank);
-                if offset == [0.0; 3] {
-                    continue;
-                }
-                let point = table.vertices[rank as usize] as usize;
-                let position = to_xyz(embedding.position(point, lattice, slopes));
-                let distance = |offset| shape.signed_distance(&displaced(position, offset)).distance;
-                let (before, after) = (distance([0.0; 3]).max(0.0), distance(offset));
-                if after < 0.0 && after < before {
-                    let scale = (before / (before - after)) as f32;
-                    displacements.add(rank, offset.map(|x| x * (scale - 1.0)));
+        }
+        for shape in shapes {
+            for index in (0..colliders.len()).filter(|&index| colliders[index] > 1) {
+                let MovedCell { ranks: [first, end], .. } = displacements.moved[index];
+                for rank in first..end {
+                    let offset = displacements.get(rank);
+                    if offset == [0.0; 3] {
+                        continue;
+                    }
+                    let position = surface.position((lattice, slopes), rank);
+                    let distance = |offset| shape.signed_distance(&displaced(position, offset)).distance;
+                    let (before, after) = (distance([0.0; 3]).max(0.0), distance(offset));
+                    if after < 0.0 && after < before {
+                        let scale = (before / (before - after)) as f32;
+                        displacements.add(rank, offset.map(|x| x * (scale - 1.0)));
+                    }
                 }
             }
         }
+    }
+}
+
+impl<'a> Unflattened<'a> {
+    /// Returns the distance in cells by which mesh vertices may be outside the boxes of their cells.
+    fn margin(&self) -> f32 {
+        let smooth = if self.embedding.smoothing().is_some() { SMOOTH_MARGIN } else { 0.0 };
+        smooth + self.table.outside
+    }
+
+    /// Returns the slopes, if the skin is smooth.
+    fn slopes(&self, slopes: &'a [[Xyzx; 3]]) -> Option<Slopes<'a>> {
+        self.embedding.smoothing().map(|_| Slopes { slopes, trust: self.trust })
+    }
+
+    /// Returns the position of the mesh vertex of a rank.
+    fn position(&self, (lattice, slopes): (&'a [Xyzx], &'a [[Xyzx; 3]]), rank: u32) -> [f32; 3] {
+        let point = self.table.vertices[rank as usize] as usize;
+        match self.motion {
+            None => to_xyz(self.embedding.position(point, lattice, self.slopes(slopes))),
+            Some(motion) => {
+                let corner = self.embedding.corners(point)[0];
+                moved(&motion.points[rank as usize], motion.of_vertex(corner))
+            }
+        }
+    }
+}
+
+/// Returns the end of the motion of a point.
+fn moved(point: &Moving, ComponentMotion { lambda, center }: ComponentMotion) -> [f32; 3] {
+    let (p, v) = (point.position(), point.direction());
+    std::array::from_fn(|k| center[k] + (p[k] + lambda * v[k]))
+}
+
+/// Measures the gaps of the mesh vertices in a cell.
+struct CellGaps<'a> {
+    embedding: &'a Embedding,
+    shape: &'a PosedShape<'a>,
+    points: GapPoints<'a>,
+}
+
+/// What determines the gaps in a cell.
+enum GapPoints<'a> {
+    /// The distance from a plane, which is trilinear in the cell; and the corners and the lattice, for mesh vertices outside the
+    /// cell.
+    Distance { terms: [f32; 8], normal: [f32; 3], corners: &'a [u32; 8], lattice: &'a [Xyzx] },
+    /// The positions in the cell.
+    Map(PointMap),
+    /// The motions of the mesh vertices.
+    Motion(&'a [Moving], ComponentMotion),
+}
+
+impl<'a> CellGaps<'a> {
+    fn new(
+        surface: Unflattened<'a>,
+        (lattice, slopes): (&'a [Xyzx], &'a [[Xyzx; 3]]),
+        shape: &'a PosedShape<'a>,
+        surroundings: &Surroundings,
+        corners: &'a [u32; 8],
+    ) -> Self {
+        let points = match (surface.motion, shape.plane()) {
+            (Some(motion), _) => GapPoints::Motion(motion.points, motion.of_vertex(corners[0])),
+            (None, Some((normal, _))) if surface.embedding.smoothing().is_none() => GapPoints::Distance {
+                terms: polynomial(corners.map(|corner| surroundings.distances[corner as usize])),
+                normal: normal.map(|x| x as f32).into(),
+                corners,
+                lattice,
+            },
+            (None, _) => GapPoints::Map(PointMap::new(corners, lattice, surface.slopes(slopes))),
+        };
+        Self { embedding: surface.embedding, shape, points }
+    }
+
+    /// Returns the gap of a displaced mesh vertex, and the normal of the collider.
+    fn gap(&self, rank: u32, point: u32, offset: [f32; 3]) -> (f32, [f32; 3]) {
+        let local = || self.embedding.local(point as usize);
+        let position = match &self.points {
+            GapPoints::Distance { terms, normal, corners, lattice } => {
+                let local = local();
+                if local.iter().all(|x| (-OUTSIDE..=1.0 + OUTSIDE).contains(x)) {
+                    let weights = monomials(1.0, local);
+                    let along: f32 = (0..3).map(|k| normal[k] * offset[k]).sum();
+                    return ((0..8).fold(along, |gap, k| gap + terms[k] * weights[k]), *normal);
+                }
+                PointMap::new(corners, lattice, None).at(local)
+            }
+            GapPoints::Map(map) => map.at(local()),
+            GapPoints::Motion(points, motion) => moved(&points[rank as usize], *motion),
+        };
+        let SignedDistance { distance, normal } = self.shape.signed_distance(&displaced(position, offset));
+        (distance as f32, normal.map(|x| x as f32).into())
     }
 }
 
@@ -284,14 +346,13 @@ impl Surroundings {
         self.gradients.resize(lattice.len(), [f32::NAN; 3]);
     }
 
-    /// Returns false only if no point of a cell is near the collider. [`REACH`] is a margin for mesh vertices that a smooth skin
-    /// moves out of their cell.
-    fn is_near(&self, corners: &[u32; 8], lattice: &[Xyzx], shape: &PosedShape<'_>) -> bool {
+    /// Returns false only if no point of the box of a cell is within a distance of the collider.
+    fn is_near(&self, corners: &[u32; 8], lattice: &[Xyzx], shape: &PosedShape<'_>, distance: f32) -> bool {
         if shape.plane().is_some() {
-            return corners.iter().any(|&corner| self.distances[corner as usize] < REACH);
+            return corners.iter().any(|&corner| self.distances[corner as usize] < distance);
         }
         let (center, half) = bounds(corners, lattice);
-        shape.may_touch(&center, &half, REACH.into())
+        shape.may_touch(&center, &half, distance.into())
     }
 
     /// Returns the derivatives of the distance along the axes of the rest shape at a lattice vertex.

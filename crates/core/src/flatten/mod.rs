@@ -20,5 +20,5 @@ mod flattener;
 mod table;
 
 pub(crate) use displacements::{Displacements, FlattenedSurface};
-pub(crate) use flattener::Flattener;
+pub(crate) use flattener::{Flattener, Unflattened};
 pub(crate) use table::FlattenTable;

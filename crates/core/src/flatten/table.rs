@@ -21,8 +21,11 @@ pub(crate) struct FlattenTable {
     pub(crate) components: Vec<u32>,
     /// Number of components.
     pub(super) component_count: usize,
-    /// The triangles at the mesh vertex of each rank, as indices into [`Mesh::triangles`]. Those of welded vertices are
-    /// at the vertex to which they are welded.
+    /// Distance in cells by which mesh vertices may be outside the boxes of their cells if the skin is linear.
+    pub(super) outside: f32,
+    /// Ranks of the corners of each triangle of the mesh, with welded vertices as one.
+    pub(crate) corners: Vec<[u32; 3]>,
+    /// The triangles at the mesh vertex of each rank, as indices into `corners`.
     pub(crate) triangles: Csr<u32>,
 }
 
@@ -38,16 +41,21 @@ impl FlattenTable {
         if mesh.topology().is_flipped() {
             normals.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
         }
-        let corner = |&corner: &u32| ranks[mesh.weld()[corner as usize] as usize];
-        let corners = (0..)
-            .zip(mesh.triangles())
-            .flat_map(|(triangle, corners)| corners.iter().map(move |vertex| (corner(vertex), triangle)));
+        let rank = |corner: u32| ranks[mesh.weld()[corner as usize] as usize];
+        let corners: Vec<_> = mesh.triangles().iter().map(|triangle| triangle.map(rank)).collect();
+        let at_ranks = (0..).zip(&corners).flat_map(|(triangle, ranks)| ranks.map(|rank| (rank, triangle)));
+        // The position continues linearly outside a cell; along each axis, the lattice is stretched to less than twice its size.
+        let outside = (0..ranks.len()).map(|point| {
+            embedding.local(point).iter().map(|x| 2.0 * (x - x.clamp(0.0, 1.0)).abs()).sum::<f32>()
+        });
         Self {
-            triangles: Csr::sorted(ranks.len(), corners),
+            triangles: Csr::sorted(ranks.len(), at_ranks),
+            outside: outside.fold(0.0, f32::max),
             normals: vertices.iter().map(|&vertex| normals[vertex as usize]).collect(),
             stencils: (0..lattice.len() as u32).map(|vertex| Stencil::new(lattice, vertex)).collect(),
             components: lattice.components().of_vertex.clone(),
             component_count: lattice.components().count,
+            corners,
             ranks,
             vertices,
         }
@@ -60,6 +68,7 @@ impl FlattenTable {
             + size_of_val(&*self.normals)
             + size_of_val(&*self.stencils)
             + size_of_val(&*self.components)
+            + size_of_val(&*self.corners)
             + self.triangles.bytes()
     }
 }

@@ -1,24 +1,21 @@
-//! Assigns lattice vertices to blocks of eight along one axis, the lane axis. Blocks without a vertex are not
+//! Assigns lattice vertices to blocks: cubes of 2 × 2 × 2 vertices, one vertex in each lane. Blocks without a vertex are not
 //! stored.
 //!
-//! The *slot* of a vertex is `8 * block + lane`, its index in the storage; see `simd::lanes`. The *inner
-//! axis* is the axis other than x and the lane axis.
+//! The *slot* of a vertex is `8 * block + lane`, its index in the storage; see `simd::lanes`, which also numbers the lanes.
 //!
 //! ```text
-//! plane  all lines with the same x          planes are stored in the order of x
-//! line   blocks along the lane axis         lines of a plane are stored in the order of the inner axis
-//! block  lanes 0..8 along the lane axis     blocks of a line are stored in the order of the lane axis
+//! plane  all blocks with the same x         planes are stored in the order of x
+//! line   the blocks of a plane with one y   lines of a plane are stored in the order of y
+//! block  2 × 2 × 2 vertices                 blocks of a line are stored in the order of z
 //! ```
 //!
-//! The moment cascade begins and ends with x, so that all of its other passes stay within a plane. Block
-//! boundaries are shifted along the lane axis by an offset. Of the 16 pairs of lane axis (y or z) and offset
-//! (0 to 7), the pair with the fewest blocks is used. The order of the axes in the window sums does not
-//! depend on this choice.
+//! The moment cascade begins and ends with x, so that all of its other passes stay within a plane. The boundaries of the
+//! blocks are shifted along each axis by an offset of 0 or 1. Of the eight offsets, the one with the fewest blocks is used.
 
 use std::ops::Range;
 
 use super::Lattice;
-use crate::simd::lanes::LANES;
+use crate::simd::lanes::{LANES, LOWER, lane_stride};
 
 /// The blocks of a lattice, and the links between their vertices.
 #[derive(Clone, Debug)]
@@ -29,65 +26,37 @@ pub(crate) struct Layout {
     occupied: Vec<u8>,
     /// Links along x, y and z.
     axes: [AxisLinks; 3],
-    /// The axis along the lanes: 1 or 2.
-    lane_axis: usize,
     /// First block of each line, then the number of blocks.
     lines: Vec<u32>,
     /// First line of each plane, then the number of lines.
     planes: Vec<u32>,
 }
 
-/// A candidate for the layout.
-#[derive(Clone, Copy)]
-struct Candidate {
-    lane_axis: usize,
-    /// Number that is added to the coordinate along the lane axis before the division into blocks, 0 to 7.
-    offset: i32,
-}
-
-/// Grid index of a block: coordinates along x and the inner axis, and number of the block along the lane
-/// axis. Blocks are stored in the order of their keys.
+/// Grid index of a block: that of its vertex in lane 0, plus the offset, divided by two. Blocks are stored in the order of
+/// their keys.
 type BlockKey = [i32; 3];
 
-impl Candidate {
-    /// Returns the block and the lane of the vertex at a grid index.
-    fn block_and_lane(self, index: [i32; 3]) -> (BlockKey, usize) {
-        let shifted = index[self.lane_axis] + self.offset;
-        let lanes = LANES as i32;
-        let block = [index[0], index[self.inner_axis()], shifted.div_euclid(lanes)];
-        (block, shifted.rem_euclid(lanes) as usize)
+/// Returns the block and the lane of the vertex at a grid index.
+fn block_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
+    let (mut key, mut lane) = ([0; 3], 0);
+    for axis in 0..3 {
+        let shifted = index[axis] + offset[axis];
+        key[axis] = shifted.div_euclid(2);
+        lane += lane_stride(axis) * shifted.rem_euclid(2) as usize;
     }
-
-    /// Returns the inner axis: the axis other than x and the lane axis.
-    fn inner_axis(self) -> usize {
-        3 - self.lane_axis
-    }
-
-    /// Returns the component of a [`BlockKey`] that counts along an axis.
-    fn component(self, axis: usize) -> usize {
-        match axis {
-            0 => 0,
-            axis if axis == self.lane_axis => 2,
-            _ => 1,
-        }
-    }
+    (key, lane)
 }
 
 impl Layout {
-    /// Builds the layout of a lattice, with the lane axis and the offset that give the fewest blocks.
+    /// Builds the layout of a lattice, with the offset that gives the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
-        let candidate = fewest_blocks(lattice.indices());
-        let mut keys: Vec<BlockKey> =
-            lattice.indices().iter().map(|&index| candidate.block_and_lane(index).0).collect();
-        keys.sort_unstable();
-        keys.dedup();
-
+        let (offset, keys) = fewest_blocks(lattice.indices());
         let mut slots = Vec::with_capacity(lattice.len());
         let mut occupied = vec![0; keys.len()];
         let mut links = [0, 1, 2].map(|_| vec![0; keys.len()]);
         let mut last = ([i32::MIN; 3], 0);
         for (&index, &linked) in lattice.indices().iter().zip(lattice.links()) {
-            let (key, lane) = candidate.block_and_lane(index);
+            let (key, lane) = block_and_lane(offset, index);
             if key != last.0 {
                 last = (key, keys.binary_search(&key).expect("each vertex has a block"));
             }
@@ -101,16 +70,15 @@ impl Layout {
 
         let mut axis = 0;
         let axes = links.map(|links| {
-            let across =
-                (axis != candidate.lane_axis).then(|| Neighbors::new(&keys, candidate.component(axis)));
+            let axis_links = AxisLinks::new(axis, links, &keys);
             axis += 1;
-            AxisLinks { links, across }
+            axis_links
         });
         let lines = starts(&keys, |a, b| a[..2] != b[..2]);
         let line_keys: Vec<BlockKey> =
             lines[..lines.len() - 1].iter().map(|&block| keys[block as usize]).collect();
         let planes = starts(&line_keys, |a, b| a[0] != b[0]);
-        Self { slots, occupied, axes, lane_axis: candidate.lane_axis, lines, planes }
+        Self { slots, occupied, axes, lines, planes }
     }
 
     /// Returns the number of blocks.
@@ -142,11 +110,6 @@ impl Layout {
         &self.axes[axis]
     }
 
-    /// Returns the axis along the lanes: 1 or 2.
-    pub(crate) fn lane_axis(&self) -> usize {
-        self.lane_axis
-    }
-
     /// Returns the number of planes.
     pub(crate) fn planes(&self) -> usize {
         self.planes.len() - 1
@@ -174,49 +137,63 @@ fn starts<T>(items: &[T], separates: impl Fn(&T, &T) -> bool) -> Vec<u32> {
     std::iter::once(0).chain(inner_starts).chain([items.len() as u32]).collect()
 }
 
-/// Returns the candidate with the fewest blocks; the first one if several have equally many.
-fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
-    let mut best = (usize::MAX, Candidate { lane_axis: 1, offset: 0 });
-    for lane_axis in [1, 2] {
-        let mut reordered: Vec<[i32; 3]> =
-            indices.iter().map(|i| [i[0], i[3 - lane_axis], i[lane_axis]]).collect();
-        reordered.sort_unstable();
-        for offset in 0..LANES as i32 {
-            let block = |index: &[i32; 3]| [index[0], index[1], (index[2] + offset).div_euclid(LANES as i32)];
-            let blocks = 1 + reordered.windows(2).filter(|pair| block(&pair[0]) != block(&pair[1])).count();
-            if blocks < best.0 {
-                best = (blocks, Candidate { lane_axis, offset });
+/// Returns the offset with the fewest blocks, the first one if several have equally many, and the keys of the blocks.
+fn fewest_blocks(indices: &[[i32; 3]]) -> ([i32; 3], Vec<BlockKey>) {
+    // The occupied lanes of each block without an offset. The blocks of the other offsets follow from them.
+    let mut unshifted: Vec<_> = indices
+        .iter()
+        .map(|&index| block_and_lane([0; 3], index))
+        .map(|(key, lane)| (key, lane as u8))
+        .collect();
+    unshifted.sort_unstable();
+    let mut best = ([0; 3], blocks_with_offset([0; 3], &unshifted));
+    for number in 1..LANES as i32 {
+        let offset = [number >> 2, number >> 1 & 1, number & 1];
+        let keys = blocks_with_offset(offset, &unshifted);
+        if keys.len() < best.1.len() {
+            best = (offset, keys);
+        }
+    }
+    best
+}
+
+/// Returns the keys of the blocks with an offset, sorted. `unshifted`: the block and the lane of each vertex without an offset,
+/// sorted.
+fn blocks_with_offset(offset: [i32; 3], unshifted: &[(BlockKey, u8)]) -> Vec<BlockKey> {
+    let mut keys: Vec<BlockKey> = Vec::with_capacity(unshifted.len() / 4);
+    for block in unshifted.chunk_by(|a, b| a.0 == b.0) {
+        let first = keys.len();
+        for &(key, lane) in block {
+            // An offset moves the vertices with an odd coordinate to the next block.
+            let moved = std::array::from_fn(|axis| {
+                key[axis] + (offset[axis] & (i32::from(lane) / lane_stride(axis) as i32))
+            });
+            if !keys[first..].contains(&moved) {
+                keys.push(moved);
             }
         }
     }
-    best.1
+    keys.sort_unstable();
+    keys.dedup();
+    keys
 }
 
 /// The links along one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLinks {
+    axis: usize,
     /// Bit `l` of the entry of a block is set iff the vertex in lane `l` is linked to the next vertex along
     /// the axis.
     pub(crate) links: Vec<u8>,
-    /// The neighbors of each block along the axis. `None` for the lane axis, along which linked vertices have
-    /// consecutive slots.
-    pub(crate) across: Option<Neighbors>,
-}
-
-/// The neighbors of each block along an axis.
-#[derive(Clone, Debug)]
-pub(crate) struct Neighbors {
     /// Next block along the axis, or the block itself if there is no next block.
-    pub(crate) next: Vec<u32>,
+    next: Vec<u32>,
     /// Previous block along the axis, or the block itself if there is no previous block.
-    pub(crate) previous: Vec<u32>,
+    previous: Vec<u32>,
 }
 
-impl Neighbors {
-    /// Finds the neighbors of blocks along an axis.
-    ///
-    /// `keys`: the sorted keys of the blocks. `component`: the component of a key that counts along the axis.
-    fn new(keys: &[[i32; 3]], component: usize) -> Self {
+impl AxisLinks {
+    /// Finds the neighbors of blocks along an axis. `keys`: the sorted keys of the blocks.
+    fn new(axis: usize, links: Vec<u8>, keys: &[BlockKey]) -> Self {
         let mut next: Vec<u32> = (0..keys.len() as u32).collect();
         let mut previous = next.clone();
         // Index of the first key that is not less than `target`. It never decreases, because the keys are
@@ -224,7 +201,7 @@ impl Neighbors {
         let mut at = 0;
         for (block, key) in keys.iter().enumerate() {
             let mut target = *key;
-            target[component] += 1;
+            target[axis] += 1;
             while at < keys.len() && keys[at] < target {
                 at += 1;
             }
@@ -233,29 +210,81 @@ impl Neighbors {
                 previous[at] = block as u32;
             }
         }
-        Self { next, previous }
+        Self { axis, links, next, previous }
     }
-}
 
-impl AxisLinks {
+    /// Returns the next block along the axis, or the block itself if there is no next block.
+    #[inline(always)]
+    pub(crate) fn next(&self, block: usize) -> usize {
+        self.next[block] as usize
+    }
+
+    /// Returns the previous block along the axis and the bit mask of its lanes that are linked to their next vertices. If
+    /// there is no previous block, it is the block itself, and no lane is linked.
+    #[inline(always)]
+    pub(crate) fn previous(&self, block: usize) -> (usize, u8) {
+        let previous = self.previous[block] as usize;
+        (previous, if previous == block { 0 } else { self.links[previous] })
+    }
+
     /// Returns the slot of the next vertex along the axis, if the vertex is linked to it.
     pub(crate) fn next_slot(&self, slot: usize) -> Option<usize> {
         let (block, lane) = (slot / LANES, slot % LANES);
-        if self.links[block] >> lane & 1 == 0 {
-            return None;
-        }
-        Some(match &self.across {
-            Some(neighbors) => neighbors.next[block] as usize * LANES + lane,
-            None => slot + 1,
-        })
+        let stride = lane_stride(self.axis);
+        let is_lower = LOWER[self.axis] >> lane & 1 != 0;
+        (self.links[block] >> lane & 1 != 0)
+            .then(|| if is_lower { slot + stride } else { self.next(block) * LANES + lane - stride })
     }
 
     /// Returns the memory of the links, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Neighbors { next, previous } = match &self.across {
-            Some(neighbors) => neighbors,
-            None => return self.links.len(),
-        };
-        self.links.len() + size_of_val(next.as_slice()) + size_of_val(previous.as_slice())
+        self.links.len() + size_of_val(self.next.as_slice()) + size_of_val(self.previous.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// Returns a box of vertices whose first vertex is at `low`.
+    fn lattice(low: [i32; 3], size: [i32; 3]) -> Lattice {
+        let [nx, ny, nz] = size.map(|vertices| vertices - 1);
+        let cells =
+            (0..nx * ny * nz).map(|k| [k / (ny * nz) + low[0], k / nz % ny + low[1], k % nz + low[2]]);
+        Lattice::from_cells(&cells.collect::<Vec<_>>(), 1.0, Point3::origin(), false).unwrap()
+    }
+
+    #[test]
+    fn blocks_of_even_boxes_are_full() {
+        for low in [[0, 0, 0], [1, 0, 0], [0, -1, 0], [3, 5, -7]] {
+            let layout = Layout::new(&lattice(low, [4, 6, 10]));
+            assert_eq!((layout.blocks(), layout.planes()), (30, 2), "{low:?}");
+            assert!(layout.occupied().iter().all(|&lanes| lanes == 0xff), "{low:?}");
+        }
+        assert_eq!(Layout::new(&lattice([0; 3], [5, 3, 2])).blocks(), 6);
+    }
+
+    #[test]
+    fn next_slots_follow_the_links() {
+        for low in [[0, 0, 0], [1, -1, 1]] {
+            let mut cells: Vec<_> = lattice(low, [4, 5, 3]).cells().to_vec();
+            // Apart from the box, two cells that touch along an edge.
+            cells.extend([[low[0] + 9, low[1], low[2]], [low[0] + 10, low[1] + 1, low[2]]]);
+            let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
+            let layout = Layout::new(&lattice);
+            let slots = layout.slots();
+            for (vertex, (index, linked)) in lattice.indices().iter().zip(lattice.links()).enumerate() {
+                for axis in 0..3 {
+                    let mut target = *index;
+                    target[axis] += 1;
+                    let next = lattice.indices().iter().position(|index| *index == target);
+                    let is_linked = linked >> (2 * axis + 1) & 1 != 0;
+                    let expected = next.filter(|_| is_linked).map(|next| slots[next] as usize);
+                    assert_eq!(layout.axis(axis).next_slot(slots[vertex] as usize), expected);
+                }
+            }
+        }
     }
 }

@@ -39,7 +39,7 @@ pub use components::Components;
 pub use embedding::{CellPoints, Embedding};
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
-pub(crate) use layout::{AxisLinks, Layout, Neighbors};
+pub(crate) use layout::{AxisLinks, Layout};
 pub(crate) use masses::vertex_masses;
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};

@@ -24,7 +24,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::{Simd, SimdFloat};
+use fearless_simd::{Simd, SimdFloat, SimdInto};
 use nalgebra::Vector3;
 
 use super::trilinear::{monomials, polynomial, split};
@@ -85,10 +85,11 @@ impl<T: Copy + Sub<Output = T>> SmoothTerms<T> {
     }
 }
 
-/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates.
+/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates. A coefficient is a
+/// number for each lane, or one for all of them.
 #[inline(always)]
-pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>>(
-    terms: &SmoothTerms<V>,
+pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S> + Sub<Output = C>>(
+    terms: &SmoothTerms<C>,
     [x, y, z]: [SmoothCoordinate<V>; 3],
 ) -> V {
     let offset = trilinear_value(&terms.0[0], [x.s, y.s, z.s]);
@@ -100,14 +101,21 @@ pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>>(
 
 /// Returns the value of a trilinear polynomial.
 #[inline(always)]
-pub(crate) fn trilinear_value<S: Simd, V: SimdFloat<S>>(terms: &[V; 8], [u, v, w]: [V; 3]) -> V {
+pub(crate) fn trilinear_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S>>(
+    terms: &[C; 8],
+    [u, v, w]: [V; 3],
+) -> V {
     let [one, x, y, xy, z, xz, yz, xyz] = *terms;
     bilinear_value([z, xz, yz, xyz], u, v).mul_add(w, bilinear_value([one, x, y, xy], u, v))
 }
 
 /// Returns the value of a bilinear polynomial.
 #[inline(always)]
-fn bilinear_value<S: Simd, V: SimdFloat<S>>([one, x, y, xy]: [V; 4], u: V, v: V) -> V {
+fn bilinear_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S>>(
+    [one, x, y, xy]: [C; 4],
+    u: V,
+    v: V,
+) -> V {
     u.mul_add(xy, y).mul_add(v, u.mul_add(x, one))
 }
 

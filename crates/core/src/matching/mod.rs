@@ -17,7 +17,7 @@ mod regions;
 mod rotation;
 mod windows;
 
-pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace};
+pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use regions::Regions;

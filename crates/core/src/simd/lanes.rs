@@ -1,15 +1,60 @@
 //! Stores numbers of lattice vertices in blocks of eight vertices, one vertex in each lane of an `f32x8`.
 //!
-//! The eight vertices of a block are consecutive along one axis of the lattice. A row has one number of each
-//! of these vertices. Kernels load and store whole rows. They are written as plain loops, because a closure
-//! passed to `map` or `from_fn` can be compiled as a separate function without the SIMD level of its caller.
+//! The eight vertices of a block form a cube of 2 × 2 × 2 vertices of the lattice. A row has one number of each of these
+//! vertices. Lane 4 x + 2 y + z has the vertex at (x, y, z), where each coordinate is 0 (lower) or 1 (upper). Kernels load and
+//! store whole rows. They are written as plain loops, because a closure passed to `map` or `from_fn` can be compiled as a
+//! separate function without the SIMD level of its caller.
 
 use std::ops::{Deref, DerefMut};
 
-use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, f32x16, mask32x8, u8x32};
 
 /// Number of lattice vertices in a block: one for each lane of an `f32x8`.
 pub(crate) const LANES: usize = 8;
+
+/// For each axis, the bit mask of the lanes with the lower coordinate.
+pub(crate) const LOWER: [u8; 3] = [0x0f, 0x33, 0x55];
+
+/// Returns the difference between the lanes of two neighbors along an axis in a block.
+pub(crate) const fn lane_stride(axis: usize) -> usize {
+    4 >> axis
+}
+
+/// Returns the row of the vertices halfway between two consecutive blocks along an axis: the upper half of the block
+/// `before` in the lower lanes, and the lower half of the block `after` in the upper lanes. These are the vertices one link
+/// after those of `before`, and one link before those of `after`.
+#[inline(always)]
+pub(crate) fn between<S: Simd, const AXIS: usize>(simd: S, before: f32x8<S>, after: f32x8<S>) -> f32x8<S> {
+    match AXIS {
+        0 => {
+            let ((_, upper), (lower, _)) = (simd.split_f32x8(before), simd.split_f32x8(after));
+            simd.combine_f32x4(upper, lower)
+        }
+        1 => simd.slide_within_blocks_f32x8::<2>(before, after),
+        _ => {
+            let upper = mask32x8::from_bitmask(simd, u64::from(!LOWER[2]));
+            let swapped = upper.select(before, after);
+            simd.swizzle_dyn_within_blocks_f32x8(swapped, u8x32::load_array(simd, SWAPPED_ALONG_Z))
+        }
+    }
+}
+
+/// Byte indices that exchange the lower and the upper lanes along z.
+const SWAPPED_ALONG_Z: [u8; 32] = {
+    let mut bytes = [0; 32];
+    let mut i = 0;
+    while i < 32 {
+        bytes[i] = (i % 16) as u8 ^ 4;
+        i += 1;
+    }
+    bytes
+};
+
+/// Returns the bits of the vertices halfway between two consecutive blocks along an axis, as [`between`].
+#[inline(always)]
+pub(crate) const fn bits_between(axis: usize, before: u8, after: u8) -> u8 {
+    (before >> lane_stride(axis)) & LOWER[axis] | (after << lane_stride(axis)) & !LOWER[axis]
+}
 
 /// One number for each of the eight lattice vertices of a block. The alignment keeps a row within one cache
 /// line.
@@ -69,6 +114,13 @@ impl<const N: usize> Lanes<N> {
     /// Creates storage of `blocks` blocks, each a copy of `block`.
     pub fn filled(blocks: usize, block: [Row; N]) -> Self {
         Self { blocks: vec![block; blocks] }
+    }
+
+    /// Replaces the storage by one of `blocks` blocks, filled with zeros, if it has fewer.
+    pub(crate) fn grow(&mut self, blocks: usize) {
+        if self.blocks.len() < blocks {
+            *self = Self::zeros(blocks);
+        }
     }
 
     /// Overwrites these blocks with a copy of `other`. Reuses the allocation.
@@ -217,5 +269,37 @@ impl<'de, const N: usize> serde::de::Visitor<'de> for BytesVisitor<N> {
             bytes.push(byte);
         }
         self.visit_bytes(&bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::simd::level;
+
+    #[test]
+    fn rows_between_blocks_have_the_upper_half_of_the_first_and_the_lower_half_of_the_second() {
+        let (before, after): ([f32; 8], [f32; 8]) =
+            (std::array::from_fn(|lane| lane as f32), std::array::from_fn(|lane| (8 + lane) as f32));
+        let rows = dispatch!(level(), simd => {
+            let (before, after) = (f32x8::load_array(simd, before), f32x8::load_array(simd, after));
+            [
+                between::<_, 0>(simd, before, after).to_array(),
+                between::<_, 1>(simd, before, after).to_array(),
+                between::<_, 2>(simd, before, after).to_array(),
+            ]
+        });
+        assert_eq!(rows[0], [4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
+        assert_eq!(rows[1], [2.0, 3.0, 8.0, 9.0, 6.0, 7.0, 12.0, 13.0]);
+        assert_eq!(rows[2], [1.0, 8.0, 3.0, 10.0, 5.0, 12.0, 7.0, 14.0]);
+        for (axis, row) in rows.iter().enumerate() {
+            for bit in 0..16 {
+                let bits = bits_between(axis, ((1_u16 << bit) & 0xff) as u8, ((1_u16 << bit) >> 8) as u8);
+                let expected = row.iter().position(|&value| value == bit as f32).map_or(0, |lane| 1 << lane);
+                assert_eq!(bits, expected, "axis {axis}, bit {bit}");
+            }
+        }
     }
 }

@@ -2,9 +2,7 @@
 
 use std::sync::OnceLock;
 
-use fearless_simd::Level;
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-use fearless_simd::Simd;
+use fearless_simd::{Level, Simd};
 
 /// Name of the environment variable that selects the SIMD level.
 const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
@@ -17,6 +15,19 @@ pub(crate) fn level() -> Level {
         let best = Level::new();
         std::env::var(LEVEL_VARIABLE).ok().and_then(|name| find_level(best, &name)).unwrap_or(best)
     })
+}
+
+/// Returns whether an instruction of the SIMD level can leave out lanes. The selection from the result of an operation and its
+/// first operand is then a single instruction. Otherwise it is faster to replace the values in these lanes by zeros before.
+#[inline(always)]
+pub(crate) fn has_masked_arithmetic<S: Simd>(simd: S) -> bool {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    return matches!(simd.level(), Level::Avx512(_));
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    {
+        let _ = simd;
+        false
+    }
 }
 
 /// The error that `SUPPLE_SIMD` names an unknown SIMD level, or one that the machine does not support. The

@@ -21,5 +21,5 @@ pub(crate) mod vector;
 pub(crate) mod xyzx;
 
 pub use coordinate::Coordinate;
-pub(crate) use level::level;
 pub use level::{SimdError, check_simd_request, simd_level};
+pub(crate) use level::{has_masked_arithmetic, level};

@@ -3,7 +3,7 @@
 //! One load reads a point. If its lanes are rotated by one, the first three lanes are `(y, z, x)`, the order
 //! that a cross product needs. A register `f32x8` contains two points, one in each half.
 
-use fearless_simd::{Select, Simd, SimdBase, f32x8, f32x16, u8x32, u8x64};
+use fearless_simd::{Select, Simd, SimdBase, f32x8, u8x32};
 
 /// A point or a vector `(x, y, z, x)`.
 pub(crate) type Xyzx = [f32; 4];
@@ -45,20 +45,6 @@ pub(crate) fn broadcast_lanes<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4]
             bytes[i] = (4 * lane + i % 4) as u8;
         }
         broadcast[lane] = simd.swizzle_dyn_within_blocks_f32x8(pair, u8x32::load_array(simd, bytes));
-    }
-    broadcast
-}
-
-/// Broadcasts the first three numbers of each quarter of a register to the four lanes of the quarter.
-#[inline(always)]
-pub(crate) fn broadcast_quarters<S: Simd>(simd: S, quarters: f32x16<S>) -> [f32x16<S>; 3] {
-    let mut broadcast = [quarters; 3];
-    for lane in 0..3 {
-        let mut bytes = [0; 64];
-        for i in 0..64 {
-            bytes[i] = (4 * lane + i % 4) as u8;
-        }
-        broadcast[lane] = simd.swizzle_dyn_within_blocks_f32x16(quarters, u8x64::load_array(simd, bytes));
     }
     broadcast
 }

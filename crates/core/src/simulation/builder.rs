@@ -7,6 +7,7 @@ use super::{Clock, Simulation, Substeps};
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
+use crate::matching::Workspaces;
 use crate::parallel::Executor;
 use crate::range::in_range;
 use crate::state::PairSupports;
@@ -154,6 +155,7 @@ impl SimulationBuilder {
             chosen: None,
             choose_at_next_step: self.substeps == Substeps::Auto,
             sleep: self.sleep,
+            workspaces: Workspaces::default(),
             executor: Executor::new(self.threads),
         };
         if self.substeps == Substeps::Auto {

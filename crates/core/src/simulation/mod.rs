@@ -5,6 +5,7 @@ mod clock;
 mod collider;
 mod contact;
 mod contact_points;
+mod load;
 mod state;
 mod substeps;
 
@@ -16,10 +17,11 @@ pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 
 use nalgebra::Vector3;
 
-use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, StepContext};
+use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, NearBodies, StepContext};
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
+use crate::matching::Workspaces;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::range::in_range;
@@ -51,6 +53,7 @@ pub struct Simulation {
     /// Whether the next step chooses the number of steps per frame.
     choose_at_next_step: bool,
     sleep: bool,
+    workspaces: Workspaces,
     executor: Executor,
 }
 
@@ -79,6 +82,7 @@ impl Simulation {
             [body] if body.is_one_task() => Executor::sequential(),
             _ => self.executor.clone(),
         };
+        Body::reserve_workspaces(&mut self.workspaces, &self.bodies, executor.threads());
         executor.enter(|| {
             for _ in 0..count {
                 self.step_bodies(&executor);
@@ -89,13 +93,14 @@ impl Simulation {
     /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         self.colliders.animate(self.clock.interval());
-        let Self { bodies, contacts, pair_supports, groups, colliders, clock, .. } = self;
+        let Self { bodies, contacts, pair_supports, groups, colliders, clock, workspaces, .. } = self;
         let context = StepContext {
             gravity: self.gravity,
             interval: clock.interval(),
             is_frame_start: clock.is_frame_start(self.substeps),
             colliders,
             sleep: self.sleep,
+            workspaces,
         };
         groups.settle(bodies, &context);
         match contacts {
@@ -131,6 +136,7 @@ impl Simulation {
             threads: self.threads(),
             bodies,
             contact_bytes: self.contacts.as_ref().map(BodyContacts::bytes),
+            window_sum_bytes: self.workspaces.bytes(),
         }
     }
 
@@ -234,9 +240,9 @@ impl Simulation {
 
     /// Chooses the number of steps per frame, and fixes Young's moduli and regions for the step length that follows.
     fn choose_substeps(&mut self) {
-        let Self { bodies, colliders, gravity, .. } = self;
+        let Self { bodies, contacts, colliders, gravity, .. } = self;
         let Some(fps) = self.fps else { return };
-        let chosen = substeps::choose(bodies, colliders, *gravity, fps);
+        let chosen = substeps::choose(bodies, (contacts.as_ref(), colliders), *gravity, fps);
         let dt = 1.0 / (fps * f64::from(chosen.steps));
         (self.chosen, self.substeps) = (Some(chosen), u64::from(chosen.steps));
         self.clock.begin_frame();
@@ -265,6 +271,7 @@ impl Simulation {
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
+        self.workspaces = Workspaces::default();
         Ok(())
     }
 
@@ -379,12 +386,10 @@ impl Simulation {
     ///
     /// Panics if `index` is not the index of a body.
     pub fn body(&self, index: usize) -> BodyRef<'_> {
-        BodyRef::new(&self.bodies[index], self.display_context())
-    }
-
-    fn display_context(&self) -> DisplayContext<'_> {
-        let Self { colliders, executor, .. } = self;
-        DisplayContext { colliders, time: self.time(), dt: self.dt(), gravity: self.gravity, executor }
+        let Self { bodies, contacts, colliders, executor, gravity, .. } = self;
+        let near = contacts.as_ref().map(|contacts| NearBodies { bodies, index: index as u32, contacts });
+        let (time, dt, gravity) = (self.time(), self.dt(), *gravity);
+        BodyRef::new(&bodies[index], DisplayContext { colliders, time, dt, gravity, executor, near })
     }
 
     /// Returns a body for modification.

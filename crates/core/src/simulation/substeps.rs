@@ -12,10 +12,17 @@
 //!   collider below it: u² = v0² + 2 g d, with its greatest initial speed v0, and the depth d.
 //! * [`StepReason::Slip`]: a layer of vertices that is held, or rests on a collider, slips by at most half a cell under
 //!   the weight of the body: 2 w (w + 1)/3 ρ g L/E <= 1/2.
+//! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a fifth of a
+//!   cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a column of the body's
+//!   material that has the mass of the body and of those above it, and the body's mean cross section. Of
+//!   a body above, the part counts that covers the body, seen along gravity. Contact would have to take back a longer way in
+//!   each step.
 
 use nalgebra::{Point3, Vector3};
 
+use super::load::stacked_masses;
 use crate::body::Body;
+use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders, Shape};
 use crate::dynamics::{Motion, Stiffness, half_width_of};
 
@@ -27,6 +34,9 @@ const REGION_FRACTION: f64 = 0.15;
 
 /// Greatest slip of a held layer in cells.
 const MAX_SLIP: f64 = 0.5;
+
+/// Greatest way in cells of a layer in a step under the weight of the bodies above it.
+const MAX_LOAD_WAY: f64 = 0.2;
 
 /// The number of steps per frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +61,8 @@ pub enum StepReason {
     Fall,
     /// The slip of a layer of vertices that is held or rests on a collider.
     Slip,
+    /// The weight of the bodies that may come to lie on a body.
+    Load,
 }
 
 impl StepReason {
@@ -62,6 +74,7 @@ impl StepReason {
             Self::Motion => "for the speed of the handles and colliders near",
             Self::Fall => "for the speed of the fall of",
             Self::Slip => "against slip at the pins and colliders of",
+            Self::Load => "for the weight of the bodies above",
         }
     }
 }
@@ -80,13 +93,14 @@ pub struct ChosenSubsteps {
 /// Chooses the number of steps per frame.
 pub(super) fn choose(
     bodies: &[Body],
-    colliders: &Colliders,
+    (contacts, colliders): (Option<&BodyContacts>, &Colliders),
     gravity: Vector3<f64>,
     fps: f64,
 ) -> ChosenSubsteps {
     let collider_speed = colliders.list().map(collider_speed).fold(0.0, f64::max);
+    let stacked_masses = stacked_masses(bodies, contacts, &gravity);
     let mut most = (1.0, StepReason::One, 0);
-    for (index, body) in bodies.iter().enumerate() {
+    for (index, (body, stacked_mass)) in bodies.iter().zip(stacked_masses).enumerate() {
         let needs = Needs::of(body, colliders, gravity);
         let speed = |speed: f64| (speed + collider_speed) / body.lattice().cell_size();
         let rates = [
@@ -94,6 +108,7 @@ pub(super) fn choose(
             (speed(needs.handle_speed), StepReason::Motion),
             (speed(needs.fall_speed), StepReason::Fall),
             (needs.slip, StepReason::Slip),
+            (load_rate(body, stacked_mass, gravity.norm()), StepReason::Load),
         ];
         for (rate, reason) in rates {
             if rate / fps > most.0 {
@@ -163,6 +178,17 @@ fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
     let product = 1.5 * MAX_SLIP * least * modulus / (body.material().density * gravity * body.size());
     let half_width = half_width_of(product).floor().max(1.0);
     if half_width.is_finite() { body.step_rate(half_width as usize, greatest * modulus) } else { 0.0 }
+}
+
+/// Returns the steps per second at which the layer where a body touches those above it moves little under their weight.
+/// `stacked_mass`: mass of the body and of those above it.
+fn load_rate(body: &Body, stacked_mass: f64, gravity: f64) -> f64 {
+    if stacked_mass <= body.mass() {
+        return 0.0;
+    }
+    let density = body.material().density;
+    let height = stacked_mass / density / (body.mass() / density).powf(2.0 / 3.0);
+    (2.0 * gravity * height / MAX_LOAD_WAY).sqrt() / body.lattice().cell_size()
 }
 
 /// Returns the distance along `down` from a point to a plane, to the center of a sphere, box or mesh, or to the lower end of

@@ -116,6 +116,13 @@ pub(crate) struct SurfaceMotion<'a> {
     pub(crate) components: &'a [ComponentMotion],
 }
 
+impl SurfaceMotion<'_> {
+    /// Returns the motion of the points in the component of a lattice vertex.
+    pub(crate) fn of_vertex(&self, vertex: u32) -> ComponentMotion {
+        self.components[self.component_of_vertex[vertex as usize] as usize]
+    }
+}
+
 /// The motion of the points of a component of the lattice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ComponentMotion {

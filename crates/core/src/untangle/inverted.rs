@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, dispatch, f32x8};
 
 use crate::lattice::Layout;
-use crate::simd::lanes::{Block, LANES, Lanes, load};
+use crate::simd::lanes::{Block, Lanes, between, bits_between, load};
 use crate::simd::level;
 use crate::simd::vector::{cross, dot_fused};
 
@@ -31,47 +31,50 @@ fn any_inverted<S: Simd, const N: usize>(simd: S, layout: &Layout, blocks: &[Blo
 /// Returns whether the determinant of any three links of a vertex of a block is at most [`DOUBTFUL`].
 #[inline(always)]
 fn is_inverted<S: Simd, const N: usize>(simd: S, layout: &Layout, blocks: &[Block<N>], block: usize) -> bool {
-    let center: [f32x8<S>; 3] = load(simd, &blocks[block]);
-    // The differences along each axis, both in its positive direction: to the next and from the previous vertex.
-    let mut edges = [[center; 2]; 3];
-    // Bit masks of the lanes that have these links.
-    let mut linked = [[0_u8; 2]; 3];
-    for axis in 0..3 {
-        let links = &layout.axis(axis).links;
-        let (next, previous);
-        if let Some(neighbors) = &layout.axis(axis).across {
-            let [after, before] = [neighbors.next[block] as usize, neighbors.previous[block] as usize];
-            (next, previous) = (load(simd, &blocks[after]), load(simd, &blocks[before]));
-            linked[axis] = [links[block], if before == block { 0 } else { links[before] }];
-        } else {
-            let last = LANES - 1;
-            let has_previous = block > 0 && links[block - 1] >> last != 0;
-            let after = block + usize::from(links[block] >> last);
-            let before = block - usize::from(has_previous);
-            let rows: [[f32x8<S>; 3]; 2] = [load(simd, &blocks[after]), load(simd, &blocks[before])];
-            let mut moved = [center; 2];
-            for c in 0..3 {
-                moved[0][c] = simd.slide_f32x8::<1>(center[c], rows[0][c]);
-                moved[1][c] = simd.slide_f32x8::<7>(rows[1][c], center[c]);
-            }
-            [next, previous] = moved;
-            linked[axis] = [links[block], links[block] << 1 | u8::from(has_previous)];
-        }
-        for c in 0..3 {
-            edges[axis][0][c] = next[c] - center[c];
-            edges[axis][1][c] = center[c] - previous[c];
-        }
-    }
+    let links = [
+        links_along::<S, N, 0>(simd, layout, blocks, block),
+        links_along::<S, N, 1>(simd, layout, blocks, block),
+        links_along::<S, N, 2>(simd, layout, blocks, block),
+    ];
     let doubtful = f32x8::splat(simd, DOUBTFUL);
     let mut inverted = 0;
     for y in 0..2 {
         for z in 0..2 {
-            let area = cross(edges[1][y], edges[2][z]);
+            let area = cross(links[1].edges[y], links[2].edges[z]);
             for x in 0..2 {
-                let positive = dot_fused(edges[0][x], area).simd_gt(doubtful).to_bitmask() as u8;
-                inverted |= !positive & linked[0][x] & linked[1][y] & linked[2][z];
+                let positive = dot_fused(links[0].edges[x], area).simd_gt(doubtful).to_bitmask() as u8;
+                inverted |= !positive & links[0].lanes[x] & links[1].lanes[y] & links[2].lanes[z];
             }
         }
     }
     inverted != 0
+}
+
+/// The links of the vertices of a block along an axis: those to the next, then those from the previous vertices.
+struct Links<S: Simd> {
+    /// The vectors along the links, in the positive direction of the axis.
+    edges: [[f32x8<S>; 3]; 2],
+    /// Bit masks of the lanes that have these links.
+    lanes: [u8; 2],
+}
+
+#[inline(always)]
+fn links_along<S: Simd, const N: usize, const AXIS: usize>(
+    simd: S,
+    layout: &Layout,
+    blocks: &[Block<N>],
+    block: usize,
+) -> Links<S> {
+    let axis = layout.axis(AXIS);
+    let (before, links_before) = axis.previous(block);
+    let center: [f32x8<S>; 3] = load(simd, &blocks[block]);
+    let (previous, next): ([f32x8<S>; 3], [f32x8<S>; 3]) =
+        (load(simd, &blocks[before]), load(simd, &blocks[axis.next(block)]));
+    let mut edges = [center; 2];
+    for c in 0..3 {
+        edges[0][c] = between::<S, AXIS>(simd, center[c], next[c]) - center[c];
+        edges[1][c] = center[c] - between::<S, AXIS>(simd, previous[c], center[c]);
+    }
+    let links = axis.links[block];
+    Links { edges, lanes: [links, bits_between(AXIS, links_before, links)] }
 }

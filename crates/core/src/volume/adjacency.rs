@@ -35,10 +35,26 @@ pub(super) struct Adjacency {
 
 impl Adjacency {
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let neighbors = |i: u32| lattice.neighbors(i).map(|j| j.unwrap_or(i));
-        let components = lattice.components();
+        let (indices, components) = (lattice.indices(), lattice.components());
+        let mut neighbors: Vec<[u32; 6]> = (0..indices.len() as u32).map(|i| [i; 6]).collect();
+        // The vertices are sorted by (z, y, x), and so are their neighbors along an axis.
+        let order = |[x, y, z]: [i32; 3]| (z, y, x);
+        for axis in 0..3 {
+            let mut next = 0;
+            for (vertex, (index, links)) in indices.iter().zip(lattice.links()).enumerate() {
+                if links >> (2 * axis + 1) & 1 != 0 {
+                    let mut target = *index;
+                    target[axis] += 1;
+                    while order(indices[next]) < order(target) {
+                        next += 1;
+                    }
+                    neighbors[vertex][2 * axis + 1] = next as u32;
+                    neighbors[next][2 * axis] = vertex as u32;
+                }
+            }
+        }
         Self {
-            neighbors: (0..lattice.len() as u32).map(neighbors).collect(),
+            neighbors,
             component_of_vertex: components.of_vertex.clone(),
             component_count: components.count,
         }
@@ -57,6 +73,19 @@ impl Adjacency {
     /// Returns the component of vertex `i`.
     pub(super) fn component(&self, i: usize) -> usize {
         self.component_of_vertex[i] as usize
+    }
+
+    /// Returns the corners of a cell, given its corner 0; see [`first_corners`].
+    pub(super) fn cell_corners(&self, first: u32) -> [u32; 8] {
+        let next = |vertex: u32, axis: usize| self.neighbors[vertex as usize][2 * axis + 1];
+        let (along_y, along_z) = (next(first, 1), next(first, 2));
+        let rows = [first, along_y, along_z, next(along_y, 2)];
+        std::array::from_fn(|corner| rows[corner / 2] + (corner % 2) as u32)
+    }
+
+    /// Returns the components of consecutive vertices, in runs of vertices of one component.
+    pub(super) fn runs(&self) -> impl Iterator<Item = &[u32]> {
+        self.component_of_vertex.chunk_by(|a, b| a == b)
     }
 
     /// Returns whether vertex `i` has a neighbor on `side`, an index in neighbor order.
@@ -106,15 +135,24 @@ pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, 
     })
 }
 
+/// Returns corner 0 of each cell.
+pub(super) fn first_corners(lattice: &Lattice) -> Vec<u32> {
+    // Cells are sorted as the vertices are, and corner 0 has the index of the cell.
+    let mut vertices = (0..).zip(lattice.indices());
+    let first =
+        |cell| vertices.find(|(_, index)| *index == cell).expect("corner 0 of each cell is a vertex").0;
+    lattice.cells().iter().map(first).collect()
+}
+
 /// Returns a bit mask of the occupied cells around each vertex: bit `k` is set iff the cell in octant `k`
 /// exists.
 ///
 /// Octant `k` around a vertex lies in the direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the
-/// negative side of an axis and 1 the positive side.
-pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
-    let mut octants = vec![0; lattice.len()];
-    for cell in 0..lattice.cells().len() as u32 {
-        for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
+/// negative side of an axis and 1 the positive side. `first_corners`: see [`first_corners`].
+pub(super) fn octants(adjacency: &Adjacency, first_corners: &[u32]) -> Vec<u8> {
+    let mut octants = vec![0; adjacency.len()];
+    for &first in first_corners {
+        for (corner, vertex) in adjacency.cell_corners(first).into_iter().enumerate() {
             // Seen from corner `k` of a cell, the cell lies in the octant of the opposite corner, `7 - k`.
             octants[vertex as usize] |= 1 << (7 - corner);
         }
@@ -124,10 +162,29 @@ pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     fn corner(k: usize) -> [f64; 3] {
         [(k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64]
+    }
+
+    #[test]
+    fn tables_agree_with_the_lattice() {
+        // A box with a slit, whose two sides are not linked, and a separate cell.
+        let mut cells: Vec<[i32; 3]> = (0..60).map(|i| [i % 5, i / 5 % 4, i / 20]).collect();
+        cells.retain(|cell| *cell != [2, 1, 1] && *cell != [4, 3, 0]);
+        cells.push([9, 0, 2]);
+        let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
+        let adjacency = Adjacency::new(&lattice);
+        for vertex in 0..lattice.len() as u32 {
+            let expected = lattice.neighbors(vertex).map(|other| other.unwrap_or(vertex));
+            assert_eq!(adjacency.neighbors[vertex as usize], expected);
+        }
+        for (cell, first) in (0..).zip(first_corners(&lattice)) {
+            assert_eq!(adjacency.cell_corners(first), lattice.cell_corners(cell));
+        }
     }
 
     #[test]

@@ -18,6 +18,9 @@ use crate::state::BodyFrame;
 /// Tolerated increase of the depth of a sample in a collider by the correction, in cells.
 const TOLERANCE: f64 = 1e-3;
 
+/// Finds the limits at other bodies: of vertices with these positions, within a distance in cells. Adds them to a list.
+pub(crate) type FindLimits<'a> = dyn FnMut(&[[f32; 3]], f64, &mut Vec<Limit>) + 'a;
+
 /// Searches for limits, and stores the limits that it finds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LimitSearch {
@@ -66,20 +69,20 @@ impl LimitSearch {
         positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
     }
 
-    /// Replaces the limits: finds those at colliders, see [`find`](Self::find), and adds `contacts`, those at other bodies.
+    /// Replaces the limits: finds those at colliders, see [`find`](Self::find), and those at other bodies.
     pub(crate) fn replace(
         &mut self,
         samples: Option<&SampleCells>,
         positions: &[[f32; 3]],
         obstacles: &Obstacles<'_>,
         distance: f64,
-        contacts: &[Limit],
+        find_at_bodies: &mut FindLimits<'_>,
     ) {
         self.limits.clear();
         if let Some(samples) = samples {
             self.find(samples, positions, obstacles, distance);
         }
-        self.limits.extend_from_slice(contacts);
+        find_at_bodies(positions, distance, &mut self.limits);
     }
 
     /// Finds the limits of the vertices whose displacement by `distance` cells could move a sample into a

@@ -1,7 +1,7 @@
 //! The change of the measure `mesh` by the displacements of mesh vertices on colliders (module `flatten`).
 
 use super::line::Moving;
-use super::mesh_measure::{MeshMeasure, volume_of_quads};
+use super::mesh_measure::{MeshMeasure, WeightedPoints, volume_of_quads};
 use super::sums::Scratch;
 use crate::flatten::{Displacements, FlattenedSurface};
 
@@ -20,6 +20,7 @@ pub(super) struct FlattenedVolume {
     ranks: Vec<u32>,
     /// Motion of each number along the field, without and with the displacements.
     motions: [Vec<Moving>; 2],
+    points: WeightedPoints,
     /// Component and number of the displaced mesh vertices, sorted.
     displaced: Vec<(u32, u32)>,
     /// The triangles of a component, as quads whose last corner is the first one.
@@ -33,7 +34,7 @@ impl FlattenedVolume {
     pub(super) fn bytes(&self) -> usize {
         let motions: usize = self.motions.iter().map(|motions| size_of_val(&**motions)).sum();
         let numbers = size_of_val(&*self.numbers) + size_of_val(&*self.ranks) + size_of_val(&*self.displaced);
-        numbers + motions + size_of_val(&*self.quads) + size_of_val(&*self.changes)
+        numbers + motions + self.points.bytes() + size_of_val(&*self.quads) + size_of_val(&*self.changes)
     }
 
     /// Computes the change of the volume of each component.
@@ -84,26 +85,25 @@ impl FlattenedVolume {
         surface: FlattenedSurface<'_>,
         lambdas: &[f64],
     ) {
-        let Self { numbers, ranks, motions: [before, after], displaced, .. } = self;
+        let Self { numbers, ranks, motions, displaced, .. } = self;
         let FlattenedSurface { embedding, table, displacements, .. } = surface;
         numbers.resize(table.vertices.len(), NONE);
         ranks.clear();
         displaced.clear();
-        before.clear();
-        after.clear();
+        motions.iter_mut().for_each(Vec::clear);
         for hold in &displacements.holds {
             let number = &mut numbers[hold.rank as usize];
             if *number == NONE {
                 *number = ranks.len() as u32;
                 ranks.push(hold.rank);
-                let vertex = table.vertices[hold.rank as usize];
-                let corner = embedding.corners(vertex as usize)[0];
+                let corner = embedding.corners(table.vertices[hold.rank as usize] as usize)[0];
                 displaced.push((table.components[corner as usize], *number));
-                let motion = measure.motion((vertex, hold.rank), embedding, scratch);
-                before.push(motion);
-                after.push(motion);
             }
-            let motion = &mut after[*number as usize];
+        }
+        self.add_motions(measure, scratch, surface);
+        let Self { numbers, ranks, motions: [before, after], displaced, .. } = self;
+        for hold in &displacements.holds {
+            let motion = &mut after[numbers[hold.rank as usize] as usize];
             motion.set_direction(hold.apply(motion.direction()));
         }
         for &(component, number) in &*displaced {
@@ -116,6 +116,15 @@ impl FlattenedVolume {
         displaced.sort_unstable();
     }
 
+    /// Computes the motions of the last numbers, without displacements.
+    fn add_motions(&mut self, measure: &MeshMeasure, scratch: &Scratch, surface: FlattenedSurface<'_>) {
+        let Self { ranks, motions: [before, after], points, .. } = self;
+        let first = before.len();
+        let new = ranks[first..].iter().map(|&rank| (surface.table.vertices[rank as usize], rank));
+        measure.add_motions(new, surface.embedding, scratch, points, before);
+        after.extend_from_slice(&before[first..]);
+    }
+
     /// Collects the triangles with a corner in `displaced`, and numbers their other corners. `count`: number of all displaced mesh
     /// vertices.
     fn collect_quads(
@@ -125,16 +134,15 @@ impl FlattenedVolume {
         surface: FlattenedSurface<'_>,
         (displaced, count): (&[(u32, u32)], u32),
     ) {
-        let FlattenedSurface { mesh, embedding, table, .. } = surface;
-        let Self { numbers, ranks, motions: [before, after], quads, .. } = self;
+        let table = surface.table;
+        let Self { numbers, ranks, quads, .. } = self;
         quads.clear();
         for &(_, number) in displaced {
             let rank = ranks[number as usize];
             let sign = measure.sign(table.vertices[rank as usize]);
             let triangles = if sign == 0 { &[] } else { table.triangles.row(rank as usize) };
             for &triangle in triangles {
-                let corners = mesh.triangles()[triangle as usize]
-                    .map(|corner| table.ranks[mesh.weld()[corner as usize] as usize]);
+                let corners = table.corners[triangle as usize];
                 // A triangle belongs to the first of its displaced corners.
                 let first = corners.iter().find(|&&corner| numbers[corner as usize] < count);
                 if first != Some(&rank) {
@@ -145,15 +153,12 @@ impl FlattenedVolume {
                     if *number == NONE {
                         *number = ranks.len() as u32;
                         ranks.push(corner);
-                        let vertex = table.vertices[corner as usize];
-                        let motion = measure.motion((vertex, corner), embedding, scratch);
-                        before.push(motion);
-                        after.push(motion);
                     }
                     *number
                 });
                 quads.push(if sign > 0 { [a, b, c, a] } else { [a, c, b, a] });
             }
         }
+        self.add_motions(measure, scratch, surface);
     }
 }

@@ -1,6 +1,6 @@
 //! Applies limits to the correction: a vertex at its limit slides along the obstacle, or stops.
 //!
-//! An obstacle is a collider at one time. [`Limits`] is the active set of the iteration that solves for
+//! An obstacle is a collider at one time, or the surface of another body. [`Limits`] is the active set of the iteration that solves for
 //! `lambda`: it determines which limited vertices move freely, slide or are stopped at the current `lambda`.
 
 use nalgebra::Vector3;

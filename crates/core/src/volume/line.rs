@@ -146,11 +146,7 @@ impl<S: Simd> FastDeterminants<S> {
     /// Adds `det[a, b, c]`. All three are lanes `(p, 0, v, 0)` of a [`Moving`].
     #[inline(always)]
     pub(super) fn add(&mut self, simd: S, a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) {
-        let (b_yzx, c_yzx) = (permuted(simd, b, YZX), permuted(simd, c, YZX));
-        // p × p, then v × v, with components in the order (z, x, y).
-        let like = b.mul_sub(c_yzx, b_yzx * c);
-        // p × v, then v × p.
-        let mixed = b.mul_sub(swapped(simd, c_yzx), b_yzx * swapped(simd, c));
+        let [like, mixed] = cross_products(simd, b, c);
         let a = permuted(simd, a, ZXY);
         self.outer = a.mul_add(like, self.outer);
         self.inner = a.mul_add(mixed + swapped(simd, mixed), swapped(simd, a).mul_add(like, self.inner));
@@ -180,15 +176,24 @@ fn swapped<S: Simd>(simd: S, moving: f32x8<S>) -> f32x8<S> {
     simd.slide_f32x8::<4>(moving, moving)
 }
 
-/// Returns the value of `det[a, b, c]` at `lambda = 0` and its derivative there, at half the cost of
-/// [`Determinants`]. The components of `a` are in the order (z, x, y).
+/// Returns the value of `det[a, b, c]` at `lambda = 0` and its derivative there. All three are lanes `(p, 0, v, 0)` of a
+/// [`Moving`].
 #[inline(always)]
-pub(super) fn value_and_slope<S: Simd>(a: Line<S>, b: CrossFactor<S>, c: CrossFactor<S>) -> [f64; 2] {
-    let n0 = cross(b.xyz.p, b.yzx.p, c.xyz.p, c.yzx.p);
-    let n1 = cross(b.xyz.p, b.yzx.p, c.xyz.v, c.yzx.v) + cross(b.xyz.v, b.yzx.v, c.xyz.p, c.yzx.p);
-    let [z0, x0, y0, _] = (a.p * n0).to_array();
-    let [z1, x1, y1, _] = a.p.mul_add(n1, a.v * n0).to_array();
+pub(super) fn value_and_slope<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> [f32; 2] {
+    let [like, mixed] = cross_products(simd, b, c);
+    let a = permuted(simd, a, ZXY);
+    let [z0, x0, y0, ..] = (a * like).to_array();
+    let [z1, x1, y1, ..] = a.mul_add(mixed + swapped(simd, mixed), swapped(simd, a) * like).to_array();
     [x0 + y0 + z0, x1 + y1 + z1]
+}
+
+/// Returns cross products of the lanes `(p, 0, v, 0)` of two [`Moving`]: `p × p` and `v × v` in the halves of the first
+/// result, `p × v` and `v × p` in those of the second. Components are in the order (z, x, y).
+#[inline(always)]
+fn cross_products<S: Simd>(simd: S, b: f32x8<S>, c: f32x8<S>) -> [f32x8<S>; 2] {
+    let (b_yzx, c_yzx) = (permuted(simd, b, YZX), permuted(simd, c, YZX));
+    let like = b.mul_sub(c_yzx, b_yzx * c);
+    [like, b.mul_sub(swapped(simd, c_yzx), b_yzx * swapped(simd, c))]
 }
 
 /// Returns `a × b` with components in the order (z, x, y). `a`, `b`: components in the order (x, y, z);

@@ -161,22 +161,10 @@ impl<const N: usize> DeterminantMeasure<N> {
 fn vertex_sum<S: Simd>(simd: S, neighbors: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
     for vertex_neighbors in neighbors {
-        let (x, y, z) = differences(simd, vertex_neighbors, points);
-        sum.add(x, y, z);
+        let [x0, x1, y0, y1, z0, z1] = load(simd, points, vertex_neighbors);
+        sum.add(Line::zxy(simd, x1 - x0), CrossFactor::new(simd, y1 - y0), CrossFactor::new(simd, z1 - z0));
     }
     sum.coefficients()
-}
-
-/// Returns the difference of the two neighbors of a vertex along each axis. The determinant of the
-/// differences is 8 times the volume of the vertex.
-#[inline(always)]
-pub(super) fn differences<S: Simd>(
-    simd: S,
-    neighbors: &[u32; 6],
-    points: &[Moving],
-) -> (Line<S>, CrossFactor<S>, CrossFactor<S>) {
-    let [x0, x1, y0, y1, z0, z1] = load(simd, points, neighbors);
-    (Line::zxy(simd, x1 - x0), CrossFactor::new(simd, y1 - y0), CrossFactor::new(simd, z1 - z0))
 }
 
 /// Returns 24 times the sum over several boundary faces of their contributions to the measure `cells`, the

@@ -3,17 +3,15 @@
 //!
 //! `det[a, b, c]` is the scalar triple product `a . (b × c)`.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f32x16};
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use super::line::{CrossFactor, Determinants, FastDeterminants, Line, Moving, load};
 use super::patch::Patch;
+use super::smooth_points::{LocalCoordinates, Run, SmoothLattice, interpolate_smooth, update_slopes};
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
-use crate::lattice::{
-    Embedding, SmoothCoordinate, SmoothTerms, Smoothing, polynomial, smooth_value, trilinear_value,
-};
+use crate::lattice::{Embedding, Smoothing};
 use crate::parallel::Executor;
 use crate::simd::level;
-use crate::simd::xyzx::{Xyzx, broadcast_quarters, xyzx};
 
 /// Number of surface points that one task interpolates.
 const BATCH: usize = 1024;
@@ -52,13 +50,27 @@ pub(super) struct MeshMeasure {
     signs: Vec<i8>,
 }
 
+/// Surface points in runs, and their trilinear weights.
+#[derive(Clone, Debug, Default)]
+pub(super) struct WeightedPoints {
+    runs: Vec<Run>,
+    weights: Vec<[f32; 8]>,
+}
+
+impl WeightedPoints {
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.runs) + size_of_val(&*self.weights)
+    }
+}
+
 /// How the surface points follow the lattice.
 #[derive(Clone, Debug)]
 enum Positions {
     /// Trilinear weights of each surface point for the corners of its cell.
     Trilinear(Vec<[f32; 8]>),
     /// Local coordinates of each surface point in its cell, and the stencils of the smooth positions.
-    Smooth(Vec<Xyzx>, Smoothing),
+    Smooth(LocalCoordinates, Smoothing),
 }
 
 /// Terms of a [`MeshMeasure`], sorted by component.
@@ -74,15 +86,6 @@ pub(super) struct MeshTerms {
     pub(super) quad_counts: Vec<usize>,
     /// See [`MeshMeasure`].
     pub(super) signs: Vec<i8>,
-}
-
-/// Run of consecutive surface points in one cell.
-#[derive(Clone, Debug)]
-struct Run {
-    /// Corners of the cell.
-    corners: [u32; 8],
-    /// Number of points.
-    points: usize,
 }
 
 impl MeshMeasure {
@@ -111,7 +114,7 @@ impl MeshMeasure {
                     points.iter().map(|&point| embedding.weights(point as usize)).collect(),
                 ),
                 Some(smoothing) => Positions::Smooth(
-                    points.iter().map(|&point| xyzx(embedding.local(point as usize))).collect(),
+                    LocalCoordinates::new(points.iter().map(|&point| embedding.local(point as usize))),
                     smoothing.clone(),
                 ),
             },
@@ -135,7 +138,7 @@ impl MeshMeasure {
         let positions = match &self.positions {
             Positions::Trilinear(weights) => size_of_val(&**weights),
             // The embedding counts the stencils, which are shared.
-            Positions::Smooth(local, _) => size_of_val(&**local),
+            Positions::Smooth(local, _) => local.bytes(),
         };
         let signs = size_of_val(&*self.signs);
         size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads) + signs
@@ -146,24 +149,38 @@ impl MeshMeasure {
         self.signs.get(vertex as usize).copied().unwrap_or(1)
     }
 
-    /// Returns the motion of a mesh vertex along the present field. `rank`: its index in the order of
-    /// [`Embedding::by_cell`].
+    /// Adds the motions of mesh vertices along the present field to `motions`. `vertices`: the mesh vertices, each with its index
+    /// in the order of [`Embedding::by_cell`].
     ///
     /// With smooth positions the last evaluation must have been of the present points and field.
-    pub(super) fn motion(
+    pub(super) fn add_motions(
         &self,
-        (vertex, rank): (u32, u32),
+        vertices: impl Iterator<Item = (u32, u32)>,
         embedding: &Embedding,
         scratch: &Scratch,
-    ) -> Moving {
+        WeightedPoints { runs, weights }: &mut WeightedPoints,
+        motions: &mut Vec<Moving>,
+    ) {
         if self.smoothing().is_some() {
-            return scratch.surface_points[rank as usize];
+            motions.extend(vertices.map(|(_, index)| scratch.surface_points[index as usize]));
+            return;
         }
-        let (corners, weights) = (embedding.corners(vertex as usize), embedding.weights(vertex as usize));
-        let mut motion = [Moving::default()];
-        let run = [Run { corners, points: 1 }];
-        dispatch!(level(), simd => interpolate(simd, &run, &scratch.points, &[weights], &mut motion));
-        motion[0]
+        runs.clear();
+        weights.clear();
+        let mut cell = None;
+        for (vertex, _) in vertices {
+            let vertex = vertex as usize;
+            if cell.replace(embedding.cell(vertex)) != Some(embedding.cell(vertex)) {
+                runs.push(Run { corners: embedding.corners(vertex), points: 0 });
+            }
+            if let Some(run) = runs.last_mut() {
+                run.points += 1;
+            }
+            weights.push(embedding.weights(vertex));
+        }
+        let first = motions.len();
+        motions.resize(first + weights.len(), Moving::default());
+        dispatch!(level(), simd => interpolate(simd, runs, &scratch.points, weights, &mut motions[first..]));
     }
 
     /// Adds the volume of each component to `scratch.coefficients`.
@@ -185,7 +202,7 @@ impl MeshMeasure {
                 }
                 Positions::Smooth(local, _) => {
                     let lattice = SmoothLattice { points: lattice, slopes, trust };
-                    interpolate_smooth(simd, runs, lattice, &local[start..], surface_points);
+                    interpolate_smooth(simd, runs, lattice, (local, start), surface_points);
                 }
             });
         });
@@ -203,10 +220,7 @@ impl MeshMeasure {
             }
             let quads = &quads[range.start - patches.len()..range.end - patches.len()];
             if self.smoothing().is_some() {
-                let sum = dispatch!(level(), simd => fast_quad_sum(simd, quads, surface_points));
-                if sum.iter().all(|coefficient| coefficient.is_finite()) {
-                    return sum;
-                }
+                return short_quad_sum(quads, surface_points);
             }
             dispatch!(level(), simd => quad_sum(simd, quads, surface_points))
         });
@@ -215,7 +229,16 @@ impl MeshMeasure {
 
 /// Returns the volume of quads: the part of the volume of a closed surface that they contribute.
 pub(super) fn volume_of_quads(quads: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
-    dispatch!(level(), simd => quad_sum(simd, quads, points)).map(|c| c / 6.0)
+    short_quad_sum(quads, points).map(|coefficient| coefficient / 6.0)
+}
+
+/// Returns [`quad_sum`] with terms in f32, or in f64 if a term overflows.
+fn short_quad_sum(quads: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
+    let sum = dispatch!(level(), simd => fast_quad_sum(simd, quads, points));
+    if sum.iter().all(|coefficient| coefficient.is_finite()) {
+        return sum;
+    }
+    dispatch!(level(), simd => quad_sum(simd, quads, points))
 }
 
 /// Returns six times the sum of the volumes of quads.
@@ -267,96 +290,4 @@ fn interpolate<S: Simd>(
             point.store(corners[0] + offset);
         }
     }
-}
-
-/// The lattice of smooth surface points: the points, their slopes along the axes, and the trust in the slopes.
-#[derive(Clone, Copy)]
-struct SmoothLattice<'a> {
-    points: &'a [Moving],
-    slopes: &'a [[Moving; 3]],
-    trust: &'a [f32],
-}
-
-/// Writes the slopes of the lattice points to `slopes`. A slope moves along a straight line, as the points do.
-fn update_slopes(smoothing: &Smoothing, points: &[Moving], slopes: &mut Vec<[Moving; 3]>) {
-    slopes.resize(points.len(), [Moving::default(); 3]);
-    dispatch!(level(), simd => {
-        for stencil in smoothing.stencils() {
-            let found = stencil.slopes(|vertex| load(simd, points, &[vertex])[0]);
-            for (slope, out) in found.into_iter().zip(&mut slopes[stencil.vertex as usize]) {
-                out.store(slope);
-            }
-        }
-    });
-}
-
-/// Computes surface points by the smooth interpolants of their cells, two at a time. `local`: local coordinates of the
-/// points.
-#[inline(always)]
-fn interpolate_smooth<S: Simd>(
-    simd: S,
-    runs: &[Run],
-    lattice: SmoothLattice<'_>,
-    mut local: &[Xyzx],
-    mut surface_points: &mut [Moving],
-) {
-    let zero = f32x16::splat(simd, 0.0);
-    for run in runs {
-        let corners = load(simd, lattice.points, &run.corners);
-        let (mut slopes, mut trust) = ([[corners[0]; 3]; 8], [0.0; 8]);
-        for k in 0..8 {
-            let corner = run.corners[k] as usize;
-            slopes[k] = load(simd, &lattice.slopes[corner], &[0, 1, 2]);
-            trust[k] = lattice.trust[corner];
-        }
-        let terms = SmoothTerms::new(corners, slopes);
-        let mut smooth = SmoothTerms([[zero; 8]; 4]);
-        for group in 0..4 {
-            for k in 0..8 {
-                smooth.0[group][k] = simd.combine_f32x8(terms.0[group][k], terms.0[group][k]);
-            }
-        }
-        let first = simd.combine_f32x8(corners[0], corners[0]);
-        let is_trusted = trust == [1.0; 8];
-        let (linear_terms, trust) = (polynomial(corners), polynomial(trust));
-        let (mut linear, mut trust_terms) = ([zero; 8], [zero; 8]);
-        for k in 0..8 {
-            trust_terms[k] = f32x16::splat(simd, trust[k]);
-            if k > 0 {
-                linear[k] = simd.combine_f32x8(linear_terms[k], linear_terms[k]);
-            }
-        }
-        // Points of the surface are up to 0.002 cells outside their cell, where the polynomial is accurate enough.
-        let (run_local, later_local) = local.split_at(run.points);
-        let (run_points, later_points) = surface_points.split_at_mut(run.points);
-        for (points, local) in run_points.chunks_mut(2).zip(run_local.chunks(2)) {
-            let last = local.len() - 1;
-            let quarters = twice(simd, &local[0], &local[last]);
-            let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(quarters);
-            let (s, e, k) =
-                (broadcast_quarters(simd, s), broadcast_quarters(simd, e), broadcast_quarters(simd, k));
-            let mut coordinates = [SmoothCoordinate { s: zero, e: zero, k: zero }; 3];
-            for axis in 0..3 {
-                coordinates[axis] = SmoothCoordinate { s: s[axis], e: e[axis], k: k[axis] };
-            }
-            let mut offset = smooth_value(&smooth, coordinates);
-            if !is_trusted {
-                let linear = trilinear_value(&linear, broadcast_quarters(simd, quarters));
-                offset = trilinear_value(&trust_terms, s).mul_add(offset - linear, linear);
-            }
-            let (low, high) = simd.split_f32x16(first + offset);
-            points[0].store(low);
-            if last > 0 {
-                points[1].store(high);
-            }
-        }
-        (local, surface_points) = (later_local, later_points);
-    }
-}
-
-/// Loads two points, each of them twice.
-#[inline(always)]
-fn twice<S: Simd>(simd: S, a: &Xyzx, b: &Xyzx) -> f32x16<S> {
-    let (a, b) = (f32x4::load_array_ref(simd, a), f32x4::load_array_ref(simd, b));
-    simd.combine_f32x8(simd.combine_f32x4(a, a), simd.combine_f32x4(b, b))
 }

@@ -29,9 +29,10 @@
 //! |---|---|
 //! | `options`, `report` | user options, and the results |
 //! | `adjacency` | tables of the lattice: links, boundary faces, occupied cells around each vertex |
+//! | `blocks` | numbers of lattice vertices in blocks of eight, for sums over links |
 //! | `line` | points that move along straight lines, and their determinants, which are cubics in `lambda` |
 //! | `sums` | buffers of an evaluation; sums in a fixed order |
-//! | `measure`, `mesh_measure`, `patch` | the volume as a cubic in `lambda`, for each measure |
+//! | `measure`, `mesh_measure`, `patch`, `smooth_points` | the volume as a cubic in `lambda`, for each measure |
 //! | `surface`, `shells` | construction of the measure `mesh`; which shells of the mesh bound the body |
 //! | `volumes` | all measures of a body, for reports |
 //! | `field` | the field `V` |
@@ -43,6 +44,7 @@
 //! | `correction` | the whole correction, in the order of the steps above; passes where one cubic is not enough |
 
 mod adjacency;
+mod blocks;
 mod clearance;
 mod correction;
 mod cubic;
@@ -58,11 +60,12 @@ mod patch;
 mod regional;
 mod report;
 mod shells;
+mod smooth_points;
 mod sums;
 mod surface;
 mod volumes;
 
-pub(crate) use clearance::{LimitSearch, Obstacles};
+pub(crate) use clearance::{FindLimits, LimitSearch, Obstacles};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use external_forces::{ExternalForce, HALF_FORCE};

@@ -11,7 +11,7 @@ use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
 /// Magnitude to which coordinates are clamped, so that differences of positions stay finite in f32.
-const MAX_COORDINATE: f64 = 1e37;
+const MAX_COORDINATE: f32 = 1e37;
 
 /// Input, output and buffers of an evaluation. The vectors grow to the size of the lattice and keep their
 /// capacity.
@@ -31,8 +31,15 @@ pub(super) struct Scratch {
     pub(super) trust: Vec<f32>,
     /// Sum of each chunk of a [`ChunkedSum`].
     pub(super) sums: Vec<[f64; 4]>,
-    /// For each component: sum of the positions, number of vertices, center.
-    centers: Vec<([f64; 3], f64, [f64; 3])>,
+    centers: Vec<Center>,
+}
+
+/// Sum of the positions of a component, number of its vertices, and its center in whole cells.
+#[derive(Clone, Debug, Default)]
+struct Center {
+    sum: [f64; 3],
+    count: f64,
+    center: [f32; 3],
 }
 
 impl Scratch {
@@ -46,42 +53,54 @@ impl Scratch {
     /// directions.
     ///
     /// The center is the mean position of the vertices of the component, rounded to whole cells.
-    pub(super) fn set_positions(
-        &mut self,
-        positions: impl Iterator<Item = [f64; 3]> + Clone,
-        adjacency: &Adjacency,
-    ) {
+    pub(super) fn set_positions(&mut self, positions: &[[f32; 3]], adjacency: &Adjacency) {
         self.points.resize(adjacency.len(), Moving::default());
         self.coefficients.resize(adjacency.component_count, [0.0; 4]);
         self.centers.clear();
-        self.centers.resize(adjacency.component_count, ([0.0; 3], 0.0, [0.0; 3]));
-        for (p, &component) in positions.clone().zip(&adjacency.component_of_vertex) {
-            let (sum, count, _) = &mut self.centers[component as usize];
-            for (sum, p) in sum.iter_mut().zip(p) {
-                *sum += p;
+        self.centers.resize(adjacency.component_count, Center::default());
+        let mut later = positions;
+        for components in adjacency.runs() {
+            let center = &mut self.centers[components[0] as usize];
+            let (eights, rest) = later.split_off(..components.len()).unwrap_or_default().as_chunks::<8>();
+            // Independent sums hide the latency of the additions.
+            let mut sums = [[0.0; 3]; 8];
+            for eight in eights {
+                for (sum, p) in sums.as_flattened_mut().iter_mut().zip(eight.as_flattened()) {
+                    *sum += f64::from(*p);
+                }
             }
-            *count += 1.0;
+            for p in sums.into_iter().chain(rest.iter().map(|p| p.map(f64::from))) {
+                center.sum.iter_mut().zip(p).for_each(|(sum, p)| *sum += p);
+            }
+            center.count += components.len() as f64;
         }
-        for (sum, count, center) in &mut self.centers {
+        for Center { sum, count, center } in &mut self.centers {
             // The subtraction of whole cells is exact for positions on the grid.
-            *center = sum.map(|sum| (sum / *count).round());
+            *center = sum.map(|sum| (sum / *count).round() as f32);
         }
-        for ((p, &component), point) in positions.zip(&adjacency.component_of_vertex).zip(&mut self.points) {
-            let (_, _, center) = &self.centers[component as usize];
-            point.set_position(std::array::from_fn(|k| {
-                (p[k] - center[k]).clamp(-MAX_COORDINATE, MAX_COORDINATE) as f32
-            }));
+        let (mut later, mut points) = (positions, &mut *self.points);
+        for components in adjacency.runs() {
+            let center = self.centers[components[0] as usize].center;
+            let positions = later.split_off(..components.len()).unwrap_or_default();
+            let points = points.split_off_mut(..components.len()).unwrap_or_default();
+            for (p, point) in positions.iter().zip(points) {
+                point.set_position(std::array::from_fn(|k| {
+                    (p[k] - center[k]).clamp(-MAX_COORDINATE, MAX_COORDINATE)
+                }));
+            }
         }
     }
 
     /// Returns the center of a component, in whole cells.
-    pub(super) fn center(&self, component: usize) -> [f64; 3] {
-        self.centers[component].2
+    pub(super) fn center(&self, component: usize) -> [f32; 3] {
+        self.centers[component].center
     }
 
     /// Sets the positions of the points to the positions of the lattice vertices at rest.
     pub(super) fn set_rest_positions(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
-        self.set_positions(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
+        let positions: Vec<[f32; 3]> =
+            lattice.indices().iter().map(|index| index.map(|i| i as f32)).collect();
+        self.set_positions(&positions, adjacency);
         self.trust.clear();
         self.trust.resize(adjacency.len(), 1.0);
     }

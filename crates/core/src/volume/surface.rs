@@ -4,12 +4,12 @@
 //! positions are merged.
 
 use super::VolumeError;
-use super::adjacency::Adjacency;
+use super::adjacency::{Adjacency, first_corners};
 use super::mesh_measure::{MeshMeasure, MeshTerms};
 use super::patch::{MIN_PATCH_TRIANGLES, Patch};
 use super::shells::{self, Shell};
 use crate::lattice::{Embedding, Lattice};
-use crate::mesh::{Mesh, UnionFind};
+use crate::mesh::{Csr, Mesh, UnionFind};
 
 /// The surface in a component must enclose more than this fraction of the volume of the component's cells.
 const MIN_VOLUME_FRACTION: f64 = 0.01;
@@ -49,7 +49,7 @@ pub(super) fn measure(
         let oriented = component_shells.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
         });
-        add_component(surface.embedding, oriented.collect(), &mut terms);
+        add_component(surface.embedding, &oriented.collect::<Vec<_>>(), &mut terms);
     }
     terms.signs = vertex_signs(&shells, &signs, surface.mesh.weld().len());
     let points = surface_points(surface.embedding, &terms.quads);
@@ -71,26 +71,29 @@ fn vertex_signs(shells: &[Shell], signs: &[f64], vertices: usize) -> Vec<i8> {
 
 /// Adds the triangles of one component to `terms`: as a patch for each cell with many triangles, and as quads for other
 /// cells and for triangles that cross cells. With smooth positions there are no patches.
-fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, terms: &mut MeshTerms) {
+fn add_component(embedding: &Embedding, triangles: &[[u32; 3]], terms: &mut MeshTerms) {
     let cell = |corner: u32| embedding.cell(corner as usize);
-    // Sort key: the cell, and whether the triangle leaves the cell. A triangle that crosses cells is sorted
-    // into the last of its cells, after the triangles that lie inside this cell.
+    // Sort key: the cell, whether the triangle leaves the cell, and the index of the triangle. A triangle that crosses
+    // cells is sorted into the last of its cells, after the triangles that lie inside this cell.
     let is_outside =
         |corner: &u32| embedding.local(*corner as usize).iter().any(|x| !(0.0..=1.0).contains(x));
-    let key = |triangle: &[u32; 3]| {
+    let key = |(index, triangle): (u32, &[u32; 3])| {
         let [a, b, c] = triangle.map(cell);
-        (a.max(b).max(c), a != b || b != c || triangle.iter().any(is_outside))
+        (a.max(b).max(c), a != b || b != c || triangle.iter().any(is_outside), index)
     };
-    triangles.sort_by_cached_key(key);
+    let mut keys: Vec<(u32, bool, u32)> = (0..).zip(triangles).map(key).collect();
+    keys.sort_unstable();
     let (previous_patches, previous_quads) = (terms.patches.len(), terms.quads.len());
     let mut others = Vec::new();
-    for group in triangles.chunk_by(|a, b| key(a) == key(b)) {
-        let (_, leaves_cell) = key(&group[0]);
+    for group in keys.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let (_, leaves_cell, first) = group[0];
+        let group_triangles = group.iter().map(|&(.., index)| triangles[index as usize]);
         if leaves_cell || group.len() < MIN_PATCH_TRIANGLES || embedding.smoothing().is_some() {
-            others.extend_from_slice(group);
+            others.extend(group_triangles);
         } else {
-            let local = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
-            terms.patches.push(Patch::new(embedding.corners(group[0][0] as usize), local));
+            let local =
+                group_triangles.map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
+            terms.patches.push(Patch::new(embedding.corners(triangles[first as usize][0] as usize), local));
         }
     }
     terms.quads.extend(quads(&others));
@@ -101,12 +104,16 @@ fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, terms: &mu
 /// Joins pairs of triangles with a common edge to quads, in the order of the triangles. A triangle `a, b, c` without a
 /// partner becomes the quad `a, b, c, a`.
 fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
-    // The directed edges of the triangles, each with its triangle and the corner that is not on it.
-    let mut edges = Vec::with_capacity(3 * triangles.len());
-    for (index, &[a, b, c]) in triangles.iter().enumerate() {
-        edges.extend([((a, b), index, c), ((b, c), index, a), ((c, a), index, b)]);
-    }
-    edges.sort_unstable();
+    // The vertices of a component mostly follow each other, so that those between its least and its greatest are few.
+    let corners = || triangles.iter().flatten().copied();
+    let (Some(low), Some(high)) = (corners().min(), corners().max()) else { return Vec::new() };
+    let rows = (high - low) as usize + 1;
+    // The directed edges of the triangles that start at each vertex: end, triangle, and the corner that is not on it.
+    let edges = (0..).zip(triangles).flat_map(|(index, &[a, b, c]): (u32, &[u32; 3])| {
+        [(a - low, (b, index, c)), (b - low, (c, index, a)), (c - low, (a, index, b))]
+    });
+    let mut edges = Csr::sorted(rows, edges);
+    (0..rows).for_each(|start| edges.row_mut(start).sort_unstable());
     let mut is_used = vec![false; triangles.len()];
     let mut quads = Vec::with_capacity(triangles.len() / 2 + 1);
     for (index, &[a, b, c]) in triangles.iter().enumerate() {
@@ -115,10 +122,11 @@ fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
         }
         let partner = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find_map(|[a, b, c]| {
             // A triangle with the edge from `a` to `c` joins the edge from `c` to `a` of this one.
-            let first = edges.partition_point(|(edge, ..)| *edge < (a, c));
-            let same = edges[first..].iter().take_while(|(edge, ..)| *edge == (a, c));
-            let found = same.into_iter().find(|(_, other, _)| !is_used[*other]);
-            found.map(|&(_, other, d)| ([a, b, c, d], other))
+            let from_a = edges.row((a - low) as usize);
+            let first = from_a.partition_point(|(end, ..)| *end < c);
+            let mut same = from_a[first..].iter().take_while(|(end, ..)| *end == c);
+            let found = same.find(|(_, other, _)| !is_used[*other as usize]);
+            found.map(|&(_, other, d)| ([a, b, c, d], other as usize))
         });
         match partner {
             Some((quad, other)) => {
@@ -137,11 +145,10 @@ fn surface_points(embedding: &Embedding, quads: &[[u32; 4]]) -> Vec<u32> {
     if embedding.smoothing().is_some() {
         return embedding.by_cell().flat_map(|cell| cell.points).copied().collect();
     }
-    let mut used: Vec<u32> = quads.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
-    used
+    let mut is_used = vec![false; embedding.len()];
+    quads.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
+    let all = embedding.by_cell().flat_map(|cell| cell.points).copied();
+    all.filter(|&vertex| is_used[vertex as usize]).collect()
 }
 
 /// Replaces the corners of the quads, which are mesh vertices, by indices into the list of surface points.
@@ -197,8 +204,8 @@ fn check_volumes(
     }
     let cell_volume = lattice.cell_size().powi(3);
     let mut cells = vec![0.0; adjacency.component_count];
-    for cell in 0..lattice.cells().len() as u32 {
-        cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
+    for first in first_corners(lattice) {
+        cells[adjacency.component(first as usize)] += cell_volume;
     }
     for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
         if mesh <= MIN_VOLUME_FRACTION * cells {

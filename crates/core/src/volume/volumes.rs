@@ -117,7 +117,7 @@ impl VolumeMeasures {
     ) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         let mut scratch = Scratch::default();
-        scratch.set_positions(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        scratch.set_positions(positions, &self.adjacency);
         if let Some(smoothing) = self.measures.iter().find_map(Measure::smoothing) {
             let mut trust = Trust::default();
             smoothing.update_trust(deformed, &mut trust);

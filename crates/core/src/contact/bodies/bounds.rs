@@ -53,7 +53,8 @@ impl Bounds {
         !(0..3).all(|a| self.low[a] <= self.high[a])
     }
 
-    pub(super) fn intersects(&self, other: &Self) -> bool {
+    /// Returns whether the boxes have a common point.
+    pub(crate) fn intersects(&self, other: &Self) -> bool {
         (0..3).all(|a| self.low[a] <= other.high[a] && other.low[a] <= self.high[a])
     }
 

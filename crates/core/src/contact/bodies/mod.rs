@@ -17,9 +17,11 @@
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
+//! | `gaps` | the gaps between a body and those around it, which limit the displayed surface |
 
 mod bounds;
 mod deformed_cell;
+mod gaps;
 mod grid;
 mod island;
 mod posed;
@@ -28,6 +30,7 @@ mod surface;
 mod view;
 
 pub(crate) use self::bounds::Bounds;
+pub(crate) use self::gaps::{GapBody, GapSearch};
 pub(crate) use self::island::{Island, PairContact};
 
 pub(crate) use self::surface::ContactSurface;
@@ -74,6 +77,16 @@ pub(crate) struct ContactFilter {
     pub(crate) ignored: Vec<(u32, u32)>,
 }
 
+impl ContactFilter {
+    /// Returns whether a body touches another one, or itself.
+    fn may_touch(&self, body: u32, other: u32) -> bool {
+        match body == other {
+            true => self.with_itself.binary_search(&body).is_ok(),
+            false => self.between && self.ignored.binary_search(&(body.min(other), body.max(other))).is_err(),
+        }
+    }
+}
+
 /// The contacts between the bodies of a simulation. Its buffers are reused.
 #[derive(Debug, Default)]
 pub(crate) struct BodyContacts {
@@ -105,6 +118,11 @@ pub(crate) struct BodyContacts {
 impl BodyContacts {
     pub(crate) fn new(filter: ContactFilter) -> Self {
         Self { filter, ..Self::default() }
+    }
+
+    /// Returns whether a body touches another one, or itself.
+    pub(crate) fn may_touch(&self, body: u32, other: u32) -> bool {
+        self.filter.may_touch(body, other)
     }
 
     /// Returns the memory in bytes.
@@ -177,12 +195,11 @@ impl BodyContacts {
                 let own = bounds[a as usize];
                 let later = order[place + 1..].iter();
                 for &b in later.take_while(|&&b| bounds[b as usize].low.x <= own.high.x) {
-                    let pair = (a.min(b), a.max(b));
                     if bounds[b as usize].intersects(&own)
                         && !(is_asleep(a) && is_asleep(b))
-                        && filter.ignored.binary_search(&pair).is_err()
+                        && filter.may_touch(a, b)
                     {
-                        pairs.push(pair);
+                        pairs.push((a.min(b), a.max(b)));
                     }
                 }
             }

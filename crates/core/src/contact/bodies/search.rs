@@ -338,7 +338,7 @@ fn velocity_in(body: &BodyView, cell: u32, local: [f32; 3]) -> Vector3<f64> {
 }
 
 /// Returns whether two cells are the same, or joined by at most [`NEIGHBORHOOD`] steps through cells with common corners.
-fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
+pub(super) fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
     let (a, b) = (lattice.cells()[a as usize], lattice.cells()[b as usize]);
     let distance = |a: [i32; 3], b: [i32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).max().unwrap_or(0);
     match distance(a, b) {

@@ -1,5 +1,7 @@
 //! The data of a body that contact between bodies reads.
 
+use std::sync::OnceLock;
+
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
@@ -23,8 +25,9 @@ pub(crate) struct SurfaceProperties {
 /// The data of contact between bodies that one body owns.
 #[derive(Debug)]
 pub(crate) struct BodyContact {
-    /// Created when another body is near for the first time, or for contact of the body with itself.
-    surface: Option<ContactSurface>,
+    /// Created when another body is near for the first time, or for contact of the body with itself. `None` if it has no
+    /// area.
+    surface: OnceLock<Option<ContactSurface>>,
     /// Velocities before the step, relative to `origin_velocity`, in cells/s.
     velocities_before: Lanes<3>,
     /// Velocity of the origin before the step, in cells/s.
@@ -56,7 +59,7 @@ impl MotionBounds {
 impl BodyContact {
     pub(crate) fn new() -> Self {
         Self {
-            surface: None,
+            surface: OnceLock::new(),
             velocities_before: Lanes::default(),
             origin_velocity: Vector3::zeros(),
             posed: PosedLattice::default(),
@@ -65,19 +68,27 @@ impl BodyContact {
         }
     }
 
-    /// Returns whether the surface was created.
-    pub(crate) fn has_surface(&self) -> bool {
-        self.surface.is_some()
+    /// Returns the surface, which `create` creates if it does not exist; `None` if it has no area.
+    pub(crate) fn surface_or(
+        &self,
+        create: impl FnOnce() -> Option<ContactSurface>,
+    ) -> Option<&ContactSurface> {
+        self.surface.get_or_init(create).as_ref()
     }
 
-    /// Sets the surface.
-    pub(crate) fn set_surface(&mut self, surface: ContactSurface) {
-        self.surface = Some(surface);
+    /// Returns the surface, if it was created and has an area.
+    pub(crate) fn created_surface(&self) -> Option<&ContactSurface> {
+        self.surface.get().and_then(Option::as_ref)
     }
 
     /// Returns the surface. Only bodies in pairs are searched, and these have one.
     pub(crate) fn surface(&self) -> &ContactSurface {
-        self.surface.as_ref().expect("a body in a pair has a surface")
+        self.created_surface().expect("a body in a pair has a surface")
+    }
+
+    /// Returns the box of the body in the last step.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.motion.positions
     }
 
     /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
@@ -98,7 +109,7 @@ impl BodyContact {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let surface = self.surface.as_ref().map_or(0, ContactSurface::bytes);
+        let surface = self.created_surface().map_or(0, ContactSurface::bytes);
         surface + self.velocities_before.bytes() + self.posed.bytes()
     }
 }

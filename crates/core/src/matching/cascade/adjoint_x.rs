@@ -19,7 +19,7 @@ const BATCH: usize = 32;
 pub(super) struct AdjointX<'a, U> {
     pub(super) layout: &'a Layout,
     /// Windows of the passes along x.
-    pub(super) x: Window<'a>,
+    pub(super) x: Window<'a, 0>,
     /// Output of the adjoint y pass for all blocks.
     pub(super) source: &'a [Block<6>],
     pub(super) update: &'a U,

@@ -26,24 +26,26 @@
 //! The first three passes are the forward passes. The last three passes are their exact adjoint: at each
 //! vertex, they compute the sum of the fields of all regions that contain the vertex.
 //!
-//! A plane is the set of vertices with the same x. Only the passes along x read other planes. So all passes
+//! A plane is the set of blocks with the same x. Only the passes along x read other planes. So all passes
 //! except the adjoint x pass run plane by plane, in scratch memory that stays in the cache ([`plane`]). The
 //! output of the adjoint y pass, six numbers per vertex, is stored for the adjoint x pass.
 
 mod adjoint_x;
 mod plane;
+mod workspace;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+pub(crate) use plane::Sizes;
+pub(crate) use workspace::{Workspace, Workspaces};
 
 use fearless_simd::{Simd, dispatch};
 
-use super::windows::{self, Slide, Weighted, Window};
+use super::windows::{Method, Weighted, Window};
 use crate::lattice::Layout;
 use crate::parallel::{CHUNK, Executor};
-use crate::simd::lanes::{Block, Lanes};
+use crate::simd::lanes::Block;
 use crate::simd::level;
 use adjoint_x::AdjointX;
-use plane::{PlanePasses, Scratch};
+use plane::{PlanePasses, Strips, Windows};
 
 /// The function that is applied to the sums of each region: the fit of a rotation or of a rigid velocity.
 pub(crate) trait RegionTransform: Sync {
@@ -72,12 +74,9 @@ pub(crate) trait VertexUpdate: Sync {
     );
 }
 
-/// Returns the interval, in planes, at which running sums along x restart with a direct sum. Running sums
-/// within a plane restart at an interval of twice as many lines. Sums over wide windows restart less often,
-/// because their direct sums cost more and have larger rounding errors.
-fn restart_interval(half_width: usize) -> usize {
-    if half_width < 8 { 4 } else { 8 }
-}
+/// The interval, in planes, at which running sums along x restart with a direct sum, which limits their rounding errors.
+/// Running sums within a plane restart at an interval of twice as many blocks.
+const RESTART_INTERVAL: usize = 4;
 
 /// The purpose of a call of [`Cascade::forward`], which determines the last pass that it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,76 +94,32 @@ pub(crate) enum Purpose {
 #[derive(Clone, Debug)]
 pub(crate) struct Cascade {
     half_width: usize,
-    /// For each block, the vertices that enter and leave its running sums: along x, then along the axis
-    /// across the lines of a plane. `None` if windows are summed directly.
-    slides: [Option<Vec<Slide>>; 2],
+    /// How the windows along x, y and z are summed.
+    methods: [Method; 3],
+    strips: Strips,
     /// First plane of each task, then the number of planes. A task consists of whole planes.
     task_planes: Vec<usize>,
     /// First block of each task, then the number of blocks.
     task_blocks: Vec<usize>,
-    /// Number of blocks of the largest plane.
-    largest_plane: usize,
-}
-
-/// The buffers of a cascade. They are allocated at the first use, and allocated again for a cascade of
-/// another [`Shape`]. Every use overwrites the buffers.
-#[derive(Debug, Default)]
-pub(crate) struct Workspace {
-    shape: Option<Shape>,
-    /// Output of the adjoint y pass for each vertex.
-    adjoint_y: Lanes<6>,
-    /// Scratch memory of each thread.
-    scratch: Vec<Mutex<Scratch>>,
-}
-
-/// The parameters that determine the sizes of the buffers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shape {
-    half_width: usize,
-    lane_axis: usize,
-    /// Whether there are running sums along x, and whether there are running sums across the lines of a
-    /// plane.
-    running: [bool; 2],
-    blocks: usize,
-    largest_plane: usize,
-}
-
-impl Workspace {
-    /// Returns the memory of the buffers, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
-        let scratch = self.scratch.iter().map(|scratch| locked(scratch).bytes());
-        self.adjoint_y.bytes() + scratch.sum::<usize>()
-    }
-
-    /// Locks the scratch memory of the calling thread.
-    fn scratch(&self, executor: &Executor) -> MutexGuard<'_, Scratch> {
-        locked(&self.scratch[executor.worker() % self.scratch.len()])
-    }
 }
 
 impl Cascade {
     /// Creates the cascade for regions of half-width `half_width`, in cells, at least 1.
     pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
-        let interval = restart_interval(half_width);
         let plane_of = plane_of(layout);
-        let slides = [
-            windows::slides(layout.axis(0), half_width, layout.occupied(), |block, _| {
-                plane_of[block].is_multiple_of(interval)
-            }),
-            windows::slides(
-                layout.axis(3 - layout.lane_axis()),
-                half_width,
-                layout.occupied(),
-                |_, position| position.is_multiple_of(2 * interval),
-            ),
-        ];
+        let methods = [0, 1, 2].map(|axis| {
+            let restart = |block: usize, position: usize| match axis {
+                0 => plane_of[block].is_multiple_of(RESTART_INTERVAL),
+                _ => position.is_multiple_of(2 * RESTART_INTERVAL),
+            };
+            Method::new(layout, axis, half_width, restart)
+        });
         // With running sums along x, a task ends only before a plane at which these sums restart. So no task
         // reads the sums of another task.
-        let planes_per_group = if slides[0].is_some() { interval } else { 1 };
-        let (mut task_planes, mut task_blocks, mut largest_plane) = (vec![0], vec![0], 0);
+        let planes_per_group = if methods[0].is_running() { RESTART_INTERVAL } else { 1 };
+        let (mut task_planes, mut task_blocks) = (vec![0], vec![0]);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);
-            largest_plane = largest_plane.max(blocks.len());
             let is_full = blocks.end - task_blocks[task_blocks.len() - 1] >= CHUNK
                 && (plane + 1).is_multiple_of(planes_per_group);
             if is_full || blocks.end == layout.blocks() {
@@ -172,49 +127,36 @@ impl Cascade {
                 task_blocks.push(blocks.end);
             }
         }
-        Self { half_width, slides, task_planes, task_blocks, largest_plane }
+        let strips = Strips::new(layout, half_width);
+        Self { half_width, methods, strips, task_planes, task_blocks }
     }
 
-    /// Creates a workspace with the buffers of all passes, for one thread.
-    pub(crate) fn workspace(&self, layout: &Layout) -> Workspace {
+    /// Returns the sizes of the buffers of the cascade.
+    pub(crate) fn sizes(&self) -> Sizes {
+        let blocks = self.task_blocks[self.tasks()];
+        let [plane, strip] = self.strips.largest;
+        Sizes { blocks, plane, strip, has_running: self.methods.each_ref().map(Method::is_running) }
+    }
+
+    /// Returns buffers for one thread.
+    pub(crate) fn workspace(&self) -> Workspace {
         let mut workspace = Workspace::default();
-        self.reserve(&mut workspace, layout, Purpose::Vertices, 1);
+        workspace.reserve(self.sizes(), Purpose::Vertices, 1);
         workspace
     }
 
-    /// Allocates missing buffers for `purpose` and `threads` threads. Replaces the buffers of a cascade of
-    /// another [`Shape`].
-    fn reserve(&self, workspace: &mut Workspace, layout: &Layout, purpose: Purpose, threads: usize) {
-        let Self { half_width, largest_plane, .. } = *self;
-        let running = [0, 1].map(|axis| self.slides[axis].is_some());
-        let (lane_axis, blocks) = (layout.lane_axis(), layout.blocks());
-        let shape = Some(Shape { half_width, lane_axis, running, blocks, largest_plane });
-        if workspace.shape != shape {
-            *workspace = Workspace { shape, ..Workspace::default() };
-        }
-        let Workspace { adjoint_y, scratch, .. } = workspace;
-        if purpose == Purpose::Vertices && adjoint_y.blocks().is_empty() {
-            *adjoint_y = Lanes::zeros(layout.blocks());
-        }
-        if scratch.len() < threads {
-            let windows = self.windows(layout);
-            scratch.resize_with(threads, || Mutex::new(Scratch::new(&windows, self.largest_plane)));
-        }
-    }
-
     /// Returns the windows of the passes along x, y and z.
-    fn windows<'a>(&'a self, layout: &'a Layout) -> [Window<'a>; 3] {
-        [0, 1, 2].map(|axis| {
-            let slides = self.slides[usize::from(axis != 0)].as_deref();
-            let slides = slides.filter(|_| axis != layout.lane_axis());
-            let (half_width, occupied) = (self.half_width, layout.occupied());
-            Window { axis: layout.axis(axis), half_width, occupied, slides }
-        })
+    fn windows<'a>(&'a self, layout: &'a Layout) -> Windows<'a> {
+        (self.window(layout), self.window(layout), self.window(layout))
     }
 
-    /// Returns the memory of the tables of running sums, in bytes.
+    fn window<'a, const AXIS: usize>(&'a self, layout: &'a Layout) -> Window<'a, AXIS> {
+        Window { axis: layout.axis(AXIS), half_width: self.half_width, method: &self.methods[AXIS] }
+    }
+
+    /// Returns the memory of the strips and of the tables of the windows, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice())).sum()
+        self.strips.bytes() + self.methods.iter().map(Method::bytes).sum::<usize>()
     }
 
     /// Returns the number of tasks.
@@ -239,9 +181,18 @@ impl Cascade {
         (transform, memory): (&T, &mut [T::Memory]),
         purpose: Purpose,
     ) {
-        self.reserve(workspace, layout, purpose, executor.threads());
+        // A single task runs on one thread, and needs the scratch memory of one.
+        let threads = if self.tasks() == 1 { 1 } else { executor.threads() };
+        workspace.reserve(self.sizes(), purpose, threads);
         let mut adjoint_y = std::mem::take(&mut workspace.adjoint_y);
-        let passes = PlanePasses { layout, windows: self.windows(layout), field, transform, purpose };
+        let passes = PlanePasses {
+            layout,
+            strips: &self.strips,
+            windows: self.windows(layout),
+            field,
+            transform,
+            purpose,
+        };
         let out = match purpose {
             Purpose::Vertices => adjoint_y.blocks_mut(),
             Purpose::Regions => &mut [],
@@ -267,7 +218,7 @@ impl Cascade {
         tallies: &mut [U::Tally],
     ) {
         let source = workspace.adjoint_y.blocks();
-        let pass = AdjointX { layout, x: self.windows(layout)[0], source, update };
+        let pass = AdjointX { layout, x: self.window(layout), source, update };
         executor.tasks(
             &self.task_blocks,
             (memory, &mut [], tallies),
@@ -278,11 +229,6 @@ impl Cascade {
             },
         );
     }
-}
-
-/// Locks scratch memory. Ignores poisoning, because every use overwrites the scratch memory.
-fn locked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
-    scratch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns, for each block, the index of its plane.

@@ -7,85 +7,84 @@
 //! computes, for the window of each vertex, the plain sum W(f) = Σ f and the offset-weighted sum
 //! W'(f) = Σ i f.
 //!
-//! Values are stored in blocks of eight vertices, one vertex in each lane. The axis of a pass is either
-//! *along the lanes*, if the eight vertices of a block are consecutive on this axis, or *across the lanes*,
-//! if the next vertex on this axis is in the same lane of another block.
+//! Values are stored in blocks of 2 × 2 × 2 vertices, one vertex in each lane. So the vertices at an even offset from those
+//! of a block are another block, and the vertices at an odd offset are the upper half of a block and the lower half of the
+//! next one.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `terms` | the sums that forward and adjoint passes compute, and how a vertex is added to them |
-//! | `direct` | sums vertex by vertex: narrow windows, and windows of thin shapes across the lanes |
-//! | `running` | running sums: wide windows across the lanes |
-//! | `wide` | differences of prefix sums: wide windows along the lanes |
+//! | `narrow` | sums of narrow windows, vertex by vertex |
+//! | `running` | running sums: wide windows |
+//! | `direct` | sums of wide windows, vertex by vertex: in thin shapes, and where running sums restart |
 
 mod direct;
+mod narrow;
 mod running;
 mod terms;
-mod wide;
 
-pub(super) use running::{Slide, slides};
+pub(super) use running::RunningSums;
 
 use std::ops::Range;
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Simd, SimdBase, f32x8};
 
-use crate::lattice::AxisLinks;
-use crate::simd::lanes::{Block, Row, load};
-use running::History;
-use terms::{Adjoint, Forward, Running, RunningAdjoint, Windows};
-use wide::{BlockSums, WideWindows};
+use crate::lattice::{AxisLinks, Layout};
+use crate::simd::lanes::{Block, load};
+use narrow::{NARROW, NarrowWindows};
+use running::Slide;
+use terms::{Adjoint, Forward, Running, RunningAdjoint, Terms};
 
-/// Largest half-width of a narrow window across the lanes.
-const NARROW_ACROSS: usize = 2;
-
-/// Largest half-width of a narrow window along the lanes.
-const NARROW_ALONG: usize = 5;
-
-/// The windows of a pass along one axis.
-#[derive(Clone, Copy)]
-pub(super) struct Window<'a> {
-    /// Links between vertices along the axis.
-    pub(super) axis: &'a AxisLinks,
-    /// Largest number of links from the center of a window, in each direction.
-    pub(super) half_width: usize,
-    /// For each block, the bit mask of the lanes with a vertex.
-    pub(super) occupied: &'a [u8],
-    /// For each block, the vertices that enter and leave its running sums. `None` if there are no running
-    /// sums.
-    pub(super) slides: Option<&'a [Slide]>,
+/// How the windows along an axis are summed.
+#[derive(Clone, Debug)]
+pub(super) enum Method {
+    /// Narrow windows, vertex by vertex.
+    Narrow(Vec<NarrowWindows>),
+    /// Wide windows, by running sums: for each block, the vertices that enter and leave them.
+    Running(Vec<Slide>),
+    /// Wide windows of thin shapes, vertex by vertex.
+    Direct,
 }
 
-/// Buffers for the sums of wide windows, which have `N` numbers for each vertex. Empty for direct sums.
-#[derive(Clone, Debug, Default)]
-pub(super) struct RunningSums<const N: usize> {
-    history: Option<History<N>>,
-    block_sums: Option<BlockSums>,
-}
-
-impl<const N: usize> RunningSums<N> {
-    /// Allocates the buffers for planes of up to `blocks` blocks. `across_planes` is whether the pass is
-    /// along x, so that the previous vertex is in another plane.
-    pub(super) fn new(window: &Window, blocks: usize, across_planes: bool) -> Self {
-        let is_across_lanes = window.axis.across.is_some();
-        let is_running = window.slides.is_some();
-        let is_wide = !is_across_lanes && window.half_width > NARROW_ALONG;
-        Self {
-            history: is_running.then(|| History::new(blocks, if across_planes { 2 } else { 1 })),
-            block_sums: is_wide.then(|| BlockSums::new(blocks)),
+impl Method {
+    /// Chooses the method for the windows of half-width `half_width` along an axis. `restart` as in [`running::slides`].
+    pub(super) fn new(
+        layout: &Layout,
+        axis: usize,
+        half_width: usize,
+        restart: impl Fn(usize, usize) -> bool,
+    ) -> Self {
+        let links = layout.axis(axis);
+        if half_width <= NARROW {
+            return Self::Narrow(narrow::windows(axis, links, half_width));
         }
+        running::slides((axis, links), half_width, layout.occupied(), restart)
+            .map_or(Self::Direct, Self::Running)
     }
 
-    /// Prepares for the plane whose first block is `first`.
-    pub(super) fn begin_plane(&mut self, first: usize) {
-        if let Some(history) = &mut self.history {
-            history.begin_plane(first);
-        }
+    /// Returns whether the sums are running sums.
+    pub(super) fn is_running(&self) -> bool {
+        matches!(self, Self::Running(_))
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        self.history.as_ref().map_or(0, History::bytes) + self.block_sums.as_ref().map_or(0, BlockSums::bytes)
+        match self {
+            Self::Narrow(windows) => size_of_val(windows.as_slice()),
+            Self::Running(slides) => size_of_val(slides.as_slice()),
+            Self::Direct => 0,
+        }
     }
+}
+
+/// The windows of a pass along one axis.
+#[derive(Clone, Copy)]
+pub(super) struct Window<'a, const AXIS: usize> {
+    /// Links between vertices along the axis.
+    pub(super) axis: &'a AxisLinks,
+    /// Largest number of links from the center of a window, in each direction.
+    pub(super) half_width: usize,
+    pub(super) method: &'a Method,
 }
 
 /// The input of a pass: `N` components for each vertex of consecutive blocks.
@@ -123,7 +122,7 @@ impl Weighted<'_> {
     }
 }
 
-impl Window<'_> {
+impl<const AXIS: usize> Window<'_, AXIS> {
     /// Runs the first pass of the cascade: computes W and W' of the weighted field. The input has three
     /// components per vertex, the output six.
     #[inline(always)]
@@ -217,70 +216,29 @@ impl Window<'_> {
         out: &mut [Block<OUT>],
     ) where
         S: Simd,
-        Sums: Windows<S>,
+        Sums: Terms<S>,
         Continued: Running<S> + Into<Sums>,
     {
-        let Self { axis: AxisLinks { links, across }, half_width, occupied, slides } = self;
-        match (across, &mut running.history, slides, &mut running.block_sums) {
-            (Some(neighbors), Some(history), Some(slides), _) => {
+        let Self { axis, half_width, method } = self;
+        match method {
+            Method::Narrow(windows) => {
+                for (block, out) in blocks.zip(out) {
+                    narrow::sums::<S, Sums, AXIS>(simd, windows, half_width, block, &row).store(out);
+                }
+            }
+            Method::Running(slides) => {
                 for (block, out) in blocks.zip(out) {
                     let slide = (half_width, slides[block]);
-                    let sums: Continued =
-                        running::across(simd, links, neighbors, slide, block, &row, history);
+                    let sums =
+                        running::sums::<S, Continued, AXIS, STORED>(simd, axis, slide, block, &row, running);
                     sums.into().store(out);
                 }
             }
-            (Some(neighbors), ..) => {
+            Method::Direct => {
                 for (block, out) in blocks.zip(out) {
-                    direct::across::<S, Sums>(simd, links, neighbors, half_width, block, &row).store(out);
-                }
-            }
-            (None, _, _, Some(block_sums)) => {
-                let first = blocks.start;
-                let wide = WideWindows { links, occupied, half_width, blocks };
-                Sums::wide(
-                    simd,
-                    block_sums,
-                    wide,
-                    &row,
-                    #[inline(always)]
-                    |block, lanes, sums| {
-                        let lower_lanes = (1_u8 << lanes.trailing_zeros()) - 1;
-                        let is_first_run = occupied[block] & lower_lanes == 0;
-                        store_lanes(simd, lanes, is_first_run, sums, &mut out[block - first]);
-                    },
-                );
-            }
-            (None, ..) => {
-                for (block, out) in blocks.zip(out) {
-                    direct::along::<S, Sums>(simd, links, half_width, block, &row).store(out);
+                    direct::sums::<S, Sums, AXIS>(simd, axis, half_width, block, &row).store(out);
                 }
             }
         }
-    }
-}
-
-/// Writes the sums of one run of linked vertices in a block: the lanes of the bit mask `lanes`.
-///
-/// The runs of a block are written one after the other. If `is_first_run`, no run of this block has been
-/// written before, and all other lanes become zero. Otherwise all other lanes keep their values.
-#[inline(always)]
-fn store_lanes<S: Simd, Sums: Windows<S>, const OUT: usize>(
-    simd: S,
-    lanes: u8,
-    is_first_run: bool,
-    sums: Sums,
-    out: &mut Block<OUT>,
-) {
-    if lanes == 0xff {
-        return sums.store(out);
-    }
-    let mask = mask32x8::from_bitmask(simd, u64::from(lanes));
-    let mut rows = [Row::ZERO; OUT];
-    sums.store(&mut rows);
-    for (row, out) in rows.iter().zip(out) {
-        let old = if is_first_run { Row::ZERO } else { *out };
-        let (new, old) = (f32x8::load_array_ref(simd, row), f32x8::load_array_ref(simd, &old));
-        mask.select(new, old).store_array(out);
     }
 }

@@ -1,9 +1,9 @@
-//! Computes running sums: sums over wide windows across the lanes. A running sum follows from the sum of the
-//! previous vertex on the axis, the vertex that enters the window, and the vertex that leaves it.
+//! Computes running sums: sums over wide windows. A running sum follows from the sum of the vertex in the same lane of the
+//! previous block, the two vertices that enter the window, and the two vertices that leave it.
 //!
 //! ```text
-//! S[i]  = S[i-1]           +           f[i+w] -           f[i-1-w]
-//! S'[i] = S'[i-1] - S[i-1] + w         f[i+w] + (w + 1)   f[i-1-w]
+//! S[i]  = S[i-2]            +          f[i+w] +         f[i+w-1] -           f[i-1-w] -           f[i-2-w]
+//! S'[i] = S'[i-2] - 2 S[i-2] + w       f[i+w] + (w - 1) f[i+w-1] + (w + 1)   f[i-1-w] + (w + 2)   f[i-2-w]
 //! ```
 //!
 //! S[i] and S'[i] are the plain and the offset-weighted sum of the window around vertex i of a line of linked
@@ -13,69 +13,53 @@
 
 use fearless_simd::{Simd, f32x8};
 
+use super::direct;
 use super::terms::Running;
-use super::{NARROW_ACROSS, direct};
-use crate::lattice::{AxisLinks, Neighbors};
-use crate::simd::lanes::{Block, Lanes};
+use crate::lattice::AxisLinks;
+use crate::simd::lanes::{Block, Lanes, between, bits_between};
 
 /// The vertices that enter and leave the windows when the running sums move from the previous block along an
 /// axis to a block. Each of the eight lanes is a separate line of vertices.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::matching) struct Slide {
-    /// Block of the vertices that enter the windows.
-    pub(super) entering: u32,
-    /// Block of the vertices that leave the windows.
-    pub(super) leaving: u32,
-    /// Bit mask of the lanes in which a vertex enters.
-    pub(super) entering_lanes: u8,
-    /// Bit mask of the lanes in which a vertex leaves.
-    pub(super) leaving_lanes: u8,
+    entering: Change,
+    leaving: Change,
     /// Whether the sums restart with a direct sum at this block.
-    pub(super) restarts: bool,
+    restarts: bool,
 }
 
-/// Computes the [`Slide`] of each block along an axis. Returns `None` if the axis is along the lanes or the
-/// windows are narrow. Also returns `None` if the sums would restart at half of the blocks or more, as in
-/// thin shapes: direct sums are then faster.
+/// The vertices at two consecutive offsets from the centers of windows: at an even offset those of a block, and at an odd
+/// offset those halfway between two consecutive blocks.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    blocks: [u32; 2],
+    /// For the lower and the higher offset, the bit mask of the lanes with a vertex.
+    lanes: [u8; 2],
+}
+
+/// Computes the [`Slide`] of each block along an axis. Returns `None` if the sums would restart at half of the blocks or more,
+/// as in thin shapes: direct sums are then faster.
 ///
 /// `occupied` has, for each block, the bit mask of the lanes with a vertex. `restart(block, position)`
 /// returns whether the sums must restart at a block even if it is linked to the previous block; `position` is
 /// the number of blocks before it on its line.
-pub(in crate::matching) fn slides(
-    axis: &AxisLinks,
+pub(super) fn slides(
+    (number, axis): (usize, &AxisLinks),
     half_width: usize,
     occupied: &[u8],
     restart: impl Fn(usize, usize) -> bool,
 ) -> Option<Vec<Slide>> {
-    let Neighbors { next, previous } = axis.across.as_ref().filter(|_| half_width > NARROW_ACROSS)?;
-    let links = &axis.links;
     let mut positions = vec![0; occupied.len()];
     let slide = |block: usize| {
-        let before = previous[block] as usize;
-        let linked = if before == block { 0 } else { links[before] };
-        positions[block] = if before == block { 0 } else { positions[before] + 1 };
-        let (mut entering, mut entering_lanes) = (block, 0xff);
-        for _ in 0..half_width {
-            entering_lanes &= links[entering];
-            if entering_lanes == 0 {
-                break;
-            }
-            entering = next[entering] as usize;
-        }
-        let (mut leaving, mut leaving_lanes) = (before, linked);
-        for _ in 0..half_width {
-            let earlier = previous[leaving] as usize;
-            leaving_lanes &= if earlier == leaving { 0 } else { links[earlier] };
-            if leaving_lanes == 0 {
-                break;
-            }
-            leaving = earlier;
-        }
+        let (previous, links) = axis.previous(block);
+        positions[block] = if previous == block { 0 } else { positions[previous] + 1 };
+        // The lanes that are linked to the previous block.
+        let linked = bits_between(number, links, axis.links[block]) & links;
+        let leaving =
+            if linked == 0 { Change::none(block) } else { leaving(number, axis, half_width, previous) };
         Slide {
-            entering: entering as u32,
-            leaving: leaving as u32,
-            entering_lanes,
-            leaving_lanes,
+            entering: entering(number, axis, half_width, block),
+            leaving: Change { lanes: leaving.lanes.map(|lanes| lanes & linked), ..leaving },
             restarts: linked & occupied[block] != occupied[block] || restart(block, positions[block]),
         }
     };
@@ -84,21 +68,71 @@ pub(in crate::matching) fn slides(
     (2 * restarts < slides.len()).then_some(slides)
 }
 
-/// The running sums of the current plane and of the previous plane, `N` numbers for each vertex.
-#[derive(Clone, Debug)]
-pub(in crate::matching) struct History<const N: usize> {
+impl Change {
+    /// No vertices. The block is not used.
+    fn none(block: usize) -> Self {
+        Self { blocks: [block as u32; 2], lanes: [0; 2] }
+    }
+}
+
+/// Returns the vertices at the offsets w - 1 and w from the vertices of a block.
+fn entering(number: usize, axis: &AxisLinks, half_width: usize, block: usize) -> Change {
+    let (mut linked, mut current, mut lanes) = (0xff, block, [0; 2]);
+    let mut blocks = [block as u32; 2];
+    for offset in 1..=half_width {
+        let next = axis.next(current);
+        lanes[0] = linked;
+        if offset % 2 == 1 {
+            linked &= axis.links[current];
+            blocks = [current as u32, next as u32];
+        } else {
+            linked &= bits_between(number, axis.links[current], axis.links[next]);
+            current = next;
+        }
+        lanes[1] = linked;
+        if linked == 0 && offset < half_width {
+            return Change::none(block);
+        }
+    }
+    Change { blocks, lanes }
+}
+
+/// Returns the vertices at the offsets -w and 1 - w from the vertices of a block.
+fn leaving(number: usize, axis: &AxisLinks, half_width: usize, block: usize) -> Change {
+    let (mut linked, mut current, mut lanes) = (0xff, block, [0; 2]);
+    let mut blocks = [block as u32; 2];
+    for offset in 1..=half_width {
+        let (previous, links) = axis.previous(current);
+        lanes[1] = linked;
+        if offset % 2 == 1 {
+            linked &= bits_between(number, links, axis.links[current]);
+            blocks = [previous as u32, current as u32];
+        } else {
+            linked &= links;
+            current = previous;
+        }
+        lanes[0] = linked;
+        if linked == 0 && offset < half_width {
+            return Change::none(block);
+        }
+    }
+    Change { blocks, lanes }
+}
+
+/// The running sums of the current plane and of the previous plane, `N` numbers for each vertex. Empty for direct sums.
+#[derive(Debug, Default)]
+pub(in crate::matching) struct RunningSums<const N: usize> {
     /// Sums of the current plane, then of the previous plane.
     planes: [Lanes<N>; 2],
     /// Index of the first block of each of the two planes.
     first: [usize; 2],
 }
 
-impl<const N: usize> History<N> {
-    /// Allocates sums for planes of up to `blocks` blocks. `planes` is 1 if the previous vertex on the axis
-    /// is in the same plane, and 2 if it is in the previous plane.
-    pub(in crate::matching) fn new(blocks: usize, planes: usize) -> Self {
-        let sums = |plane| Lanes::zeros(if plane < planes { blocks } else { 0 });
-        Self { planes: [sums(0), sums(1)], first: [0; 2] }
+impl<const N: usize> RunningSums<N> {
+    /// Allocates missing sums for planes of up to `blocks` blocks. `planes` is 1 if the previous vertex on the axis is in
+    /// the same plane, and 2 if it is in the previous plane.
+    pub(in crate::matching) fn grow(&mut self, blocks: usize, planes: usize) {
+        self.planes[..planes].iter_mut().for_each(|sums| sums.grow(blocks));
     }
 
     /// Prepares for the plane whose first block is `first`: the current plane becomes the previous plane.
@@ -123,39 +157,76 @@ impl<const N: usize> History<N> {
 }
 
 /// Computes the sums of a block from the sums of the previous block, or directly if the sums restart. Stores
-/// them in `history`.
+/// them in `running`.
 #[inline(always)]
-pub(super) fn across<S: Simd, T: Running<S>, const N: usize>(
+pub(super) fn sums<S: Simd, T: Running<S>, const AXIS: usize, const N: usize>(
     simd: S,
-    links: &[u8],
-    neighbors: &Neighbors,
+    axis: &AxisLinks,
     (half_width, slide): (usize, Slide),
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
-    history: &mut History<N>,
+    running: &mut RunningSums<N>,
 ) -> T {
     let sums = if slide.restarts {
-        direct::across(simd, links, neighbors, half_width, block, row)
+        direct::sums::<S, T, AXIS>(simd, axis, half_width, block, row)
     } else {
-        let mut sums = T::load(simd, history.at(neighbors.previous[block] as usize)).recentered();
-        let (entering, leaving, w) = (slide.entering as usize, slide.leaving as usize, half_width as f32);
+        let (previous, w) = (axis.previous(block).0, half_width as f32);
+        let mut sums = T::load(simd, running.at(previous)).recentered();
+        // Of two consecutive offsets from -w, 1 - w on or from w - 1, w on, the odd one is halfway between two blocks.
+        let Slide { entering, leaving, .. } = slide;
+        let ([e0, e1], [l0, l1]) = (entering.blocks, leaving.blocks);
+        let ([e0, e1], [l0, l1]) = ([e0 as usize, e1 as usize], [l0 as usize, l1 as usize]);
+        let ([enters_first, enters_last], [leaves_last, leaves_first]) = (entering.lanes, leaving.lanes);
+        let (enters_halfway, enters_at, leaves_halfway, leaves_at) = if half_width % 2 == 1 {
+            (
+                (enters_last, w),
+                (e0, enters_first, w - 1.0),
+                (leaves_last, w + 2.0),
+                (l1, leaves_first, w + 1.0),
+            )
+        } else {
+            (
+                (enters_first, w - 1.0),
+                (e1, enters_last, w),
+                (leaves_first, w + 1.0),
+                (l0, leaves_last, w + 2.0),
+            )
+        };
+        let (lanes, offset) = enters_halfway;
         sums.add(
             simd,
-            slide.entering_lanes,
-            w,
+            lanes,
+            offset,
             #[inline(always)]
-            |c| row(entering, c),
+            |c| between::<S, AXIS>(simd, row(e0, c), row(e1, c)),
         );
+        let (at, lanes, offset) = enters_at;
         sums.add(
             simd,
-            slide.leaving_lanes,
-            -(w + 1.0),
+            lanes,
+            offset,
             #[inline(always)]
-            |c| -row(leaving, c),
+            |c| row(at, c),
+        );
+        let (lanes, offset) = leaves_halfway;
+        sums.add(
+            simd,
+            lanes,
+            -offset,
+            #[inline(always)]
+            |c| -between::<S, AXIS>(simd, row(l0, c), row(l1, c)),
+        );
+        let (at, lanes, offset) = leaves_at;
+        sums.add(
+            simd,
+            lanes,
+            -offset,
+            #[inline(always)]
+            |c| -row(at, c),
         );
         sums
     };
-    let index = block - history.first[0];
-    sums.store(&mut history.planes[0].blocks_mut()[index]);
+    let index = block - running.first[0];
+    sums.store(&mut running.planes[0].blocks_mut()[index]);
     sums
 }

@@ -3,22 +3,8 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
-use super::wide::{BlockSums, WideWindows};
+use crate::simd::has_masked_arithmetic;
 use crate::simd::lanes::{Row, store};
-
-/// The sums of eight windows that a pass writes.
-pub(super) trait Windows<S: Simd>: Terms<S> {
-    /// Computes the sums of the wide windows `wide`, for an axis along the lanes. `row(block, c)` is
-    /// component `c` of the input for the eight vertices of a block. Calls `output(block, lanes, sums)`,
-    /// where `lanes` is the bit mask of the lanes for which `sums` is valid.
-    fn wide(
-        simd: S,
-        sums: &mut BlockSums,
-        wide: WideWindows,
-        row: &impl Fn(usize, usize) -> f32x8<S>,
-        output: impl FnMut(usize, u8, Self),
-    );
-}
 
 /// The sums of eight windows, one in each lane. Vertices are added one at a time, one vertex to each window.
 ///
@@ -34,7 +20,7 @@ pub(super) trait Terms<S: Simd>: Copy {
     fn store(self, rows: &mut [Row]);
 }
 
-/// Running sums: sums that continue from the window of a vertex to the window of the next vertex on the axis.
+/// Running sums: sums that continue from the windows of a block to the windows of the next block on the axis.
 pub(super) trait Running<S: Simd>: Terms<S> {
     /// Creates sums from the rows that [`Terms::store`] has written; `row(c)` is row `c`.
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
@@ -49,7 +35,7 @@ pub(super) trait Running<S: Simd>: Terms<S> {
         )
     }
 
-    /// Returns the sums of the same vertices about the next vertex on the axis as the center.
+    /// Returns the sums of the same vertices about the vertex two links further on the axis as the center.
     fn recentered(self) -> Self;
 }
 
@@ -98,12 +84,23 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     #[inline(always)]
     fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
         let (mask, offset) = (lane_mask(simd, linked), f32x8::splat(simd, offset));
-        let zero = f32x8::splat(simd, 0.0);
-        for c in 0..N {
-            let value = mask.select(row(c), zero);
-            self.plain[c] += value;
-            if c < 3 {
-                self.weighted[c] = value.mul_add(offset, self.weighted[c]);
+        if has_masked_arithmetic(simd) {
+            for c in 0..N {
+                let (value, sum) = (row(c), self.plain[c]);
+                self.plain[c] = mask.select(sum + value, sum);
+                if c < 3 {
+                    let sum = self.weighted[c];
+                    self.weighted[c] = mask.select(value.mul_add(offset, sum), sum);
+                }
+            }
+        } else {
+            let zero = f32x8::splat(simd, 0.0);
+            for c in 0..N {
+                let value = mask.select(row(c), zero);
+                self.plain[c] += value;
+                if c < 3 {
+                    self.weighted[c] = value.mul_add(offset, self.weighted[c]);
+                }
             }
         }
     }
@@ -128,7 +125,7 @@ impl<S: Simd, const N: usize> Running<S> for Forward<S, N> {
     #[inline(always)]
     fn recentered(mut self) -> Self {
         for c in 0..3 {
-            self.weighted[c] -= self.plain[c];
+            self.weighted[c] -= self.plain[c] + self.plain[c];
         }
         self
     }
@@ -153,7 +150,12 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
             if c < 3 {
                 value = row(IN - 3 + c).mul_add(negative_offset, value);
             }
-            self.sums[c] += mask.select(value, zero);
+            let sum = self.sums[c];
+            self.sums[c] = if has_masked_arithmetic(simd) {
+                mask.select(sum + value, sum)
+            } else {
+                sum + mask.select(value, zero)
+            };
         }
     }
 
@@ -198,54 +200,9 @@ impl<S: Simd, const IN: usize, const OUT: usize> Running<S> for RunningAdjoint<S
     #[inline(always)]
     fn recentered(mut self) -> Self {
         for c in 0..3 {
-            self.adjoint.sums[c] += self.last[c];
+            self.adjoint.sums[c] += self.last[c] + self.last[c];
         }
         self
-    }
-}
-
-impl<S: Simd, const N: usize> Windows<S> for Forward<S, N> {
-    #[inline(always)]
-    fn wide(
-        simd: S,
-        sums: &mut BlockSums,
-        wide: WideWindows,
-        row: &impl Fn(usize, usize) -> f32x8<S>,
-        mut output: impl FnMut(usize, u8, Self),
-    ) {
-        sums.along::<S, N, 0>(
-            simd,
-            wide,
-            row,
-            #[inline(always)]
-            |block, lanes, plain, weighted| output(block, lanes, Self { plain, weighted }),
-        );
-    }
-}
-
-impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, OUT> {
-    #[inline(always)]
-    fn wide(
-        simd: S,
-        sums: &mut BlockSums,
-        wide: WideWindows,
-        row: &impl Fn(usize, usize) -> f32x8<S>,
-        mut output: impl FnMut(usize, u8, Self),
-    ) {
-        // `along` computes W' of the three components from `OUT` on: the last three.
-        sums.along::<S, IN, OUT>(
-            simd,
-            wide,
-            row,
-            #[inline(always)]
-            |block, lanes, plain, weighted| {
-                let mut sums = [f32x8::splat(simd, 0.0); OUT];
-                for c in 0..OUT {
-                    sums[c] = if c < 3 { plain[c] - weighted[c] } else { plain[c] };
-                }
-                output(block, lanes, Self { sums });
-            },
-        );
     }
 }
 

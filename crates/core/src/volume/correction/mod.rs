@@ -1,27 +1,33 @@
-//! Runs the volume correction of a deformed lattice: field, scales, cubics, limits at colliders.
+//! Runs the volume correction of a deformed lattice: field, scales, cubics.
 //!
-//! `passes` restores the volume where a single cubic cannot, `flattened` that of a surface that lies flat on colliders.
+//! | file | content |
+//! |---|---|
+//! | `ramp` | the field fades out beside constrained vertices |
+//! | `passes` | several passes where a single cubic cannot restore the volume |
+//! | `obstacles` | limits at colliders and other bodies |
+//! | `flattened` | the volume of a surface that lies flat on colliders |
 
 mod flattened;
+mod obstacles;
 mod passes;
+mod ramp;
 
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
 
 use self::passes::Passes;
+use self::ramp::Ramp;
 use super::adjacency::Adjacency;
-use super::clearance::{LimitSearch, Obstacles};
+use super::clearance::LimitSearch;
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
 use super::flattened::FlattenedVolume;
-use super::limits::{Limit, Limits};
-use super::line::Moving;
+use super::limits::Limits;
 use super::measure::Measure;
 use super::regional::{Regional, RegionalScratch};
 use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
-use crate::contact::{SMOOTH_DISPLACEMENT, SampleCells};
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 use crate::simd::xyzx::xyzx;
@@ -30,20 +36,6 @@ use crate::skin::{ComponentMotion, SurfaceMotion};
 /// Relative volume error up to which the volume counts as preserved: the accuracy that positions in `f32`
 /// allow.
 const VOLUME_TOLERANCE: f64 = 1e-6;
-
-/// Maximum number of passes of the active-set iteration in [`Correction::solve_with_limits`]. Three to five
-/// passes are common. The reported residual is the volume error after the last pass.
-const LIMITED_PASSES: usize = 8;
-
-/// Maximum number of rounds of [`Correction::limit_at_colliders`]. Each round finds limits and solves again.
-///
-/// A further round is needed if vertices move farther than the search distance, or if the corrected surface
-/// still enters a collider other than a plane, or with a smooth skin any collider. One or two rounds are common.
-const ROUNDS: usize = 16;
-
-/// Search distance for limits, as a multiple of the greatest displacement. The margin avoids a second search
-/// if the displacements grow in a later round.
-const MARGIN: f64 = 1.25;
 
 /// Volume correction of one body: moves its lattice vertices along a field to restore the rest volume.
 ///
@@ -98,24 +90,6 @@ pub struct CorrectionWorkspace {
     steps: Vec<f64>,
 }
 
-/// Factors by which the field fades in beside constrained vertices.
-#[derive(Clone, Debug)]
-struct Ramp {
-    /// Identifies the lattice for which the ramp was built.
-    adjacency: Weak<Adjacency>,
-    /// Constrained vertices.
-    constrained: Vec<u32>,
-    /// Factor of each vertex, in [0, 1].
-    factors: Vec<f32>,
-}
-
-impl Ramp {
-    /// Returns whether the ramp was built for this lattice.
-    fn belongs_to(&self, adjacency: &Arc<Adjacency>) -> bool {
-        self.adjacency.as_ptr() == Arc::as_ptr(adjacency)
-    }
-}
-
 impl CorrectionWorkspace {
     /// Returns the displacement of a vertex to which `lambda` times its direction is added; `None` if the
     /// displacements of all vertices are zero.
@@ -125,11 +99,8 @@ impl CorrectionWorkspace {
 
     /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
-        let ramp = self
-            .ramp
-            .as_ref()
-            .map_or(0, |ramp| size_of_val(&*ramp.constrained) + size_of_val(&*ramp.factors));
-        ramp + self.scratch.bytes()
+        self.ramp.as_ref().map_or(0, Ramp::bytes)
+            + self.scratch.bytes()
             + self.regional.bytes()
             + size_of_val(&*self.order)
             + self.passes.bytes()
@@ -175,7 +146,7 @@ impl Correction {
             for (point, direction) in scratch.points.iter_mut().zip(&field.directions) {
                 point.set_direction(*direction);
             }
-            Regional::new(&adjacency, &scratch.points, &field.thickness)
+            Regional::new(lattice, &adjacency, &scratch.points, &field.thickness)
         });
         Ok(Some(Self {
             measure,
@@ -200,27 +171,6 @@ impl Correction {
     pub fn bytes(&self) -> usize {
         let regional = self.regional.as_ref().map_or(0, Regional::bytes);
         size_of_val(&*self.field.directions) + self.measure.bytes() + regional + self.adjacency.bytes()
-    }
-
-    /// Sets the lattice vertices that pins and handles constrain.
-    ///
-    /// The correction does not move these vertices, and fades in beside them. The workspace keeps the
-    /// constrained vertices until it is used for another lattice. Allocates only if the constrained vertices
-    /// change.
-    pub fn set_constrained(
-        &self,
-        workspace: &mut CorrectionWorkspace,
-        constrained: impl Iterator<Item = u32> + Clone,
-    ) {
-        let ramp = self.ramp_of(&workspace.ramp);
-        if !ramp.map_or(&[][..], |ramp| &ramp.constrained).iter().copied().eq(constrained.clone()) {
-            let constrained: Vec<u32> = constrained.collect();
-            workspace.ramp = (!constrained.is_empty()).then(|| Ramp {
-                adjacency: Arc::downgrade(&self.adjacency),
-                factors: external_forces::ramp(&self.adjacency, &constrained, self.ramp_links),
-                constrained,
-            });
-        }
     }
 
     /// Corrects a deformed lattice: writes `deformed + lambda V` to `corrected`. With the scope `regional`
@@ -289,9 +239,8 @@ impl Correction {
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
         external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
-            regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, &mut scratch.points);
-            let points = regional_scratch.scales.iter().zip(&scratch.points);
-            offsets.extend(points.map(|(scale, point)| point.direction().map(|v| scale * v)));
+            let out = (&mut *scratch.points, offsets);
+            regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, out);
         }
         self.solve_cubics(workspace, executor);
         let cell_volume = self.cell_size.powi(3);
@@ -300,93 +249,6 @@ impl Correction {
         }
         if workspace.reports.iter().any(|report| report.capped) {
             self.solve_in_passes(workspace, executor, forces);
-        }
-    }
-
-    /// Returns the greatest displacement of a vertex, in cells.
-    fn greatest_displacement(&self, workspace: &CorrectionWorkspace) -> f64 {
-        let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
-        let length = |(i, point): (usize, &Moving)| {
-            let (lambda, offset) = (lambda(i as u32), workspace.offset(i).unwrap_or_default());
-            let displacement = point.direction().into_iter().zip(offset);
-            displacement.map(|(v, o)| (lambda * f64::from(v) + f64::from(o)).powi(2)).sum::<f64>().sqrt()
-        };
-        workspace.scratch.points.iter().enumerate().map(length).fold(0.0, f64::max)
-    }
-
-    /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `contacts` has the limits at other
-    /// bodies.
-    ///
-    /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
-    pub(crate) fn limit_at_obstacles(
-        &self,
-        workspace: &mut CorrectionWorkspace,
-        executor: &Executor,
-        (samples, obstacles): (Option<&SampleCells>, &Obstacles<'_>),
-        contacts: &[Limit],
-        deformed: &[[f32; 3]],
-        corrected: &mut [[f32; 3]],
-    ) {
-        // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
-        let mut search = std::mem::take(&mut workspace.limit_search);
-        let mut search_distance = 0.0;
-        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
-        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
-        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
-        for _ in 0..ROUNDS {
-            let greatest = factor * self.greatest_displacement(workspace);
-            let has_new_limits = if greatest > search_distance {
-                search_distance = MARGIN * greatest;
-                search.replace(samples, deformed, obstacles, search_distance, contacts);
-                !search.limits.is_empty()
-            } else if let Some(samples) = entered_cells.filter(|_| search_distance > 0.0) {
-                self.write(workspace, deformed, corrected);
-                search.add_limits_for_entered_cells(samples, corrected, obstacles)
-            } else {
-                false
-            };
-            if !has_new_limits {
-                break;
-            }
-            self.solve_with_limits(workspace, executor, &search.limits);
-        }
-        workspace.limit_search = search;
-    }
-
-    /// Solves again with limits, by an active-set iteration.
-    ///
-    /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
-    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
-    fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
-        let CorrectionWorkspace { limits: active_set, scratch, offsets, .. } = &mut *workspace;
-        active_set.replace(limits, &mut scratch.points, offsets);
-        workspace.has_surface = false;
-        for _ in 0..LIMITED_PASSES {
-            if !self.update_motions(workspace) {
-                return;
-            }
-            self.solve_cubics(workspace, executor);
-        }
-        self.update_motions(workspace);
-        self.report_residuals(workspace, executor);
-    }
-
-    /// Updates the motions of the limited vertices for the current `lambda`. Returns whether any motion has
-    /// changed.
-    fn update_motions(&self, workspace: &mut CorrectionWorkspace) -> bool {
-        let CorrectionWorkspace { limits, lambdas, scratch, .. } = workspace;
-        limits.update_motions(lambda_of(lambdas, &self.adjacency), &mut scratch.points)
-    }
-
-    /// Reports the volume error for the current `lambda`, without solving again.
-    fn report_residuals(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
-        self.evaluate(workspace, executor);
-        for component in 0..self.rest.len() {
-            let [c0, c1, c2, c3] = workspace.scratch.coefficients[component];
-            let lambda = workspace.lambdas[component];
-            let volume = c0 + lambda * (c1 + lambda * (c2 + lambda * c3));
-            self.report(workspace, component, volume - self.rest[component]);
         }
     }
 
@@ -430,7 +292,7 @@ impl Correction {
         workspace.limits.clear();
         workspace.offsets.clear();
         let scratch = &mut workspace.scratch;
-        scratch.set_positions(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        scratch.set_positions(positions, &self.adjacency);
         scratch.trust.clear();
         scratch.trust.extend_from_slice(trust);
     }
@@ -470,14 +332,9 @@ impl Correction {
     fn update_surface_motions(&self, workspace: &mut CorrectionWorkspace) {
         workspace.motions.clear();
         workspace.motions.extend(workspace.lambdas.iter().enumerate().map(|(component, lambda)| {
-            let center = xyzx(workspace.scratch.center(component).map(|x| x as f32));
+            let center = xyzx(workspace.scratch.center(component));
             ComponentMotion { lambda: *lambda as f32, center }
         }));
-    }
-
-    /// Returns the ramp of a workspace, if it was built for this lattice.
-    fn ramp_of<'w>(&self, ramp: &'w Option<Ramp>) -> Option<&'w Ramp> {
-        ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency))
     }
 
     /// Sets the directions of the points to the field at rest, rotated, times the factors of the ramp.

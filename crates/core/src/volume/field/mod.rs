@@ -10,7 +10,7 @@ mod paper;
 mod smooth;
 mod walls;
 
-use super::adjacency::{Adjacency, octants};
+use super::adjacency::{Adjacency, first_corners, octants};
 use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
@@ -34,7 +34,8 @@ impl Field {
         surface: Option<Surface<'_>>,
         adjacency: &Adjacency,
     ) -> Self {
-        let octants = octants(lattice);
+        let first_corners = first_corners(lattice);
+        let octants = octants(adjacency, &first_corners);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
         let mut greatest_depth = vec![0_u32; adjacency.component_count];
         for (i, &depth) in depth.iter().enumerate() {
@@ -44,17 +45,18 @@ impl Field {
         let normals = paper::boundary_normals(adjacency, lattice.indices(), &octants);
         let paper_field = paper::fill(adjacency, &depth, &greatest_depth, normals.clone());
         let thickness: Vec<f64> = greatest_depth.into_iter().map(|depth| f64::from(depth).max(0.5)).collect();
-        let directions = match (kind, surface) {
-            (FieldKind::Paper, _) => paper_field,
+        let walls = match (kind, surface) {
+            (FieldKind::Paper, _) => {
+                let directions = paper_field.into_iter().map(|v| v.map(|x| x as f32).into()).collect();
+                return Self { directions, thickness };
+            }
             (FieldKind::Surface, Some(surface)) => {
-                let walls = walls::of_surface(lattice, surface, adjacency, &normals);
-                smooth::fill(adjacency, &thickness, &walls, paper_field)
+                walls::of_surface((lattice, &first_corners), surface, adjacency, &normals)
             }
-            (FieldKind::Cells | FieldKind::Surface, _) => {
-                smooth::fill(adjacency, &thickness, &walls::of_cells(lattice), paper_field)
-            }
+            (FieldKind::Cells | FieldKind::Surface, _) => walls::of_cells(lattice),
         };
-        Self { directions: directions.into_iter().map(|v| v.map(|x| x as f32).into()).collect(), thickness }
+        let directions = smooth::fill((lattice, adjacency), &thickness, &walls, &paper_field);
+        Self { directions, thickness }
     }
 }
 

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 
+use crate::mesh::Csr;
 use crate::volume::adjacency::{Adjacency, DIRECTIONS};
 
 /// Computes the outward unit normal of each boundary vertex, in vertex order; zero for interior vertices.
@@ -105,9 +106,10 @@ pub(super) fn fill(
     greatest_depth: &[u32],
     mut directions: Vec<Vector3<f64>>,
 ) -> Vec<Vector3<f64>> {
-    let mut interior: Vec<usize> = (0..adjacency.len()).filter(|&i| depth[i] > 0).collect();
-    interior.sort_by_key(|&i| depth[i]);
-    for i in interior {
+    let layers = greatest_depth.iter().fold(0, |layers, &depth| layers.max(depth)) as usize + 1;
+    let by_depth = Csr::sorted(layers, depth.iter().copied().zip(0_u32..));
+    for &i in by_depth.rows().skip(1).flatten() {
+        let i = i as usize;
         let previous_layer = adjacency.linked(i).filter(|&j| depth[j] < depth[i]);
         // Directions from opposite sides can cancel. Such a vertex does not move.
         let sum = previous_layer.map(|j| directions[j]).sum();

@@ -28,26 +28,37 @@ pub(super) struct Wall {
     pub(super) area: f64,
 }
 
-/// Sums of area vectors (area times unit normal) at each vertex.
+/// Sums of area vectors (area times unit normal) at the vertices of the boundary.
 ///
 /// A vertex has six sums. An area vector is added to the sum of its direction: the axis of its largest
 /// component, and the sign of this component.
-struct AreaSums(Vec<[Vector3<f64>; 6]>);
+struct AreaSums {
+    /// Index in `sums` of each vertex; `u32::MAX` before the first area vector.
+    rows: Vec<u32>,
+    /// Vertices with area vectors, and their sums.
+    sums: Vec<(u32, [Vector3<f64>; 6])>,
+}
 
 impl AreaSums {
     fn new(vertices: usize) -> Self {
-        Self(vec![[Vector3::zeros(); 6]; vertices])
+        Self { rows: vec![u32::MAX; vertices], sums: Vec::new() }
     }
 
     /// Adds `weight` times an area vector at a vertex.
     fn add(&mut self, vertex: u32, area: &Vector3<f64>, weight: f64) {
+        let Self { rows, sums } = self;
+        let row = &mut rows[vertex as usize];
+        if *row == u32::MAX {
+            *row = sums.len() as u32;
+            sums.push((vertex, [Vector3::zeros(); 6]));
+        }
         let axis = area.iamax();
-        self.0[vertex as usize][2 * axis + usize::from(area[axis] > 0.0)] += area * weight;
+        sums[*row as usize].1[2 * axis + usize::from(area[axis] > 0.0)] += area * weight;
     }
 
-    /// Returns one wall for each sum that is not zero.
+    /// Returns one wall for each sum that is not zero. The walls of a vertex are consecutive.
     fn walls(&self) -> impl Iterator<Item = Wall> + '_ {
-        let sums = (0..).zip(&self.0).flat_map(|(vertex, sums)| sums.iter().map(move |sum| (vertex, sum)));
+        let sums = self.sums.iter().flat_map(|(vertex, sums)| sums.iter().map(move |sum| (*vertex, sum)));
         sums.filter(|(_, sum)| **sum != Vector3::zeros()).map(|(vertex, sum)| {
             let area = sum.norm();
             Wall { vertex, normal: sum / area, area }
@@ -73,8 +84,9 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
 ///
 /// * `outwards`: outward direction of each boundary vertex, zero for interior vertices. If the surface in a
 ///   component is oriented against these directions, its normals are reversed.
+/// * `first_corners`: corner 0 of each cell.
 pub(super) fn of_surface(
-    lattice: &Lattice,
+    (lattice, first_corners): (&Lattice, &[u32]),
     surface: Surface<'_>,
     adjacency: &Adjacency,
     outwards: &[Vector3<f64>],
@@ -85,7 +97,8 @@ pub(super) fn of_surface(
     let pieces = Pieces { mesh: surface.mesh, spacing: spacing(lattice, surface.mesh) };
     pieces.for_each(|centroid, area| {
         let (cell, local) = locator.locate(&centroid);
-        let corners = lattice.cell_corners(cell).into_iter().zip(trilinear_weights(local));
+        let corners = adjacency.cell_corners(first_corners[cell as usize]);
+        let corners = corners.into_iter().zip(trilinear_weights(local));
         for (corner, weight) in corners.filter(|(corner, _)| outwards[*corner as usize] != Vector3::zeros()) {
             sums.add(corner, &area, f64::from(weight.max(0.0)) / face);
         }

@@ -1,0 +1,170 @@
+"""Writes results.csv, the tables and the plot from the results in a folder; see run.py.
+
+python benches/peers/report.py target/peers [--write docs/peers.md]
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import datetime
+import json
+import os
+import platform
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+
+from worker import Measurements
+
+HERE = Path(__file__).parent
+ORDER = ("box-1000", "bust-1000", "box-10000", "bust-10000", "box-100000", "bust-100000", "pile", "fold")
+BEGIN, END = "<!-- begin {} -->", "<!-- end {} -->"
+HEADER = (
+    "| program | steps | ms a frame: median | 90 % | set-up, s | memory, MB | volume, stretched | volume, rest "
+    "| shape, rest | speed, 3 s | 4 s | 6 s | in planes, mm | in bodies, mm | failed |"
+)
+
+
+def main() -> None:
+    """Write all files."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--write", type=Path, metavar="FILE")
+    arguments = parser.parse_args()
+    results = [Measurements(**json.loads(path.read_text())) for path in sorted(arguments.folder.glob("runs/*.json"))]
+    results.sort(key=lambda result: (ORDER.index(result.task), result.ms_median or 1e9))
+    write_csv(results, arguments.folder / "results.csv")
+    plot(results, arguments.folder / "peers.svg")
+    sections = {
+        "machine": machine(results),
+        "settings": settings(results),
+        "not installed": not_installed(arguments.folder / "not-installed.txt"),
+    }
+    for task in ORDER:
+        rows = [result for result in results if result.task == task]
+        sections[task] = task_table(rows) if rows else ["Not measured."]
+    if arguments.write:
+        write_page(arguments.write, sections)
+        image = arguments.write.parent / "images/peers.svg"
+        image.write_text((arguments.folder / "peers.svg").read_text())
+    else:
+        for name, lines in sections.items():
+            print(f"\n{name}\n", *lines, sep="\n")
+
+
+def write_csv(results: list[Measurements], path: Path) -> None:
+    """Write one row per run."""
+    rows = [asdict(result) for result in results]
+    for row in rows:
+        row |= {f"speed_{time}": speed for time, speed in row.pop("speeds").items()}
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def task_table(results: list[Measurements]) -> list[str]:
+    """Return the table of a task, as Markdown."""
+    lines = [HEADER, "|---" * HEADER.count(" |") + "|"]
+    for run in results:
+        cells = [
+            run.peer,
+            number(run.steps_per_frame, "d"),
+            number(run.ms_median, ".3g"),
+            number(run.ms_90, ".3g"),
+            number(run.setup_s, ".2g"),
+            number(run.memory_mb, ".0f"),
+            number(run.volume_error_stretched, "+.1e"),
+            number(run.volume_error_rest, "+.1e"),
+            number(run.shape_error_rest, ".2%"),
+            *(number(run.speeds.get(time), ".1e") for time in ("3", "4", "6")),
+            number(run.depth_plane_m and 1e3 * run.depth_plane_m, ".1f"),
+            number(run.depth_body_m and 1e3 * run.depth_body_m, ".1f"),
+            run.failed.replace("|", "/") or "-",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def number(value: float | None, form: str) -> str:
+    """Return a number as text, a dash if there is none."""
+    return "-" if value is None else format(value, form)
+
+
+def machine(results: list[Measurements]) -> list[str]:
+    """Return date, machine and versions."""
+    with open("/proc/cpuinfo") as file:
+        names = [line.split(":")[1].strip() for line in file if line.startswith("model name")]
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False
+    ).stdout.strip()
+    versions = sorted({f"{run.package} {run.version}" for run in results if run.package})
+    load = os.getloadavg()[2]
+    return [
+        f"* Date: {datetime.date.today()}; commit {commit or 'unknown'}; Python {platform.python_version()}.",
+        f"* Machine: {(names or [platform.processor()])[0]}, {os.cpu_count()} processors, {platform.system()}; mean "
+        f"load over the 15 minutes before the page was written {load:.1f}.",
+        f"* Versions: {', '.join(versions)}.",
+    ]
+
+
+def settings(results: list[Measurements]) -> list[str]:
+    """Return the settings of each program."""
+    texts = {run.peer: run.settings for run in results if run.settings}
+    return [f"* **{peer}**: {text}" for peer, text in sorted(texts.items())]
+
+
+def not_installed(path: Path) -> list[str]:
+    """Return the packages that could not be installed, with the reasons."""
+    lines = path.read_text().splitlines() if path.exists() else []
+    return [f"* {line}" for line in lines] or ["All packages were installed."]
+
+
+def write_page(path: Path, sections: dict[str, list[str]]) -> None:
+    """Replace the marked sections of a page."""
+    text = path.read_text()
+    for name, lines in sections.items():
+        begin, end = BEGIN.format(name), END.format(name)
+        if begin not in text or end not in text:
+            raise SystemExit(f"{path} lacks the lines {begin} and {end}")
+        head, rest = text.split(begin, 1)
+        text = "\n".join([head + begin, "", *lines, "", end + rest.split(end, 1)[1]])
+    path.write_text(text)
+
+
+def plot(results: list[Measurements], path: Path) -> None:
+    """Plot the errors of the stretched boxes and busts against the time of a frame."""
+    import matplotlib as mpl
+
+    mpl.use("svg")
+    mpl.rcParams["svg.hashsalt"] = "peers"
+    import matplotlib.pyplot as plt
+
+    runs = [run for run in results if run.task.startswith(("box", "bust")) and run.ms_median]
+    figure, panels = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
+    colors = {peer: f"C{index}" for index, peer in enumerate(sorted({run.peer for run in results}))}
+    measures = (
+        ("volume_error_stretched", "volume error at full stretch"),
+        ("shape_error_rest", "shape error at rest, rms over size"),
+    )
+    for panel, (name, label) in zip(panels, measures, strict=True):
+        for run in runs:
+            error = getattr(run, name)
+            if error is not None:
+                marker = "s" if run.task.startswith("box") else "o"
+                size = {1000: 30, 10_000: 80, 100_000: 200}[int(run.task.split("-")[1])]
+                panel.scatter(run.ms_median, abs(error), size, colors[run.peer], marker=marker, alpha=0.7)
+        panel.set(xscale="log", yscale="log", xlabel="ms a frame of 1/60 s, median", ylabel=label)
+        panel.axvline(1000 / 60, color="0.7", linewidth=0.8)
+        panel.grid(alpha=0.3)
+    for peer, color in colors.items():
+        panels[0].scatter([], [], 30, color, label=peer)
+    panels[0].legend(fontsize=8)
+    figure.suptitle("Squares: box, circles: bust; small, medium, large: 1,000, 10,000, 100,000 points; line: real time")
+    figure.savefig(path, metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()

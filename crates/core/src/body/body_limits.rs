@@ -1,0 +1,129 @@
+//! The limits of the displayed surface of a body at the bodies that it touches or that are near.
+
+use nalgebra::Vector3;
+
+use super::near_bodies::{GREATEST_GAP, NearBodies};
+use super::reference::BodyRef;
+use crate::contact::RowSet;
+use crate::contact::bodies::{GapBody, GapSearch};
+use crate::flatten::{Displacements, FlattenTable};
+use crate::lattice::Embedding;
+use crate::volume::Limit;
+
+/// Greatest clearance in cells that is searched: half of a gap.
+const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
+
+/// Buffers for the limits of one body after another.
+#[derive(Debug, Default)]
+pub(super) struct BodyLimits {
+    gaps: GapSearch,
+    /// Six rows for each lattice vertex, one for each dominant axis and sign of the normal of a limit.
+    rows: RowSet,
+    /// The limit of each of `rows`.
+    limits: Vec<Limit>,
+}
+
+impl BodyLimits {
+    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices may
+    /// move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another body, and does
+    /// not move towards a body that it touches. Bodies outside a simulation have none.
+    pub(super) fn finder<'a>(
+        &'a mut self,
+        body: BodyRef<'a>,
+    ) -> impl FnMut(&[[f32; 3]], f64, &mut Vec<Limit>) + 'a {
+        self.limits.clear();
+        let mut searched = 0.0;
+        move |positions, distance, limits| {
+            let distance = distance.min(GREATEST_DISTANCE);
+            if distance > searched {
+                // With limits, the vertices without them move farther.
+                searched = (2.0 * distance).min(GREATEST_DISTANCE);
+                self.find(body, positions, searched);
+            }
+            limits.extend_from_slice(&self.limits);
+        }
+    }
+
+    /// Shortens the displacements of a flattened surface, so that with the correction before them it takes at most half of a gap
+    /// to another body, and does not move towards a body that it touches.
+    ///
+    /// `deformed`, `corrected`: positions of the lattice before and after the correction.
+    pub(super) fn shorten(
+        &mut self,
+        body: BodyRef<'_>,
+        displacements: &mut Displacements,
+        (table, embedding): (&FlattenTable, &Embedding),
+        (deformed, corrected): (&[[f32; 3]], &[[f32; 3]]),
+    ) {
+        if !body.near_bodies().is_some_and(NearBodies::is_any) {
+            return;
+        }
+        self.limits.clear();
+        self.find(body, deformed, GREATEST_DISTANCE);
+        self.limits.sort_unstable_by_key(|limit| limit.vertex);
+        let limits = &*self.limits;
+        displacements.scale((table, embedding), |corners, displacement| {
+            let displacement = Vector3::from(displacement.map(f64::from));
+            let mut factor = 1.0_f64;
+            for &corner in corners {
+                let first = limits.partition_point(|limit| limit.vertex < corner);
+                for limit in limits[first..].iter().take_while(|limit| limit.vertex == corner) {
+                    let towards = -limit.normal.dot(&displacement);
+                    if towards > 0.0 {
+                        let [from, to] = [deformed, corrected]
+                            .map(|positions| Vector3::from(positions[corner as usize].map(f64::from)));
+                        let remaining = limit.clearance - limit.normal.dot(&(from - to)).max(0.0);
+                        factor = factor.min(remaining.max(0.0) / towards);
+                    }
+                }
+            }
+            factor as f32
+        });
+    }
+
+    /// Replaces the limits by those within `distance`.
+    fn find(&mut self, body: BodyRef<'_>, positions: &[[f32; 3]], distance: f64) {
+        let (Some(near), Some(surface)) = (body.near_bodies(), body.get().surface_of_contact()) else {
+            return;
+        };
+        let Self { gaps, rows, limits } = self;
+        rows.resize(6 * positions.len());
+        limits.clear();
+        let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64| {
+            let axis = normal.iamax();
+            let side = axis + if normal[axis] < 0.0 { 3 } else { 0 };
+            for vertex in surface.vertices_of(sample) {
+                let index = rows.index_or_insert(6 * vertex + side as u32) as usize;
+                let limit = Limit { vertex, normal, clearance };
+                match limits.get_mut(index) {
+                    None => limits.push(limit),
+                    Some(found) if clearance < found.clearance => *found = limit,
+                    // Of several touches, the direction of the sum of their normals.
+                    Some(found) if clearance == 0.0 => found.normal += normal,
+                    Some(_) => {}
+                }
+            }
+        };
+        for touch in body.state.touches.samples() {
+            add(touch.sample, Vector3::from(touch.normal.map(f64::from)), 0.0);
+        }
+        let own = GapBody {
+            surface,
+            lattice: body.get().lattice(),
+            positions,
+            frame: body.state.frame.body_frame(),
+            touches_itself: near.touches_itself(),
+        };
+        gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {
+            add(gap.sample, gap.normal, gap.clearance)
+        });
+        for limit in limits {
+            limit.normal = limit.normal.try_normalize(0.0).unwrap_or(limit.normal);
+        }
+    }
+
+    /// Returns the memory of the buffers in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.gaps.bytes() + self.rows.bytes() + size_of_val(&*self.limits)
+    }
+}
