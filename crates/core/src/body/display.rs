@@ -214,18 +214,20 @@ impl Display {
         let Surface { mesh, embedding, flatten_table, .. } = surface;
         let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
         let flattener = self.flattener.get_or_insert_default();
+        if let Some(correction) = correction {
+            correction.update_surface(workspace, executor);
+        }
         let motion = correction.and_then(|correction| correction.surface_motion(workspace));
-        let surface_before =
+        let unflattened =
             Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
-        flattener.flatten(surface_before, shapes);
+        flattener.flatten(unflattened, shapes);
         let displacements = flattener.displacements_mut();
         if displacements.is_empty() {
             return;
         }
         body_limits.shorten(body, displacements, (table, embedding), (deformed, lattice));
         if let Some(correction) = correction {
-            let surface = (surface.volume_surface(), table);
-            correction.solve_flattened(workspace, executor, surface, displacements, corrected, components);
+            correction.solve_flattened(workspace, (table, embedding), displacements, corrected, components);
         }
     }
 
@@ -453,9 +455,9 @@ fn flattened_surface<'a>(
     body: &'a Body,
 ) -> Option<FlattenedSurface<'a>> {
     let displacements = flattener.as_ref()?.displacements();
-    let Surface { mesh, embedding, flatten_table, .. } = body.surface.as_ref()?;
+    let Surface { embedding, flatten_table, .. } = body.surface.as_ref()?;
     let table = flatten_table.get().filter(|_| !displacements.is_empty())?;
-    Some(FlattenedSurface { mesh, embedding, table, displacements })
+    Some(FlattenedSurface { table, embedding, displacements })
 }
 
 impl Body {

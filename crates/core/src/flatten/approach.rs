@@ -11,7 +11,7 @@ const CORNER: f32 = 0.5;
 
 /// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer it is, the
 /// less a motion of the surface is enlarged: see [`approach`].
-const SPAN: f32 = 5.0;
+const SPAN: f32 = 8.0;
 
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
 const END: f32 = 1.0 + CORNER + SPAN;
@@ -19,9 +19,12 @@ const END: f32 = 1.0 + CORNER + SPAN;
 /// Distance in cells between a component and a collider at which the effect has faded out.
 pub(super) const FADED: f32 = 0.5;
 
+/// Distance in cells up to which a component touches a collider. A search for the nearest point can end there.
+pub(super) const TOUCHING: f32 = 0.01;
+
 /// Cosines of the angle at rest between the outward normal of the surface and the direction to the collider between which the
 /// effect fades in. The walls of a body that stands on a plane do not move.
-const FACING: [f32; 2] = [0.1, 0.4];
+pub(super) const FACING: [f32; 2] = [0.1, 0.4];
 
 /// Compression up to which the flattened surface follows the volume correction in part.
 const HELD: f32 = 0.01;
@@ -38,12 +41,12 @@ pub(super) struct Approach {
 
 /// Returns how a point comes closer to a collider.
 ///
-/// The component of the body is at a distance `least` from the collider, and gaps are measured from there: its nearest point
-/// does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to their own value, with
-/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.13.
+/// The component of the body is at a distance `least` from the collider, and gaps are measured from there: a point at this
+/// distance does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to their own value, with
+/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.24.
 ///
 /// * `gap`: distance from the collider, in cells. Points nearer than `least` do not move.
-/// * `least`: least gap of the component, at least 0.
+/// * `least`: distance of the component, at least 0; see [`least_gap`].
 /// * `compression`: 1 minus the derivative of the gap along the rest shape; without effect below 0.
 /// * `cosine`: of the angle at rest between the outward normal and the direction to the collider.
 pub(super) fn approach(gap: f32, least: f32, compression: f32, cosine: f32) -> Approach {
@@ -66,8 +69,12 @@ pub(super) fn approach(gap: f32, least: f32, compression: f32, cosine: f32) -> A
     Approach { length: weight * length.max(0.0), hold }
 }
 
-/// Returns the distance from the nearest point of the component from which on points do not move, for a compression of at most
-/// `compression`.
+/// Returns the distance from which gaps are measured, for the nearest point of a component.
+pub(super) fn least_gap(nearest: f32) -> f32 {
+    (nearest - TOUCHING).clamp(0.0, FADED)
+}
+
+/// Returns the distance beyond `least` from which on points do not move, for a compression of at most `compression`.
 pub(super) fn greatest_reach(compression: f32, least: f32) -> f32 {
     END * (GAP * compression).min(GREATEST_GAP) * (1.0 - least / FADED)
 }

@@ -1,7 +1,6 @@
 //! The displacements of the mesh vertices of a body.
 
 use crate::lattice::Embedding;
-use crate::mesh::Mesh;
 use crate::simd::xyzx::Xyzx;
 use crate::skin::SkinOffsets;
 
@@ -117,7 +116,6 @@ impl Displacements {
 /// A body's surface with displacements of its mesh vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FlattenedSurface<'a> {
-    pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
     pub(crate) table: &'a FlattenTable,
     pub(crate) displacements: &'a Displacements,

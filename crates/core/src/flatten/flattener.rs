@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::approach::{Approach, FADED, GREATEST_GAP, approach, greatest_reach};
+use super::approach::{Approach, FACING, FADED, GREATEST_GAP, TOUCHING, approach, greatest_reach, least_gap};
 use super::displacements::{Displacements, Hold, MovedCell};
 use super::table::FlattenTable;
 use crate::contact::{PosedShape, SignedDistance};
@@ -48,7 +48,7 @@ struct Surroundings {
 #[derive(Debug, Default)]
 pub(crate) struct Flattener {
     displacements: Displacements,
-    /// Least gap of each component.
+    /// Least gap of each component, from which gaps are measured.
     gaps: Vec<f32>,
     surroundings: Surroundings,
     /// Number of colliders that displaced mesh vertices of a cell may enter, for each moved cell.
@@ -75,7 +75,9 @@ impl Flattener {
             high = std::array::from_fn(|k| high[k].max(position[k]));
         }
         let (center, half) = center_and_half(low, high);
-        shapes.into_iter().any(|shape| shape.may_touch(&center, &half, FADED.into()))
+        shapes
+            .into_iter()
+            .any(|shape| shape.may_touch(&center, &half, f64::from(FADED + TOUCHING + SMOOTH_MARGIN)))
     }
 
     /// Returns the displacements.
@@ -123,23 +125,22 @@ impl Flattener {
         let Self { displacements, gaps, surroundings, lattice, slopes, .. } = self;
         let margin = surface.margin();
         gaps.clear();
-        gaps.resize(surface.table.component_count, FADED);
+        gaps.resize(surface.table.component_count, FADED + TOUCHING);
         let mut first = 0;
         for group in surface.embedding.by_cell() {
             let ranks = first..first + group.points.len() as u32;
             first = ranks.end;
             let least = &mut gaps[surface.table.components[group.corners[0] as usize] as usize];
-            // A component that touches the collider has no gap.
-            if *least <= 0.0 || !surroundings.is_near(group.corners, lattice, shape, *least + margin) {
+            if *least <= TOUCHING || !surroundings.is_near(group.corners, lattice, shape, *least + margin) {
                 continue;
             }
             let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
-            for (rank, &point) in ranks.zip(group.points) {
-                let (gap, _) = measure.gap(rank, point, displacements.get(rank));
+            for rank in ranks {
+                let (gap, _) = measure.gap(rank, displacements.get(rank));
                 *least = least.min(gap);
             }
         }
-        gaps.iter_mut().for_each(|gap| *gap = gap.max(0.0));
+        gaps.iter_mut().for_each(|gap| *gap = least_gap(*gap));
         gaps.iter().any(|gap| *gap < FADED)
     }
 
@@ -161,19 +162,21 @@ impl Flattener {
                 .corners
                 .map(|corner| Vector3::from(surroundings.gradient(corner, table, lattice, shape)));
             let reach = least + greatest_reach(greatest_compression(&gradients), least);
-            if reach <= least || !surroundings.is_near(group.corners, lattice, shape, reach + margin) {
+            if reach <= least || !faces(&gradients, &table.normal_ranges[cell as usize]) {
+                continue;
+            }
+            if !surroundings.is_near(group.corners, lattice, shape, reach + margin) {
                 continue;
             }
             let terms = polynomial(gradients);
             let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
             let holds = displacements.holds.len();
-            for (rank, &point) in (ranks[0]..).zip(group.points) {
-                let (gap, normal) = measure.gap(rank, point, displacements.get(rank));
+            for rank in ranks[0]..ranks[1] {
+                let (gap, normal) = measure.gap(rank, displacements.get(rank));
                 if gap >= reach {
                     continue;
                 }
-                let local = embedding.local(point as usize);
-                let weights = monomials(1.0, local.map(|x| x.clamp(0.0, 1.0)));
+                let weights = monomials(1.0, table.local[rank as usize].map(|x| x.clamp(0.0, 1.0)));
                 let mut gradient = terms[0];
                 for k in 1..8 {
                     gradient += terms[k] * weights[k];
@@ -265,8 +268,11 @@ fn moved(point: &Moving, ComponentMotion { lambda, center }: ComponentMotion) ->
 
 /// Measures the gaps of the mesh vertices in a cell.
 struct CellGaps<'a> {
-    embedding: &'a Embedding,
+    /// Local coordinates of the mesh vertex of each rank.
+    local: &'a [[f32; 3]],
     shape: &'a PosedShape<'a>,
+    /// Normal and offset of the collider, if it is a plane.
+    plane: Option<(Vector3<f64>, f64)>,
     points: GapPoints<'a>,
 }
 
@@ -289,7 +295,8 @@ impl<'a> CellGaps<'a> {
         surroundings: &Surroundings,
         corners: &'a [u32; 8],
     ) -> Self {
-        let points = match (surface.motion, shape.plane()) {
+        let plane = shape.plane();
+        let points = match (surface.motion, plane) {
             (Some(motion), _) => GapPoints::Motion(motion.points, motion.of_vertex(corners[0])),
             (None, Some((normal, _))) if surface.embedding.smoothing().is_none() => GapPoints::Distance {
                 terms: polynomial(corners.map(|corner| surroundings.distances[corner as usize])),
@@ -299,15 +306,15 @@ impl<'a> CellGaps<'a> {
             },
             (None, _) => GapPoints::Map(PointMap::new(corners, lattice, surface.slopes(slopes))),
         };
-        Self { embedding: surface.embedding, shape, points }
+        Self { local: &surface.table.local, shape, plane, points }
     }
 
     /// Returns the gap of a displaced mesh vertex, and the normal of the collider.
-    fn gap(&self, rank: u32, point: u32, offset: [f32; 3]) -> (f32, [f32; 3]) {
-        let local = || self.embedding.local(point as usize);
+    #[inline]
+    fn gap(&self, rank: u32, offset: [f32; 3]) -> (f32, [f32; 3]) {
+        let local = self.local[rank as usize];
         let position = match &self.points {
             GapPoints::Distance { terms, normal, corners, lattice } => {
-                let local = local();
                 if local.iter().all(|x| (-OUTSIDE..=1.0 + OUTSIDE).contains(x)) {
                     let weights = monomials(1.0, local);
                     let along: f32 = (0..3).map(|k| normal[k] * offset[k]).sum();
@@ -315,12 +322,30 @@ impl<'a> CellGaps<'a> {
                 }
                 PointMap::new(corners, lattice, None).at(local)
             }
-            GapPoints::Map(map) => map.at(local()),
+            GapPoints::Map(map) => map.at(local),
             GapPoints::Motion(points, motion) => moved(&points[rank as usize], *motion),
         };
-        let SignedDistance { distance, normal } = self.shape.signed_distance(&displaced(position, offset));
+        let position = displaced(position, offset);
+        let (distance, normal) = match self.plane {
+            Some((normal, offset)) => (normal.dot(&position.coords) - offset, normal),
+            None => {
+                let SignedDistance { distance, normal } = self.shape.signed_distance(&position);
+                (distance, normal)
+            }
+        };
         (distance as f32, normal.map(|x| x as f32).into())
     }
+}
+
+/// Returns false only if no surface in a cell faces the collider. `normals`: least and greatest components of the normals in the
+/// cell.
+fn faces(gradients: &[Vector3<f32>; 8], normals: &[[f32; 3]; 2]) -> bool {
+    let [least, greatest] = normals;
+    // The greatest product with a normal is a convex function of the gradient, so that it is greatest at a corner.
+    let greatest_product = |gradient: &Vector3<f32>| -> f32 {
+        (0..3).map(|k| (-gradient[k] * least[k]).max(-gradient[k] * greatest[k])).sum()
+    };
+    gradients.iter().any(|gradient| greatest_product(gradient) > FACING[0] * LEAST_GRADIENT)
 }
 
 /// Returns a bound of the compression in a cell, from the gradients of the distance at its corners: the length of a mean is at

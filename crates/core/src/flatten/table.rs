@@ -13,8 +13,12 @@ pub(crate) struct FlattenTable {
     pub(crate) ranks: Vec<u32>,
     /// Mesh vertex of each rank.
     pub(crate) vertices: Vec<u32>,
+    /// Local coordinates of the mesh vertex of each rank in its cell.
+    pub(super) local: Vec<[f32; 3]>,
     /// Outward unit normal of the mesh vertex of each rank at rest, in the frame of the lattice.
     pub(super) normals: Vec<[f32; 3]>,
+    /// Least and greatest components of the normals in each cell of [`Embedding::by_cell`].
+    pub(super) normal_ranges: Vec<[[f32; 3]; 2]>,
     /// The neighbors of each lattice vertex.
     pub(super) stencils: Vec<Stencil>,
     /// Component of each lattice vertex.
@@ -48,10 +52,25 @@ impl FlattenTable {
         let outside = (0..ranks.len()).map(|point| {
             embedding.local(point).iter().map(|x| 2.0 * (x - x.clamp(0.0, 1.0)).abs()).sum::<f32>()
         });
+        let normals: Vec<_> = vertices.iter().map(|&vertex| normals[vertex as usize]).collect();
+        let mut first = 0;
+        let normal_range = |points: usize| {
+            let group = &normals[first..first + points];
+            first += points;
+            [f32::min, f32::max].map(|either| {
+                group
+                    .iter()
+                    .copied()
+                    .reduce(|a, b| std::array::from_fn(|k| either(a[k], b[k])))
+                    .unwrap_or_default()
+            })
+        };
         Self {
+            normal_ranges: embedding.by_cell().map(|cell| cell.points.len()).map(normal_range).collect(),
             triangles: Csr::sorted(ranks.len(), at_ranks),
+            local: vertices.iter().map(|&vertex| embedding.local(vertex as usize)).collect(),
             outside: outside.fold(0.0, f32::max),
-            normals: vertices.iter().map(|&vertex| normals[vertex as usize]).collect(),
+            normals,
             stencils: (0..lattice.len() as u32).map(|vertex| Stencil::new(lattice, vertex)).collect(),
             components: lattice.components().of_vertex.clone(),
             component_count: lattice.components().count,
@@ -65,7 +84,9 @@ impl FlattenTable {
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.ranks)
             + size_of_val(&*self.vertices)
+            + size_of_val(&*self.local)
             + size_of_val(&*self.normals)
+            + size_of_val(&*self.normal_ranges)
             + size_of_val(&*self.stencils)
             + size_of_val(&*self.components)
             + size_of_val(&*self.corners)

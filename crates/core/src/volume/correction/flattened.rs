@@ -2,12 +2,20 @@
 
 use super::{Correction, CorrectionWorkspace, VOLUME_TOLERANCE};
 use crate::flatten::{Displacements, FlattenTable, FlattenedSurface};
+use crate::lattice::Embedding;
 use crate::parallel::Executor;
 use crate::volume::ComponentReport;
-use crate::volume::Surface;
 use crate::volume::cubic::smallest_root;
 
 impl Correction {
+    /// Makes the motions of the surface points available, if they are mesh vertices; see [`Correction::surface_motion`].
+    pub(crate) fn update_surface(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
+        if !workspace.has_surface && self.measure.as_mesh().is_some() {
+            self.evaluate(workspace, executor);
+            self.update_surface_motions(workspace);
+        }
+    }
+
     /// Moves the corrected lattice on along the field, so that the body with a flattened surface has its rest volume. Has no
     /// effect if the measure is not `mesh`.
     ///
@@ -15,23 +23,18 @@ impl Correction {
     /// their displacements grow by the part of the motion that is held back. All motions are straight, so that the volume is
     /// an exact cubic.
     ///
-    /// Must be called after [`Correction::write`] or [`Correction::replace`], with their results in `corrected` and `reports`.
+    /// Must be called after [`Correction::update_surface`], with the results of the correction in `corrected` and `reports`.
     pub(crate) fn solve_flattened(
         &self,
         workspace: &mut CorrectionWorkspace,
-        executor: &Executor,
-        (surface, table): (Surface<'_>, &FlattenTable),
+        (table, embedding): (&FlattenTable, &Embedding),
         displacements: &mut Displacements,
         corrected: &mut [[f32; 3]],
         reports: &mut [ComponentReport],
     ) {
         let Some(measure) = self.measure.as_mesh() else { return };
-        if !workspace.has_surface {
-            self.evaluate(workspace, executor);
-        }
         let CorrectionWorkspace { scratch, lambdas, flattened, .. } = workspace;
-        let Surface { mesh, embedding } = surface;
-        let surface = FlattenedSurface { mesh, embedding, table, displacements };
+        let surface = FlattenedSurface { table, embedding, displacements };
         let changes = flattened.update(measure, scratch, surface, lambdas);
         let mut steps = std::mem::take(&mut workspace.steps);
         steps.clear();
