@@ -218,8 +218,7 @@ impl Display {
             correction.update_surface(workspace, executor);
         }
         let motion = correction.and_then(|correction| correction.surface_motion(workspace));
-        let unflattened =
-            Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
+        let unflattened = Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
         flattener.flatten(unflattened, shapes);
         let displacements = flattener.displacements_mut();
         if displacements.is_empty() {

@@ -4,14 +4,17 @@
 const GAP: f32 = 0.75;
 
 /// Greatest gap in cells that is closed.
-pub(super) const GREATEST_GAP: f32 = 0.3;
+const GREATEST_GAP: f32 = 0.3;
 
 /// Length over which the remaining gap rounds the rim of the contact, as a multiple of the gap that is closed.
 const CORNER: f32 = 0.5;
 
+/// Greatest length of a displacement, in cells.
+pub(super) const GREATEST_LENGTH: f32 = (1.0 + 0.5 * CORNER) * GREATEST_GAP;
+
 /// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer it is, the
 /// less a motion of the surface is enlarged: see [`approach`].
-const SPAN: f32 = 8.0;
+const SPAN: f32 = 14.0;
 
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
 const END: f32 = 1.0 + CORNER + SPAN;
@@ -43,7 +46,7 @@ pub(super) struct Approach {
 ///
 /// The component of the body is at a distance `least` from the collider, and gaps are measured from there: a point at this
 /// distance does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to their own value, with
-/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.24.
+/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.13.
 ///
 /// * `gap`: distance from the collider, in cells. Points nearer than `least` do not move.
 /// * `least`: distance of the component, at least 0; see [`least_gap`].

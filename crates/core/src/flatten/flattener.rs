@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::approach::{Approach, FACING, FADED, GREATEST_GAP, TOUCHING, approach, greatest_reach, least_gap};
+use super::approach::{
+    Approach, FACING, FADED, GREATEST_LENGTH, TOUCHING, approach, greatest_reach, least_gap,
+};
 use super::displacements::{Displacements, Hold, MovedCell};
 use super::table::FlattenTable;
 use crate::contact::{PosedShape, SignedDistance};
@@ -107,16 +109,16 @@ impl Flattener {
         if let Some(smoothing) = surface.embedding.smoothing().filter(|_| surface.motion.is_none()) {
             smoothing.update_slopes(&self.lattice, &mut self.slopes);
         }
-        let mut count = 0;
+        let mut count = 0_u16;
         for shape in shapes.clone() {
             self.surroundings.begin(&self.lattice, &shape);
             if self.find_least_gaps(surface, &shape) {
                 self.displace(surface, &shape);
             }
-            count += 1;
+            count = count.saturating_add(1);
         }
         if count > 1 && !self.displacements.is_empty() {
-            self.restrain(surface, shapes);
+            self.restrain(surface, shapes, f32::from(count) * GREATEST_LENGTH);
         }
     }
 
@@ -196,15 +198,17 @@ impl Flattener {
         }
     }
 
-    /// Shortens displacements by which a mesh vertex enters a collider while it moves towards another one.
+    /// Shortens displacements by which a mesh vertex enters a collider while it moves towards another one. `greatest`: greatest length
+    /// of a displacement.
     fn restrain<'a>(
         &mut self,
         surface: Unflattened<'_>,
         shapes: impl Iterator<Item = PosedShape<'a>> + Clone,
+        greatest: f32,
     ) {
         let Self { displacements, colliders, lattice, slopes, .. } = self;
         let Unflattened { table, embedding, .. } = surface;
-        let reach = f64::from(GREATEST_GAP + surface.margin());
+        let reach = f64::from(greatest + surface.margin());
         colliders.clear();
         colliders.resize(displacements.moved.len(), 0);
         for shape in shapes.clone() {
