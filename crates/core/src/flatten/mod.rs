@@ -10,6 +10,8 @@
 //! | file | content |
 //! |---|---|
 //! | `table` | the tables of a body: ranks, normals, stencils, triangles |
+//! | `surroundings` | distances and derivatives at the lattice vertices |
+//! | `unflattened` | positions and gaps of the mesh vertices before |
 //! | `approach` | the gap that remains of a gap |
 //! | `displacements` | the displacements of the mesh vertices |
 //! | `flattener` | the stage |
@@ -17,8 +19,11 @@
 mod approach;
 mod displacements;
 mod flattener;
+mod surroundings;
 mod table;
+mod unflattened;
 
 pub(crate) use displacements::{Displacements, FlattenedSurface};
-pub(crate) use flattener::{Flattener, Unflattened};
+pub(crate) use flattener::Flattener;
 pub(crate) use table::FlattenTable;
+pub(crate) use unflattened::Unflattened;
