@@ -171,15 +171,19 @@ fn surface_between_plates_is_flat_and_keeps_its_volume() {
         let points = surface(&simulation);
         for side in [-1.0, 1.0] {
             let gaps: Vec<f64> = points.iter().map(|p| 0.7 * RADIUS - side * p.y).collect();
-            // The contact of a convex body is the disk of its touching points.
-            let radius =
-                points.iter().zip(&gaps).filter(|(_, gap)| **gap < 0.01).map(|(p, _)| p.x.hypot(p.z));
-            let radius = radius.fold(0.0, f64::max);
-            assert!(radius > 0.3 * RADIUS, "{skin:?}: {radius}");
-            for (p, distance) in points.iter().zip(gaps) {
+            let touching: Vec<_> = points.iter().zip(&gaps).filter(|(_, gap)| **gap < 0.01).collect();
+            assert!(touching.len() > 100, "{skin:?}: {}", touching.len());
+            for (p, &distance) in points.iter().zip(&gaps) {
                 // Depth of a vertex: contact samples of a smooth skin and its displayed surface differ by that.
                 assert!(distance > -0.01, "{skin:?}: {distance}");
-                if p.y * side > 0.0 && p.x.hypot(p.z) < radius - 0.1 {
+                // The contact is the convex hull of the touching points up to 2 cells around a point.
+                let around = touching.iter().map(|(q, _)| [q.x - p.x, q.z - p.z]);
+                let near = around.filter(|[x, z]| (1e-9..2.0).contains(&x.hypot(*z)));
+                let mut angles: Vec<f64> = near.map(|[x, z]| z.atan2(x)).collect();
+                angles.sort_by(f64::total_cmp);
+                let Some(&first) = angles.first() else { continue };
+                angles.push(first + TAU);
+                if distance < 0.3 && angles.windows(2).all(|pair| pair[1] - pair[0] < PI) {
                     patch += 1;
                     lying += usize::from(distance.abs() < 0.01);
                     gap = gap.max(distance);

@@ -16,6 +16,9 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// certain.
 const LEAST_GRADIENT: f32 = 0.25;
 
+/// See [`Flattener`].
+const SEVERAL: u16 = u16::MAX;
+
 /// Finds the displacements of mesh vertices, and owns the buffers.
 #[derive(Debug, Default)]
 pub(crate) struct Flattener {
@@ -23,8 +26,9 @@ pub(crate) struct Flattener {
     /// Least gap of each component, from which gaps are measured.
     gaps: Vec<f32>,
     surroundings: Surroundings,
-    /// Number of colliders that displaced mesh vertices of a cell may enter, for each moved cell.
-    colliders: Vec<u8>,
+    /// Number, from 1 on, of the collider towards which mesh vertices of each cell of [`crate::lattice::Embedding::by_cell`] move; 0 if they do not
+    /// move, and [`SEVERAL`] if they move towards several colliders.
+    colliders: Vec<u16>,
     lattice: Vec<Xyzx>,
     slopes: Vec<[Xyzx; 3]>,
 }
@@ -77,13 +81,15 @@ impl Flattener {
         if let Some(smoothing) = surface.embedding.smoothing().filter(|_| surface.motion.is_none()) {
             smoothing.update_slopes(&self.lattice, &mut self.slopes);
         }
+        self.colliders.clear();
+        self.colliders.resize(surface.embedding.by_cell().len(), 0);
         let mut count = 0_u16;
         for shape in shapes.clone() {
+            count = count.saturating_add(1);
             self.surroundings.begin(&self.lattice, &shape);
             if self.find_least_gaps(surface, &shape) {
-                self.displace(surface, &shape);
+                self.displace(surface, &shape, count);
             }
-            count = count.saturating_add(1);
         }
         if count > 1 && !self.displacements.is_empty() {
             self.restrain(surface, shapes, f32::from(count) * GREATEST_LENGTH);
@@ -114,9 +120,9 @@ impl Flattener {
         gaps.iter().any(|gap| *gap < FADED)
     }
 
-    /// Moves mesh vertices towards the collider. Must be called after [`Flattener::find_least_gaps`].
-    fn displace(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>) {
-        let Self { displacements, gaps, surroundings, lattice, slopes, .. } = self;
+    /// Moves mesh vertices towards the collider with a number. Must be called after [`Flattener::find_least_gaps`].
+    fn displace(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>, number: u16) {
+        let Self { displacements, gaps, surroundings, colliders, lattice, slopes } = self;
         let Unflattened { table, embedding, .. } = surface;
         let margin = surface.margin();
         let mut first = 0;
@@ -162,6 +168,8 @@ impl Flattener {
             }
             if displacements.holds.len() > holds {
                 displacements.mark(cell, ranks);
+                let collider = &mut colliders[cell as usize];
+                *collider = if *collider == 0 { number } else { SEVERAL };
             }
         }
     }
@@ -171,24 +179,24 @@ impl Flattener {
     fn restrain<'a>(
         &mut self,
         surface: Unflattened<'_>,
-        shapes: impl Iterator<Item = PosedShape<'a>> + Clone,
+        shapes: impl Iterator<Item = PosedShape<'a>>,
         greatest: f32,
     ) {
         let Self { displacements, colliders, lattice, slopes, .. } = self;
         let Unflattened { table, embedding, .. } = surface;
         let reach = f64::from(greatest + surface.margin());
-        colliders.clear();
-        colliders.resize(displacements.moved.len(), 0);
-        for shape in shapes.clone() {
-            for (moved, count) in displacements.moved.iter().zip(&mut *colliders) {
-                let corners = embedding.corners(table.vertices[moved.ranks[0] as usize] as usize);
+        for (number, shape) in (1..=SEVERAL).zip(shapes) {
+            for index in 0..displacements.moved.len() {
+                let MovedCell { cell, ranks: [first, end] } = displacements.moved[index];
+                // Displacements towards a collider alone do not enter it.
+                if colliders[cell as usize] == number {
+                    continue;
+                }
+                let corners = embedding.corners(table.vertices[first as usize] as usize);
                 let (center, half) = bounds(&corners, lattice);
-                *count = count.saturating_add(shape.may_touch(&center, &half, reach).into());
-            }
-        }
-        for shape in shapes {
-            for index in (0..colliders.len()).filter(|&index| colliders[index] > 1) {
-                let MovedCell { ranks: [first, end], .. } = displacements.moved[index];
+                if !shape.may_touch(&center, &half, reach) {
+                    continue;
+                }
                 for rank in first..end {
                     let offset = displacements.get(rank);
                     if offset == [0.0; 3] {
