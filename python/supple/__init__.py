@@ -29,6 +29,7 @@ Contents:
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     save_usd, save_html, Recorder           a live simulation as a USD stage, or as a page for browsers
+    PointCache                              positions of a mesh in all frames, as a PC2 file
     screenshot                              picture of a simulation, without a display; notebooks show simulations,
                                             bodies and the page of a Recorder
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
@@ -51,11 +52,12 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, notebook, pictures, plots, recorder, reference, reports, viewer
+from . import edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
 from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
+from .point_cache import PointCache
 from .recorder import Recorder, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
@@ -81,6 +83,7 @@ __all__ = [
     "MeshError",
     "OutputError",
     "Plane",
+    "PointCache",
     "Progress",
     "Recorder",
     "RunReport",
@@ -101,6 +104,7 @@ __all__ = [
     "plot_study",
     "plot_volume",
     "plots",
+    "point_cache",
     "read_obj",
     "recorder",
     "reference",

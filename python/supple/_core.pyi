@@ -15,6 +15,7 @@ from .reports import Progress, RunReport, VolumeReport
 
 __all__ = [
     "Body",
+    "CacheFile",
     "ColliderMotion",
     "ForceField",
     "Hold",
@@ -1110,6 +1111,18 @@ def body_keys() -> list[str]:
 
 def check_collider(collider: Collider) -> dict[str, Any]:
     """Check a collider, and return its fields as plain numbers. Raises ValueError for an invalid field."""
+
+@final
+class CacheFile:
+    """A file with the positions of a mesh; see supple.PointCache."""
+    def __new__(cls, path: _Path, mesh: Mesh, first_frame: int) -> CacheFile: ...
+    def write(self, positions: ArrayLike) -> None:
+        """Append a frame with the positions of all vertices."""
+    @property
+    def frames(self) -> int:
+        """Number of frames so far."""
+    def close(self) -> None:
+        """Complete the file. Does nothing when it is complete."""
 
 @final
 class Recording:

@@ -6,6 +6,7 @@ use std::path::Path;
 use pyo3::exceptions::{PyIsADirectoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use supple_io::Escaped;
+use supple_io::frames::OutputError;
 use supple_io::obj::{ObjError, ObjProblem};
 
 use crate::argument::is_from_python;
@@ -53,6 +54,14 @@ pub(crate) fn from_obj(error: ObjError) -> PyErr {
     match error {
         ObjError { path, problem: ObjProblem::Read(source), .. } => from_io(&path, &source),
         error => Exception::Mesh.with(error.to_string()),
+    }
+}
+
+/// Converts an error of output files.
+pub(crate) fn output(error: OutputError) -> PyErr {
+    match error.is_input() {
+        true => value(error),
+        false => Exception::Output.with(error.to_string()),
     }
 }
 

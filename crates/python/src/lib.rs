@@ -10,6 +10,7 @@
 //! | `forked` | locks mutexes without a deadlock after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
+//! | `point_cache` | writes the positions of a mesh in all frames to one file |
 //! | `animation` | reads the positions of animated meshes |
 //! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
 //! | `rotation` | reads angles, quaternions and matrices |
@@ -31,6 +32,7 @@ mod functions;
 mod lattice;
 mod mesh;
 mod pickle;
+mod point_cache;
 mod report;
 mod rotation;
 mod scene;
@@ -58,6 +60,8 @@ mod _core {
     use crate::lattice::Lattice;
     #[pymodule_export]
     use crate::mesh::{Mesh, read_obj};
+    #[pymodule_export]
+    use crate::point_cache::CacheFile;
     #[pymodule_export]
     use crate::rotation::rotation_matrix;
     #[pymodule_export]

@@ -221,13 +221,12 @@ impl Body {
         self.restore_momenta(executor);
         let cell_mass = self.cell_mass();
         let Self { contacts, state, .. } = self;
-        let pairs = island.pairs().iter();
-        let touched = pairs.flat_map(|pair| {
+        let touched = island.pairs_of(index).flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
             sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
         });
         let touched = touched.filter(|(body, ..)| *body == index);
-        let between = island.pairs().iter().filter(|pair| pair.bodies[0] == index);
+        let between = island.pairs_of(index).filter(|pair| pair.bodies[0] == index);
         let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
         let unit = cell_mass * state.frame.cell_size() / dt;
         let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
@@ -275,7 +274,7 @@ impl Body {
         for (component, rigid) in momentum.states().iter().enumerate() {
             let Some(tracked) = &mut state.momenta[component] else { continue };
             let (mut linear, mut angular, mut moved) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-            for pair in island.pairs() {
+            for pair in island.pairs_of(index) {
                 for (side, sign) in [(0, 1.0), (1, -1.0)] {
                     if (pair.bodies[side], pair.components[side] as usize) == (index, component) {
                         let impulse = pair.impulse * (sign / impulse_unit);

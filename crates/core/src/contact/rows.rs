@@ -47,6 +47,11 @@ impl RowSet {
         *index
     }
 
+    /// Returns the rows of the set in increasing order, with their indices.
+    pub(super) fn increasing(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0..).zip(&self.indices).filter(|(_, index)| **index != NONE).map(|(row, index)| (row, *index))
+    }
+
     /// Returns the rows of the set in the order of their indices.
     pub(crate) fn list(&self) -> &[u32] {
         &self.rows

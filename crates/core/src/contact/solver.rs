@@ -211,6 +211,11 @@ impl Solver {
         self.rows.list().iter().copied().zip(&self.changes)
     }
 
+    /// As [`changes`](Self::changes), in increasing order of the rows.
+    pub(super) fn changes_by_row(&self) -> impl Iterator<Item = (u32, &Vec4)> {
+        self.rows.increasing().map(|(row, index)| (row, &self.changes[index as usize]))
+    }
+
     /// Returns the row of each vertex that has a link, and its velocity change by the normal impulses alone.
     pub(super) fn normal_changes(&mut self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.sums.fill(Vec4::zeros());

@@ -6,14 +6,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple_io::frames::OutputError;
 use supple_io::run::{self, RecordingOptions};
 use supple_io::scene::Up;
 
 use super::Simulation;
 use crate::argument::{self, Settings, wrong_type};
 use crate::body::SharedSimulation;
-use crate::error::Exception;
+use crate::error;
 
 /// Keyword arguments of a recording; of them, `up` and `fps` may be `None`.
 const KEYS: [&str; 4] = ["up", "scale", "fps", "meters_per_unit"];
@@ -56,7 +55,7 @@ impl Recording {
             settings.read("meters_per_unit", positive)?.unwrap_or(options.meters_per_unit);
         let shared = simulation.get().shared.clone();
         let start = |simulation: &mut supple::Simulation| run::Recording::create(&path, simulation, &options);
-        let recording = shared.with(py, start)?.map_err(to_python)?;
+        let recording = shared.with(py, start)?.map_err(error::output)?;
         Ok(Self { shared, path, recording: Mutex::new(Some(recording)) })
     }
 
@@ -67,7 +66,7 @@ impl Recording {
             recording.as_mut().map(|recording| recording.write(simulation))
         };
         match self.shared.with(py, write)? {
-            Some(written) => written.map_err(to_python),
+            Some(written) => written.map_err(error::output),
             None => {
                 let path = self.path.display();
                 Err(PyValueError::new_err(format!("the recording {path} has ended; start another Recorder")))
@@ -91,7 +90,7 @@ impl Recording {
             let recording = self.recording.lock().unwrap_or_else(PoisonError::into_inner).take();
             recording.map_or(Ok(()), run::Recording::finish)
         };
-        py.detach(finish).map_err(to_python)
+        py.detach(finish).map_err(error::output)
     }
 }
 
@@ -102,12 +101,4 @@ fn positive(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
         return Ok(number);
     }
     Err(PyValueError::new_err(format!("{name} is {number}; it must be a finite number above 0")))
-}
-
-/// Converts an error of a recording.
-fn to_python(error: OutputError) -> PyErr {
-    match error.is_input() {
-        true => PyValueError::new_err(error.to_string()),
-        false => Exception::Output.with(error.to_string()),
-    }
 }

@@ -58,7 +58,13 @@ pub(crate) struct GapBody<'a> {
 /// The search for the gaps of one body after another. Its buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GapSearch {
-    /// Cells with samples of another surface that are near the body.
+    /// The cells of the body with samples.
+    own: Vec<OwnCell>,
+    /// The samples of those of `own` that are near another surface.
+    own_samples: Vec<OwnSample>,
+    /// Positions of the lattice vertices of the other body.
+    positions: Vec<Point3<f64>>,
+    /// Cells with samples of the other surface that are near the body.
     cells: Vec<OtherCell>,
     /// The box of each of `cells`.
     boxes: Vec<(u32, Bounds)>,
@@ -68,6 +74,27 @@ pub(crate) struct GapSearch {
     blocks: Vec<Block>,
     /// Those of `cells` that are near the present cell of the body, as ranges of `blocks`.
     near: Vec<(u32, u32)>,
+}
+
+/// A cell of the body with samples.
+#[derive(Clone, Debug)]
+struct OwnCell {
+    /// Its box, enlarged by the greatest gap.
+    bounds: Bounds,
+    /// Its samples, as a range of `GapSearch::own_samples`; `None` until another surface is near.
+    samples: Option<(u32, u32)>,
+}
+
+/// A sample of the body.
+#[derive(Clone, Copy, Debug)]
+struct OwnSample {
+    /// Index in `ContactSurface::samples`.
+    index: u32,
+    position: [f32; 3],
+    /// Unit normal.
+    normal: [f32; 3],
+    /// The least clearance found, or the greatest that counts.
+    clearance: f32,
 }
 
 /// A cell with samples of another surface.
@@ -89,8 +116,10 @@ type Block = [[f32; 8]; 7];
 impl GapSearch {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let cells = buffer_bytes(&self.cells) + buffer_bytes(&self.boxes) + buffer_bytes(&self.near);
-        cells + self.grid.bytes() + buffer_bytes(&self.blocks)
+        let Self { own, own_samples, positions, cells, boxes, grid, blocks, near } = self;
+        let own = buffer_bytes(own) + buffer_bytes(own_samples);
+        let others = buffer_bytes(positions) + buffer_bytes(cells) + buffer_bytes(boxes) + grid.bytes();
+        own + others + buffer_bytes(blocks) + buffer_bytes(near)
     }
 
     /// Calls `visit` for the samples of a body that have a clearance of less than `distance` to another body, or to the
@@ -105,28 +134,48 @@ impl GapSearch {
         if !body.surface.is_closed {
             return;
         }
-        let own = |vertex: u32| Point3::from(body.positions[vertex as usize].map(f64::from));
-        let all = Bounds::of((0..body.positions.len() as u32).map(own)).enlarged(2.0 * distance);
+        let all = self.begin(body, 2.0 * distance);
         for (other, surface) in others.filter(|(_, surface)| surface.is_closed) {
             let opposite = OPPOSITE * other.lattice.cell_size() / body.lattice.cell_size();
-            let position = |vertex| body.frame.to_local(&other.position(vertex)).into();
-            self.add_cells(surface, position, &all);
-            self.find_near(body, own, (surface, opposite, false), distance, &mut visit);
+            self.positions.clear();
+            let vertices = 0..other.lattice.len() as u32;
+            self.positions
+                .extend(vertices.map(|vertex| Point3::from(body.frame.to_local(&other.position(vertex)))));
+            self.add_cells(surface, &all);
+            self.find_near(body, (surface, opposite, false), distance);
         }
         if body.touches_itself {
-            self.add_cells(body.surface, own, &all);
-            self.find_near(body, own, (body.surface, OPPOSITE, true), distance, &mut visit);
+            self.positions.clear();
+            self.positions.extend(body.positions.iter().map(point));
+            self.add_cells(body.surface, &all);
+            self.find_near(body, (body.surface, OPPOSITE, true), distance);
+        }
+        for sample in self.own_samples.iter().filter(|sample| f64::from(sample.clearance) < distance) {
+            let normal = -Vector3::from(sample.normal).map(f64::from);
+            visit(Gap { sample: sample.index, normal, clearance: sample.clearance.into() });
         }
     }
 
-    /// Replaces the cells by those of a surface that are in a box.
-    fn add_cells(&mut self, surface: &ContactSurface, position: impl Fn(u32) -> Point3<f64>, all: &Bounds) {
-        let Self { cells, boxes, grid, blocks, .. } = self;
+    /// Begins the search of a body for gaps of at most `greatest`. Returns the box within which other surfaces are near.
+    fn begin(&mut self, body: &GapBody<'_>, greatest: f64) -> Bounds {
+        let Self { own, own_samples, .. } = self;
+        own_samples.clear();
+        own.clear();
+        own.extend(body.surface.cells.iter().map(|group| OwnCell {
+            bounds: Bounds::of(body.corners(group.cell)).enlarged(greatest),
+            samples: None,
+        }));
+        own.iter().fold(Bounds::EMPTY, |all, cell| all.union(&cell.bounds))
+    }
+
+    /// Replaces the cells by those of a surface with the vertices `positions` that are in a box.
+    fn add_cells(&mut self, surface: &ContactSurface, all: &Bounds) {
+        let Self { positions, cells, boxes, grid, blocks, .. } = self;
         cells.clear();
         boxes.clear();
         blocks.clear();
         for (group, sampled) in (0..).zip(&surface.cells) {
-            let corners = surface.corners[sampled.cell as usize].map(&position);
+            let corners = surface.corners[sampled.cell as usize].map(|vertex| positions[vertex as usize]);
             let bounds = Bounds::of(corners);
             if bounds.intersects(all) {
                 let cell = DeformedCell::new(&corners);
@@ -137,19 +186,20 @@ impl GapSearch {
         grid.fill(boxes, all, 1.0);
     }
 
-    /// Finds the gaps to the cells of a surface, which is that of the body itself or another one.
+    /// Finds the clearances to the cells of a surface, which is that of the body itself or another one.
     fn find_near(
         &mut self,
         body: &GapBody<'_>,
-        position: impl Fn(u32) -> Point3<f64>,
         (surface, opposite, is_own): (&ContactSurface, f64, bool),
         distance: f64,
-        visit: &mut impl FnMut(Gap),
     ) {
-        let Self { cells, boxes, grid, blocks, near } = self;
-        for group in &body.surface.cells {
-            let corners = body.surface.corners[group.cell as usize].map(&position);
-            let bounds = Bounds::of(corners).enlarged(2.0 * distance);
+        let Self { own, own_samples, cells, boxes, grid, blocks, near, .. } = self;
+        let all = boxes.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(bounds));
+        for (own, group) in own.iter_mut().zip(&body.surface.cells) {
+            let bounds = own.bounds;
+            if !bounds.intersects(&all) {
+                continue;
+            }
             near.clear();
             for bin in grid.bins(&bounds) {
                 for &index in grid.cells_of(bin) {
@@ -172,20 +222,30 @@ impl GapSearch {
             if near.is_empty() {
                 continue;
             }
-            let cell = DeformedCell::new(&corners);
-            for sample in group.samples.clone() {
-                let posed = pose(&cell, &body.surface.samples[sample as usize]);
-                let Some(surface @ (_, normal)) = posed else { continue };
-                let distance = distance as f32;
-                let clearance =
-                    dispatch!(level(), simd => least_clearance(simd, surface, blocks, near, distance));
-                if clearance < distance {
-                    let normal = -Vector3::from(normal).map(f64::from);
-                    visit(Gap { sample, normal, clearance: clearance.into() });
-                }
-            }
+            let (first, end) = *own.samples.get_or_insert_with(|| {
+                let cell = DeformedCell::new(&body.corners(group.cell));
+                let first = own_samples.len() as u32;
+                own_samples.extend(group.samples.clone().filter_map(|index| {
+                    let (position, normal) = pose(&cell, &body.surface.samples[index as usize])?;
+                    Some(OwnSample { index, position, normal, clearance: distance as f32 })
+                }));
+                (first, own_samples.len() as u32)
+            });
+            let samples = &mut own_samples[first as usize..end as usize];
+            dispatch!(level(), simd => find_clearances(simd, samples, blocks, near));
         }
     }
+}
+
+impl GapBody<'_> {
+    /// Returns the positions of the corners of a cell.
+    fn corners(&self, cell: u32) -> [Point3<f64>; 8] {
+        self.surface.corners[cell as usize].map(|vertex| point(&self.positions[vertex as usize]))
+    }
+}
+
+fn point(position: &[f32; 3]) -> Point3<f64> {
+    Point3::from(position.map(f64::from))
 }
 
 /// Adds the samples of a deformed cell. Returns the range of their blocks.
@@ -211,39 +271,36 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> Option<([f32; 3], [f32; 3])> {
     Some((cell.position(local).map(|x| x as f32).into(), normal.map(|x| x as f32).into()))
 }
 
-/// Returns the least clearance of a sample to those in some blocks, or `distance` if none is less. `surface` is the
-/// position of the sample and its unit normal, and `near` has ranges of blocks.
+/// Reduces the clearances of samples to those to the samples in some blocks. `near` has ranges of `blocks`.
 #[inline(always)]
-fn least_clearance<S: Simd>(
-    simd: S,
-    surface: ([f32; 3], [f32; 3]),
-    blocks: &[Block],
-    near: &[(u32, u32)],
-    distance: f32,
-) -> f32 {
-    let (position, normal) = surface;
+fn find_clearances<S: Simd>(simd: S, samples: &mut [OwnSample], blocks: &[Block], near: &[(u32, u32)]) {
     let zero = f32x8::splat(simd, 0.0);
-    let mut least = f32x8::splat(simd, distance);
-    for &(first, end) in near {
-        for block in &blocks[first as usize..end as usize] {
-            let a = f32x8::load_array_ref(simd, &block[3]);
-            let b = f32x8::load_array_ref(simd, &block[4]);
-            let c = f32x8::load_array_ref(simd, &block[5]);
-            let facing = a * normal[0] + b * normal[1] + c * normal[2];
-            let faces = facing.simd_lt(zero);
-            if !faces.any_true() {
-                continue;
+    for OwnSample { position, normal, clearance: least_clearance, .. } in samples {
+        let mut least = f32x8::splat(simd, *least_clearance);
+        for &(first, end) in near {
+            for block in &blocks[first as usize..end as usize] {
+                let a = f32x8::load_array_ref(simd, &block[3]);
+                let b = f32x8::load_array_ref(simd, &block[4]);
+                let c = f32x8::load_array_ref(simd, &block[5]);
+                let facing = a * normal[0] + b * normal[1] + c * normal[2];
+                let faces = facing.simd_lt(zero);
+                if !faces.any_true() {
+                    continue;
+                }
+                let x = f32x8::load_array_ref(simd, &block[0]) - position[0];
+                let y = f32x8::load_array_ref(simd, &block[1]) - position[1];
+                let z = f32x8::load_array_ref(simd, &block[2]) - position[2];
+                let gap = x * normal[0] + y * normal[1] + z * normal[2];
+                let aside = (x * x + y * y + z * z - gap * gap).max(zero).sqrt();
+                let excess = (aside - f32x8::load_array_ref(simd, &block[6])).max(zero);
+                let clearance = gap.max(zero) * 0.5 + excess + (facing - FACING).max(zero) * FACING_GROWTH;
+                let counts = faces & gap.simd_ge(f32x8::splat(simd, -MAX_OVERLAP));
+                least = counts.select(clearance.min(least), least);
             }
-            let x = f32x8::load_array_ref(simd, &block[0]) - position[0];
-            let y = f32x8::load_array_ref(simd, &block[1]) - position[1];
-            let z = f32x8::load_array_ref(simd, &block[2]) - position[2];
-            let gap = x * normal[0] + y * normal[1] + z * normal[2];
-            let aside = (x * x + y * y + z * z - gap * gap).max(zero).sqrt();
-            let excess = (aside - f32x8::load_array_ref(simd, &block[6])).max(zero);
-            let clearance = gap.max(zero) * 0.5 + excess + (facing - FACING).max(zero) * FACING_GROWTH;
-            let counts = faces & gap.simd_ge(f32x8::splat(simd, -MAX_OVERLAP));
-            least = counts.select(clearance.min(least), least);
+        }
+        let lanes: [f32; 8] = least.into();
+        for clearance in lanes {
+            *least_clearance = least_clearance.min(clearance);
         }
     }
-    least.to_array().into_iter().fold(distance, f32::min)
 }

@@ -47,15 +47,17 @@ pub(crate) struct Island {
     solver: Solver,
     /// The contacts between bodies, in the order of their constraints, which follow those of the colliders.
     pairs: Vec<PairContact>,
+    /// Each body with the indices in `pairs` of its contacts, in increasing order.
+    pairs_by_body: Vec<(u32, u32)>,
     /// Number of constraints of contacts with colliders.
     collider_constraints: usize,
     /// Impulses with which the solution begins, in the order of the constraints.
     begin: Vec<Vec4>,
     /// Impulses of the contacts with colliders: normal impulse and friction impulse.
     collider_impulses: Vec<(f32, Vec4)>,
-    /// Velocity change of each row by the impulses.
+    /// Velocity change of each row by the impulses, in increasing order of the rows.
     impacts: Vec<(u32, Vec4)>,
-    /// Displacement of each row by the pushes.
+    /// Displacement of each row by the pushes, in increasing order of the rows.
     pushes: Vec<(u32, Vec4)>,
     patches: PatchBuffers,
     /// Unit of length, and unit of mass.
@@ -117,9 +119,11 @@ impl Island {
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { members, solver, pairs, begin, collider_impulses, impacts, pushes, patches, .. } = self;
+        let Self { members, solver, pairs, pairs_by_body, begin, collider_impulses, .. } = self;
+        let Self { impacts, pushes, patches, .. } = self;
         let lists = buffer_bytes(members)
             + buffer_bytes(pairs)
+            + buffer_bytes(pairs_by_body)
             + buffer_bytes(begin)
             + buffer_bytes(collider_impulses);
         let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
@@ -144,6 +148,13 @@ impl Island {
         &self.pairs
     }
 
+    /// Returns the contacts of a body with other bodies and with itself.
+    pub(crate) fn pairs_of(&self, body: u32) -> impl Iterator<Item = &PairContact> {
+        let first = self.pairs_by_body.partition_point(|(found, _)| *found < body);
+        let own = self.pairs_by_body[first..].iter().take_while(move |(found, _)| *found == body);
+        own.map(|&(_, pair)| &self.pairs[pair as usize])
+    }
+
     /// Computes the impulses and pushes of a step of `dt` seconds. `searches` are those of the bodies of the island.
     pub(super) fn solve<'a, 'b>(
         &mut self,
@@ -155,10 +166,11 @@ impl Island {
         for search in searches {
             self.add_search(&view, search, (dt, gravity));
         }
+        self.list_pairs_by_body();
         let slow = MIN_BOUNCE_STEPS * gravity * dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(IMPACT);
-        self.impacts.extend(self.solver.changes().map(|(row, change)| (row, *change)));
+        self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
         self.store_impulses(dt);
         self.push(dt);
     }
@@ -207,6 +219,20 @@ impl Island {
     fn member(&self, body: u32) -> &Member {
         let index = self.members.partition_point(|member| member.body < body);
         &self.members[index]
+    }
+
+    /// Lists the contacts of each body.
+    fn list_pairs_by_body(&mut self) {
+        let Self { pairs, pairs_by_body, .. } = self;
+        pairs_by_body.clear();
+        for (index, pair) in (0..).zip(&*pairs) {
+            let [body, other] = pair.bodies;
+            pairs_by_body.push((body, index));
+            if other != body {
+                pairs_by_body.push((other, index));
+            }
+        }
+        pairs_by_body.sort_unstable();
     }
 
     /// Adds the contacts of a search: one for the touching samples that are nearest to the same point of a grid of half
@@ -361,7 +387,7 @@ impl Island {
             return;
         }
         solver.solve(PUSH);
-        pushes.extend(solver.changes().map(|(row, change)| (row, *change)));
+        pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);
         }
@@ -393,12 +419,11 @@ impl Island {
     }
 
     fn of_member(&self, member: usize, changes: &[(u32, Vec4)]) -> impl Iterator<Item = (u32, Vector3<f64>)> {
-        let Member { offset, vertices, scale, .. } = &self.members[member];
+        let &Member { offset, vertices, scale, .. } = &self.members[member];
         let scale = 1.0 / f64::from(scale.velocity);
-        changes.iter().filter_map(move |(row, change)| {
-            let vertex = row.wrapping_sub(*offset);
-            (vertex < *vertices).then(|| (vertex, wide(change) * scale))
-        })
+        let first = changes.partition_point(|(row, _)| *row < offset);
+        let own = changes[first..].iter().take_while(move |(row, _)| *row < offset + vertices);
+        own.map(move |(row, change)| (row - offset, wide(change) * scale))
     }
 
     /// Returns the mean velocity of the bodies, in scene units per second.

@@ -8,7 +8,7 @@ use super::grid::Grid;
 use crate::contact::rows::buffer_bytes;
 
 /// A lattice at one time: the world positions of its vertices, and a grid of its deformed cells.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct PosedLattice {
     /// Position of each lattice vertex.
     pub(super) positions: Vec<Point3<f64>>,
@@ -16,7 +16,16 @@ pub(crate) struct PosedLattice {
     sides: Vec<u8>,
     /// The cells that are near other bodies, in increasing order, and their boxes with a margin.
     cells: Vec<(u32, Bounds)>,
+    /// The box of all of them.
+    all: Bounds,
     grid: Grid,
+}
+
+impl Default for PosedLattice {
+    fn default() -> Self {
+        let (positions, sides, cells) = (Vec::new(), Vec::new(), Vec::new());
+        Self { positions, sides, cells, all: Bounds::EMPTY, grid: Grid::default() }
+    }
 }
 
 /// The geometry of the cells in which a search looks for points. That of each cell is computed once.
@@ -85,12 +94,13 @@ impl PosedLattice {
                 self.cells.push((cell, Bounds::of(corners).enlarged(margin)));
             }
         }
+        self.all = self.cells.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(bounds));
         self.grid.fill(&self.cells, &region, cell_size);
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { positions, sides, cells, grid } = self;
+        let Self { positions, sides, cells, grid, .. } = self;
         buffer_bytes(positions) + buffer_bytes(sides) + buffer_bytes(cells) + grid.bytes()
     }
 
@@ -101,12 +111,13 @@ impl PosedLattice {
 
     /// Returns whether a box intersects the box of a cell that `accepts` takes, so that a point of it may be located.
     pub(super) fn is_near(&self, bounds: &Bounds, accepts: impl Fn(u32) -> bool) -> bool {
-        self.grid.bins(bounds).any(|bin| {
-            self.grid.cells_of(bin).iter().any(|&index| {
-                let (cell, own) = &self.cells[index as usize];
-                own.intersects(bounds) && accepts(*cell)
+        self.all.intersects(bounds)
+            && self.grid.bins(bounds).any(|bin| {
+                self.grid.cells_of(bin).iter().any(|&index| {
+                    let (cell, own) = &self.cells[index as usize];
+                    own.intersects(bounds) && accepts(*cell)
+                })
             })
-        })
     }
 
     /// Returns the cell that contains a point. If several do, because the lattice overlaps itself, it is the first one

@@ -1,0 +1,196 @@
+"""What is read from one object in every frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from bpy.types import Depsgraph, Mesh, Object, Scene
+from numpy.typing import NDArray
+
+from ..bake import Attachment, BakeError, Body, Collider, transformed
+from ..properties import SoftBodyAttachment
+from .caches import cache_path
+from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
+from .settings import body_options
+
+#: Least weight of a vertex that an attachment holds.
+HELD_WEIGHT = 0.5
+
+
+class DriverTrack:
+    """World matrices of an object, or of a bone of it."""
+
+    def __init__(self, target: Object, bone: str) -> None:
+        """Prepare to read an object."""
+        self._target, self._bone = target, bone
+        self._matrices: list[NDArray[np.float64]] = []
+
+    def read(self, depsgraph: Depsgraph) -> None:
+        """Read the current frame."""
+        matrix = matrix_of(self._target, depsgraph)
+        if self._bone:
+            pose = self._target.evaluated_get(depsgraph).pose
+            matrix = matrix @ np.array(pose.bones[self._bone].matrix, np.float64)
+        self._matrices.append(matrix)
+
+    @property
+    def matrices(self) -> NDArray[np.float64]:
+        """World matrices of all frames: (f, 4, 4)."""
+        return np.array(self._matrices)
+
+
+class BodyTrack:
+    """A soft body: the shape of the first frame, the matrices of all frames, and the animated mesh if it is needed."""
+
+    def __init__(self, found: Object, scene: Scene, bodies: list[Object]) -> None:
+        """Prepare to read an object, one of all soft bodies of the bake, and check the settings of its attachments."""
+        self._found, self._scene, self._path = found, scene, cache_path(scene, found)
+        self._options = body_options(found, scene, bodies)
+        self._drivers = [self._driver(attachment) for attachment in found.supple.attachments]
+        self._is_animated = any(attachment.motion == "ANIMATION" for attachment in found.supple.attachments)
+        self._matrices: list[NDArray[np.float64]] = []
+        self._animation: list[NDArray[np.float32]] = []
+
+    def read(self, depsgraph: Depsgraph) -> None:
+        """Read the current frame."""
+        matrix = matrix_of(self._found, depsgraph)
+        if not self._matrices:
+            self._read_shape(depsgraph, matrix)
+        if self._is_animated:
+            self._read_animation(depsgraph, matrix)
+        for driver in self._drivers:
+            if driver is not None:
+                driver.read(depsgraph)
+        self._matrices.append(matrix)
+
+    def body(self) -> Body:
+        """Return the body, after all frames were read."""
+        attachments = []
+        animation = np.stack(self._animation) if self._animation else None
+        for settings, driver in zip(self._found.supple.attachments, self._drivers, strict=True):
+            attachment = Attachment(settings.vertex_group, self._weights[settings.vertex_group] >= HELD_WEIGHT)
+            if driver is not None:
+                attachment.driver = driver.matrices
+            elif settings.motion == "ANIMATION":
+                attachment.animation = animation
+            if settings.use_release:
+                attachment.release = settings.release_frame - self._scene.frame_start
+            attachments.append(attachment)
+        return Body(
+            name=self._found.name,
+            vertices=self._vertices,
+            faces=self._faces,
+            matrices=np.array(self._matrices),
+            path=self._path,
+            options=self._options,
+            attachments=attachments,
+            stiffness=self._stiffness(),
+        )
+
+    def _driver(self, attachment: SoftBodyAttachment) -> DriverTrack | None:
+        """Return the driver of an attachment, None if it has none."""
+        if attachment.motion != "OBJECT":
+            return None
+        target, bone = attachment.target, attachment.bone
+        about = f'object "{self._found.name}", vertex group "{attachment.vertex_group}"'
+        if target is None:
+            raise BakeError(f"{about}: choose the object that moves the group")
+        if target == self._found:
+            raise BakeError(f'{about}: a body cannot move its own group; set Motion to "Animation"')
+        if bone and (target.type != "ARMATURE" or bone not in target.pose.bones):
+            raise BakeError(f'{about}: "{target.name}" has no bone "{bone}"; choose one of its bones, or none')
+        if not target.visible_get():
+            # Blender does not evaluate the animation of hidden objects.
+            raise BakeError(f'{about}: "{target.name}" is hidden in the viewport; show it for the bake')
+        return DriverTrack(target, bone)
+
+    def _read_shape(self, depsgraph: Depsgraph, matrix: NDArray[np.float64]) -> None:
+        """Read the rest shape and the vertex groups."""
+        name, settings = self._found.name, self._found.supple
+        with evaluated(self._found, depsgraph, with_groups=True) as mesh:
+            if not len(mesh.polygons):
+                raise BakeError(f'object "{name}" has no faces; a soft body needs a surface')
+            self._vertices = transformed(matrix, positions_of(mesh))
+            self._faces = faces_of(mesh, mirrored=np.linalg.det(matrix[:3, :3]) < 0)
+            used = [attachment.vertex_group for attachment in settings.attachments]
+            self._weights = self._read_weights(mesh, [*used, *filter(None, [settings.stiffness_group])])
+        for group in used:
+            if not (self._weights[group] >= HELD_WEIGHT).any():
+                raise BakeError(
+                    f'object "{name}", vertex group "{group}": no vertex has a weight of {HELD_WEIGHT} or more; '
+                    "assign vertices, or remove the attachment"
+                )
+
+    def _read_weights(self, mesh: Mesh, names: list[str]) -> dict[str, NDArray[np.float64]]:
+        """Return the weights of vertex groups by name."""
+        groups = self._found.vertex_groups
+        for name in names:
+            if name not in groups:
+                problem = f'there is no vertex group "{name}"' if name else "an attachment has no vertex group"
+                raise BakeError(f'object "{self._found.name}": {problem}; choose one, or remove the attachment')
+        indices = {name: groups[name].index for name in names}
+        weights = weights_of(mesh, set(indices.values()))
+        return {name: weights[index] for name, index in indices.items()}
+
+    def _read_animation(self, depsgraph: Depsgraph, matrix: NDArray[np.float64]) -> None:
+        """Read the positions of the animated mesh."""
+        with evaluated(self._found, depsgraph) as mesh:
+            positions = transformed(matrix, positions_of(mesh)).astype(np.float32)
+        _check_count(self._found, len(positions), len(self._vertices), depsgraph.scene.frame_current)
+        self._animation.append(positions)
+
+    def _stiffness(self) -> NDArray[np.float64] | None:
+        """Return the stiffness factor of each vertex: 1 at weight 0, geometric in between."""
+        settings = self._found.supple
+        if not settings.stiffness_group:
+            return None
+        factors: NDArray[np.float64] = settings.stiffness_factor ** self._weights[settings.stiffness_group]
+        return factors
+
+
+class ColliderTrack:
+    """A collider: its matrices, and its mesh in all frames if it deforms."""
+
+    def __init__(self, found: Object) -> None:
+        """Prepare to read an object."""
+        self._found = found
+        self._matrices: list[NDArray[np.float64]] = []
+        self._local: list[NDArray[np.float32]] = []
+
+    def read(self, depsgraph: Depsgraph) -> None:
+        """Read the current frame."""
+        matrix = matrix_of(self._found, depsgraph)
+        if self._found.supple_collider.shape == "MESH":
+            with evaluated(self._found, depsgraph) as mesh:
+                positions = positions_of(mesh)
+                if not self._matrices:
+                    self._faces = faces_of(mesh, mirrored=np.linalg.det(matrix[:3, :3]) < 0)
+                    self._has_faces = len(mesh.polygons) > 0
+            first = self._local[0] if self._local else positions
+            _check_count(self._found, len(positions), len(first), depsgraph.scene.frame_current)
+            # Frames that do not differ share their memory.
+            self._local.append(first if np.array_equal(positions, first) else positions)
+        self._matrices.append(matrix)
+
+    def collider(self) -> Collider | None:
+        """Return the collider after all frames were read; None for a mesh without faces."""
+        settings, matrices = self._found.supple_collider, np.array(self._matrices)
+        collider = Collider(self._found.name, matrices, friction=settings.friction, restitution=settings.restitution)
+        if settings.shape == "MESH":
+            if not self._has_faces:
+                return None
+            collider.vertices, collider.faces = transformed(matrices[0], self._local[0]), self._faces
+            if any(positions is not self._local[0] for positions in self._local):
+                placed = zip(matrices, self._local, strict=True)
+                collider.frames = np.stack(
+                    [transformed(matrix, positions).astype(np.float32) for matrix, positions in placed]
+                )
+        return collider
+
+
+def _check_count(found: Object, count: int, first: int, frame: int) -> None:
+    """Raise an error if the number of vertices has changed since the first frame."""
+    if count != first:
+        raise BakeError(
+            f'object "{found.name}" has {count} vertices in frame {frame} and {first} in the first frame; '
+            "remove the modifier that changes their number"
+        )

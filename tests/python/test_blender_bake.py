@@ -1,0 +1,261 @@
+"""The part of the Blender extension that needs no Blender: vertex groups, rigid motions, colliders, files, cancel."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import supple
+from conftest import ROOT
+from test_point_cache import read
+
+sys.path.insert(0, str(ROOT / "integrations" / "blender"))
+import bake
+from bake import is_rigid, transformed
+
+#: 32-bit positions, through a handful of additions and multiplications.
+ROUNDING = 1e-6
+
+
+def placed(rotate: Any = (0, 0, 0), translate: Any = (0, 0, 0), scale: Any = 1.0) -> np.ndarray:
+    """Return a matrix (4, 4) that scales, turns by degrees about x, then y, then z, and moves."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = supple._core.rotation_matrix(rotate) * scale
+    matrix[:3, 3] = translate
+    return matrix
+
+
+def still(frames: int) -> np.ndarray:
+    """Return the matrices of an object that does not move."""
+    return np.repeat(np.eye(4)[None], frames, 0)
+
+
+@pytest.fixture
+def box(tmp_path: Path) -> bake.Body:
+    """A cube of edge 1 about the origin with 9 x 9 vertices on each face, for 10 frames."""
+    lines = np.linspace(-0.5, 0.5, 9)
+    squares = [(i, j) for i in range(8) for j in range(8)]
+    vertices, faces = [], []
+    for axis in range(3):
+        for side in (-0.5, 0.5):
+            first = len(vertices)
+            for u in lines:
+                vertices += [np.roll((side, u, v), axis) for v in lines]
+            quads = [
+                [first + 9 * i + j for i, j in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))] for i, j in squares
+            ]
+            faces += quads if side > 0 else [quad[::-1] for quad in quads]
+    options = {"lattice_vertices": 300}
+    return bake.Body("box", np.array(vertices), faces, still(10), tmp_path / "box.pc2", options)
+
+
+def job(*bodies: bake.Body, **settings: Any) -> bake.Job:
+    """Return a job of 10 frames."""
+    return bake.Job(list(bodies), **{"colliders": [], "frames": 10, "fps": 24.0, "gravity": (0, 0, -9.81), **settings})
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [((-3, 5, -2), (3, 6.2, 2)), ((-1, 7, 0), (1, 9, 3)), ((-9, -9, -9), (9, 99, 9))]
+)
+def test_a_group_holds_the_lattice_vertices_that_a_shape_with_its_vertices_holds(bust, low, high):
+    body = supple.Body(bust, lattice_vertices=2000)
+    inside = ((body.mesh.vertices >= low) & (body.mesh.vertices <= high)).all(axis=1)
+    assert np.array_equal(bake.held_vertices(body, inside), body.pin(box=(low, high)).vertices)
+
+
+def test_a_group_on_the_faces_of_cells_holds_lattice_vertices(box):
+    # All vertices of the box lie on faces of cells, which belong to the cells on one side only.
+    body = supple.Body(supple.Mesh(box.vertices, box.faces), cell_size=0.125)
+    for axis in range(3):
+        for side in (-0.5, 0.5):
+            held = bake.held_vertices(body, box.vertices[:, axis] == side)
+            assert len(held) >= 81
+            assert np.abs(body.positions[held][:, axis] - side).max() < 0.26
+
+
+def test_stiffness_factors_are_interpolated_and_reach_the_inside(box):
+    body = supple.Body(supple.Mesh(box.vertices, box.faces), lattice_vertices=2000)
+    same = bake.stiffness_factors(body, np.full(len(box.vertices), 7.0))
+    assert np.allclose(same, 7.0, rtol=1e-12)
+    z = box.vertices[:, 2]
+    factors = bake.stiffness_factors(body, 10.0 ** (z + 0.5))
+    assert factors.min() >= 1 - 1e-12
+    assert factors.max() <= 10 + 1e-12
+    height = np.clip(body.positions[:, 2], -0.5, 0.5)
+    # A lattice vertex has the mean of mesh vertices within a cell.
+    on_surface = np.abs(body.positions).max(axis=1) > 0.5 - body.lattice.cell_size
+    error = np.abs(np.log10(factors) - (height + 0.5))
+    assert error[on_surface].max() < body.lattice.cell_size
+    # Layers that are filled from outside know the height only from their neighbors.
+    assert np.corrcoef(np.log10(factors), height)[0, 1] > 0.9
+    body.set_stiffness_factors(factors)
+
+
+@pytest.mark.parametrize("axis", [(0, 1, 0), (1, 0, 0), (0.4, 0.8, -0.3)])
+def test_a_driven_part_moves_with_its_object_through_any_rotation(box, axis):
+    # A whole turn, also through 90 degrees about y, where the three angles of a keyframe are not unique.
+    angles = np.linspace(0, 2 * np.pi, 25)
+    half = np.asarray(axis) / np.linalg.norm(axis) * np.sin(angles / 2)[:, None]
+    turns = [placed((*v, np.cos(angle / 2)), (0, 0.02 * k, 0)) for k, (v, angle) in enumerate(zip(half, angles))]  # noqa: B905
+    start = placed((20, 40, 60), (1, 2, 3), scale=np.array([1.0, 2.0, -0.5]))
+    driver = np.array(turns) @ start
+    top = box.vertices[:, 2] > 0.3
+    box.attachments = [bake.Attachment("top", top, driver=driver)]
+    sim = bake.build(job(box, frames=25, gravity=(0, 0, 0)))
+    size = np.abs(box.vertices).max() + 1
+    for turn in turns:
+        # Held by cells, whose corners have positions relative to the center of the part: twice the rounding.
+        error = np.abs(sim.bodies[0].surface() - transformed(turn, box.vertices))[top].max()
+        assert error < 4 * ROUNDING * size
+        sim.advance()
+
+
+def test_an_attachment_without_motion_is_a_pin_and_ends_at_its_release(box):
+    group = box.vertices[:, 2] > 0.3
+    frames = np.repeat(box.vertices[None].astype(np.float32), 10, 0)
+    box.attachments = [
+        bake.Attachment("pin", group),
+        bake.Attachment("driven", group, driver=still(10)),
+        bake.Attachment("animated", group, animation=frames, release=5),
+        bake.Attachment("free", group, release=0),
+    ]
+    sim = bake.build(job(box))
+    assert [hold.keys for hold in sim.bodies[0].holds] == [None, None, None]
+    assert [hold.end for hold in sim.bodies[0].holds] == [None, None, 5 / 24]
+
+
+def test_rigid_matrices_are_told_from_those_that_change_the_size():
+    moving = np.array([placed((10 * k, 0, 5 * k), (k, 0, 0)) for k in range(10)])
+    stretched = placed((10, 20, 30), scale=np.array([1.0, 2.0, -3.0]))
+    assert is_rigid(moving)
+    assert is_rigid(moving @ stretched)
+    assert is_rigid((moving @ stretched).astype(np.float32).astype(float))
+    growing = moving.copy()
+    growing[-1, :3, :3] *= 1.001
+    assert not is_rigid(growing)
+    mirrored = moving.copy()
+    mirrored[-1] = mirrored[-1] @ np.diag([1, 1, -1, 1])
+    assert not is_rigid(mirrored)
+    assert not is_rigid(np.zeros((2, 4, 4)))
+
+
+def test_a_collider_moves_in_the_same_way_with_its_object_and_with_its_vertices(box):
+    matrices = np.array([placed((0, 0, 3 * k), (-1.6 + 0.08 * k, 0.1, 0), 0.8) for k in range(10)])
+    local = box.vertices
+    shape = transformed(matrices[0], local)
+    rigid = bake.Collider("pusher", matrices, shape, box.faces)
+    frames = np.array([transformed(matrix, local) for matrix in matrices], np.float32)
+    deforming = bake.Collider("pusher", matrices, shape, box.faces, frames=frames)
+    center = (shape.min(axis=0) + shape.max(axis=0)) / 2
+    for pusher in (rigid, deforming):
+        sim = bake.build(job(box, colliders=[pusher], gravity=(0, 0, 0)))
+        collider = sim.colliders[0]
+        assert (collider.frames is None) == (pusher is rigid)
+        for frame in frames:
+            if pusher is rigid:
+                turn = placed(collider.rotation, center + collider.translation)
+                assert np.abs(transformed(turn, shape - center) - frame).max() < ROUNDING * 4
+            sim.advance()
+        assert sim.bodies[0].surface()[:, 0].mean() > 0.05, "the collider pushes the box"
+
+
+def test_a_plane_is_solid_below_and_a_growing_object_deforms(box):
+    tilted = placed((30, 0, 0), (0, 0, -1), scale=np.array([2.0, 2.0, -1.0]))
+    growing = np.array([placed(scale=1 + 0.1 * k) for k in range(10)])
+    colliders = [
+        bake.Collider("ground", np.repeat(tilted[None], 10, 0), friction=0.2),
+        bake.Collider("balloon", growing, box.vertices + 9, box.faces, restitution=0.3),
+    ]
+    ground, balloon = bake.build(job(box, colliders=colliders)).colliders
+    # The side to which the z axis of the object points, although its scale mirrors it.
+    assert np.allclose(np.asarray(ground.normal) / np.linalg.norm(ground.normal), tilted[:3, 2] / 1, atol=1e-6)
+    assert (ground.friction, balloon.restitution) == (0.2, 0.3)
+    assert np.allclose(balloon.frames[9], 1.9 * (box.vertices + 9), rtol=1e-6)
+
+
+def test_caches_are_in_the_space_of_their_objects(box):
+    matrices = np.array([placed((5 * k, 40, 0), (k, 2, 3), np.array([2.0, 1.0, -0.5])) for k in range(10)])
+    shape = box.vertices
+    box.matrices = matrices
+    counted: list[int] = []
+    report = bake.run(job(box, first_frame=3), counted.append)
+    assert counted == list(range(1, 11))
+    assert report.warnings == []
+    first, local = read(box.path)
+    assert first == 3
+    sim = supple.Simulation(
+        [supple.Body(supple.Mesh(shape, box.faces), lattice_vertices=300)], fps=24, gravity=(0, 0, -9.81)
+    )
+    assert report.steps_per_frame == sim.steps_per_frame
+    for matrix, frame in zip(matrices, local, strict=True):
+        expected = sim.bodies[0].surface()
+        assert np.abs(transformed(matrix, frame) - expected).max() < ROUNDING * np.abs(matrix).max() * 4
+        sim.advance()
+
+
+def test_a_bake_that_ends_early_changes_no_cache(box, tmp_path):
+    other = bake.Body("other", box.vertices + 3, box.faces, box.matrices, tmp_path / "new" / "other.pc2", box.options)
+    box.path.write_text("an earlier bake")
+    done: list[int] = []
+    with pytest.raises(bake.BakeCancelledError):
+        bake.run(job(box, other), done.append, lambda: len(done) == 4)
+    assert len(done) == 4
+
+    def fail(frame: int) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        bake.run(job(box, other), fail)
+    assert box.path.read_text() == "an earlier bake"
+    assert [path.name for path in tmp_path.rglob("*.pc2*")] == ["box.pc2"]
+    bake.run(job(box, other))
+    assert len(read(box.path)[1]) == len(read(other.path)[1]) == 10
+    assert len(list(tmp_path.rglob("*.pc2*"))) == 2
+
+
+def test_warnings_of_the_simulation_are_reported(box):
+    other = bake.Body("other", box.vertices, box.faces, box.matrices, box.path.with_name("other.pc2"))
+    other.vertices = box.vertices + [0.9, 0, 0]
+    other.options = {**box.options, "youngs_modulus": 1e9}
+    report = bake.run(job(box, other, substeps=1))
+    assert len(report.warnings) == 3, report.warnings
+    assert sum("overlap" in warning for warning in report.warnings) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "parts"),
+    [
+        ({"faces": [[0, 1, 999]]}, ('object "box" cannot be a soft body', "999")),
+        ({"options": {"density": -1}}, ('object "box" cannot be a soft body', "density")),
+        ({"matrices": np.zeros((10, 4, 4))}, ('object "box" has no extent', "scale")),
+        ({"matrices": np.full((10, 4, 4), np.nan)}, ('object "box" has no place in frame 0', "drivers")),
+        (
+            {
+                "attachments": [
+                    bake.Attachment("led", np.ones(486, bool), driver=np.arange(10)[:, None, None] * np.eye(4))
+                ]
+            },
+            ('object "box", vertex group "led"', "scale"),
+        ),
+        ({"attachments": [bake.Attachment("empty", np.zeros(486, bool))]}, ('object "box", vertex group "empty"',)),
+    ],
+)
+def test_errors_name_the_object_and_the_way_out(box, change, parts):
+    for name, value in change.items():
+        setattr(box, name, value)
+    with pytest.raises(bake.BakeError) as raised:
+        bake.run(job(box))
+    for part in parts:
+        assert part in str(raised.value)
+    assert not list(box.path.parent.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_named(box, tmp_path):
+    (tmp_path / "file").write_text("")
+    box.path = tmp_path / "file" / "box.pc2"
+    with pytest.raises(bake.BakeError, match=r'cache of object "box" cannot be written to .*file'):
+        bake.run(job(box))
