@@ -14,6 +14,7 @@ mod display;
 mod driven_collider;
 mod embedding;
 mod energy;
+mod flatten;
 mod follow;
 mod follow_scenes;
 mod forces;

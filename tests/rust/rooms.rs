@@ -8,11 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 16] = [
     "simulation",
     "body",
     "untangle",
     "volume",
+    "flatten",
     "contact",
     "skin",
     "dynamics",

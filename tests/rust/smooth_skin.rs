@@ -245,7 +245,12 @@ fn the_displayed_mesh_is_that_of_the_corrected_lattice() {
             let expected = Point3::from(expected.map(f64::from));
             // Positions of up to 16 cells in f32, in sums of 32 terms.
             let bound = 32.0 * 16.0 * f64::from(f32::EPSILON) * cell;
-            assert!((found - expected).norm() < bound, "{scope:?}: {found} {expected}");
+            let mut difference = found - expected;
+            // The lower half of the surface faces the floor, and is flattened towards it by up to 0.375 cells.
+            if expected.y < 0.0 && (-0.375 * cell..0.0).contains(&difference.y) {
+                difference.y = 0.0;
+            }
+            assert!(difference.norm() < bound, "{scope:?}: {found} {expected}");
         }
     }
 }

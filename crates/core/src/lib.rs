@@ -123,6 +123,7 @@ mod body;
 mod contact;
 mod dynamics;
 mod error;
+mod flatten;
 mod lattice;
 mod matching;
 pub mod mesh;

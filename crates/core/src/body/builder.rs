@@ -314,7 +314,10 @@ impl BodyBuilder {
                     SkinKind::Linear => embedding,
                     SkinKind::Smooth => embedding.smoothed(&lattice),
                 };
-                (lattice, Some(Surface { mesh, embedding, skin: Skin::default() }))
+                (
+                    lattice,
+                    Some(Surface { mesh, embedding, skin: Skin::default(), flatten_table: OnceLock::new() }),
+                )
             }
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;

@@ -11,6 +11,7 @@ use super::body_limits::BodyLimits;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
+use crate::flatten::{FlattenTable, FlattenedSurface, Flattener, Unflattened};
 use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
@@ -89,6 +90,8 @@ pub struct Display {
     /// Finds the limits of the correction at other bodies.
     body_limits: BodyLimits,
     components: Vec<ComponentReport>,
+    /// Present after the first frame in which the body was near a collider.
+    flattener: Option<Box<Flattener>>,
     /// Present after the first frame in which a cell of the lattice was inside out.
     untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
@@ -152,6 +155,7 @@ impl Display {
                 }
             }
         }
+        self.flatten(body, &executor);
         if body.get().correction.is_some()
             || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
         {
@@ -191,6 +195,38 @@ impl Display {
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
+    }
+
+    /// Flattens the surface where it is pressed onto colliders.
+    fn flatten(&mut self, body: BodyRef<'_>, executor: &Executor) {
+        if let Some(flattener) = &mut self.flattener {
+            flattener.clear();
+        }
+        let (Some(surface), Some(context)) = (&body.get().surface, body.context()) else { return };
+        let Self { deformed, corrected, trust, components, body_limits, correction: workspace, .. } = self;
+        let correction = body.get().correction.as_ref();
+        let lattice = if correction.is_some() { &*corrected } else { &*deformed };
+        let shapes = context.colliders.at(context.time, body.state.frame.body_frame());
+        if context.colliders.is_empty() || !Flattener::is_near(shapes.clone(), lattice) {
+            return;
+        }
+        let Surface { mesh, embedding, flatten_table, .. } = surface;
+        let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
+        let flattener = self.flattener.get_or_insert_default();
+        if let Some(correction) = correction {
+            correction.update_surface(workspace, executor);
+        }
+        let motion = correction.and_then(|correction| correction.surface_motion(workspace));
+        let unflattened = Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
+        flattener.flatten(unflattened, shapes);
+        let displacements = flattener.displacements_mut();
+        if displacements.is_empty() {
+            return;
+        }
+        body_limits.shorten(body, displacements, (table, embedding), (deformed, lattice));
+        if let Some(correction) = correction {
+            correction.solve_flattened(workspace, (table, embedding), displacements, corrected, components);
+        }
     }
 
     /// Untangles the deformed lattice, if a cell is inside out.
@@ -301,6 +337,7 @@ impl Display {
         let correction = correction + self.body_limits.bytes();
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
+        let untangling = untangling + self.flattener.as_ref().map_or(0, |flattener| flattener.bytes());
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling
     }
 }
@@ -357,7 +394,7 @@ impl Displayed<'_> {
     /// Runs the mesh update: writes the mesh, its normals or both to `outputs`.
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
-        if let Some(Surface { mesh, embedding, skin }) = &self.body.surface {
+        if let Some(Surface { mesh, embedding, skin, .. }) = &self.body.surface {
             let mut lattice = std::mem::take(&mut self.display.xyzx);
             lattice.clear();
             lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
@@ -371,7 +408,9 @@ impl Displayed<'_> {
             let correction = self.body.correction.as_ref();
             let motion =
                 correction.and_then(|correction| correction.surface_motion(&self.display.correction));
-            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, frame };
+            let offsets =
+                flattened_surface(&self.display.flattener, self.body).map(FlattenedSurface::skin_offsets);
+            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, offsets, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
             (self.display.xyzx, self.display.slopes) = (lattice, slopes);
         }
@@ -384,12 +423,14 @@ impl Displayed<'_> {
         let Body { lattice, surface, measures, correction, .. } = self.body;
         let volume_surface = || surface.as_ref().map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
-        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
+        let Display { deformed: start, corrected, components, untangling, flattener, .. } = &*self.display;
+        let flattened = flattened_surface(flattener, self.body);
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         match correction {
-            None => measures.report_untangled(deformed, start),
+            None => measures.report_displayed(deformed, (start, flattened)),
             Some(correction) => {
-                measures.report_corrected_from(correction, components, deformed, (start, corrected))
+                let displayed = (start.as_slice(), corrected.as_slice(), flattened);
+                measures.report_corrected_from(correction, components, deformed, displayed)
             }
         }
     }
@@ -404,6 +445,17 @@ impl Displayed<'_> {
     pub fn times(&self) -> DisplayTimes {
         self.display.times
     }
+}
+
+/// Returns the flattened surface of a body, if any mesh vertex is displaced.
+fn flattened_surface<'a>(
+    flattener: &'a Option<Box<Flattener>>,
+    body: &'a Body,
+) -> Option<FlattenedSurface<'a>> {
+    let displacements = flattener.as_ref()?.displacements();
+    let Surface { embedding, flatten_table, .. } = body.surface.as_ref()?;
+    let table = flatten_table.get().filter(|_| !displacements.is_empty())?;
+    Some(FlattenedSurface { table, embedding, displacements })
 }
 
 impl Body {

@@ -61,6 +61,7 @@ use crate::dynamics::{
     Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
     StiffnessFactors,
 };
+use crate::flatten::FlattenTable;
 use crate::lattice::{Embedding, Lattice, Smoothing};
 use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -368,6 +369,8 @@ struct Surface {
     mesh: Mesh,
     embedding: Embedding,
     skin: Skin,
+    /// Built when the body is first displayed near a collider.
+    flatten_table: OnceLock<FlattenTable>,
 }
 
 impl Surface {

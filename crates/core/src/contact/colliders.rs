@@ -262,7 +262,7 @@ impl Colliders {
 
     /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the end of
     /// the last step, or at the time that was set.
-    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
+    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> + Clone {
         self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
     }
 

@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use super::one_ring_blocks::TileLayout;
-use super::{ComponentMotion, Pose};
+use super::{ComponentMotion, Pose, SkinOffsets};
 use crate::lattice::{
     Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };
@@ -31,10 +31,10 @@ pub(super) struct EmbeddedPoints {
     ends: Vec<Ends>,
     /// The cells of each chunk.
     runs: Vec<CellRun>,
-    /// Local coordinates of each pair of points in their cell: `(u, v, w, 0)` of both points.
+    /// Local coordinates of each pair of points in their cell, and the rank of each point: `(u, v, w, r)` of both points,
+    /// with the rank as [`lane_of_rank`].
     coords: Vec<Pair>,
-    /// Indices of each pair of points in the order of [`Embedding::by_cell`], for a smooth skin; see
-    /// `SurfaceMotion`.
+    /// Ranks of each pair of points, for a smooth skin; see `SurfaceMotion`.
     sources: Vec<[u32; 2]>,
     /// Points that need the linear continuation of their cell: row in the tile, and index in `corners`.
     outliers: Vec<(u32, u32)>,
@@ -61,8 +61,9 @@ struct CellRun {
 pub(super) struct EmbeddedPointsBuilder {
     /// Cell of each point (index in `corners`), and local coordinates of the point in the cell.
     points: Vec<(u32, [f32; 3])>,
-    /// For a smooth skin, the index of each point in the order of [`Embedding::by_cell`].
-    sources: Option<Vec<u32>>,
+    /// Rank of each point: its index in the order of [`Embedding::by_cell`].
+    ranks: Vec<u32>,
+    is_smooth: bool,
     embedded: EmbeddedPoints,
 }
 
@@ -76,13 +77,15 @@ impl EmbeddedPointsBuilder {
             group.points.iter().for_each(|&point| cell_of[point as usize] = cell);
         }
         let entry = |&point: &u32| (cell_of[point as usize], embedding.local(point as usize));
-        let sources = embedding.smoothing().map(|_| {
-            let mut index = vec![0; embedding.len()];
-            let order = embedding.by_cell().flat_map(|cell| cell.points);
-            (0..).zip(order).for_each(|(at, &point)| index[point as usize] = at);
-            points.iter().map(|&point| index[point as usize]).collect()
-        });
-        Self { points: points.iter().map(entry).collect(), sources, embedded }
+        let mut rank_of = vec![0; embedding.len()];
+        let order = embedding.by_cell().flat_map(|cell| cell.points);
+        (0..).zip(order).for_each(|(rank, &point)| rank_of[point as usize] = rank);
+        Self {
+            points: points.iter().map(entry).collect(),
+            ranks: points.iter().map(|&point| rank_of[point as usize]).collect(),
+            is_smooth: embedding.smoothing().is_some(),
+            embedded,
+        }
     }
 
     /// Returns the points of all chunks that were added.
@@ -114,7 +117,8 @@ impl TileLayout for EmbeddedPointsBuilder {
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
         let point = |&k: &usize| self.points[points[k] as usize];
-        let is_smooth = self.sources.is_some();
+        let is_smooth = self.is_smooth;
+        let rank = |&k: &usize| self.ranks[points[k] as usize];
         let EmbeddedPoints { ends, runs, coords, sources, outliers, .. } = &mut self.embedded;
         let begin = coords.len();
         for run in order.chunk_by(|a, b| point(a).0 == point(b).0) {
@@ -123,12 +127,12 @@ impl TileLayout for EmbeddedPointsBuilder {
             let outside = (first..).zip(run).filter(|(_, k)| is_outside(point(k).1, is_smooth));
             outliers.extend(outside.map(|(row, _)| (row, cell)));
             coords.extend(run.chunks(2).map(|pair| {
-                let ([a, b, c], [d, e, f]) = (point(&pair[0]).1, point(&pair[pair.len() - 1]).1);
-                [a, b, c, 0.0, d, e, f, 0.0]
+                let (first, last) = (&pair[0], &pair[pair.len() - 1]);
+                let ([a, b, c], [d, e, f]) = (point(first).1, point(last).1);
+                [a, b, c, lane_of_rank(rank(first)), d, e, f, lane_of_rank(rank(last))]
             }));
-            if let Some(all) = &self.sources {
-                let source = |&k: &usize| all[points[k] as usize];
-                sources.extend(run.chunks(2).map(|pair| [source(&pair[0]), source(&pair[pair.len() - 1])]));
+            if is_smooth {
+                sources.extend(run.chunks(2).map(|pair| [rank(&pair[0]), rank(&pair[pair.len() - 1])]));
             }
             runs.push(CellRun { cell, pairs: run.len().div_ceil(2) as u32 });
         }
@@ -153,7 +157,7 @@ impl EmbeddedPoints {
     ///
     /// Positions are in cells from the origin of the body frame.
     pub(super) fn interpolate(&self, chunk: usize, pose: Pose, pairs: &mut [Pair]) {
-        let Pose { lattice, slopes, motion, .. } = pose;
+        let Pose { lattice, slopes, motion, offsets, .. } = pose;
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let coords = &self.coords[begin.coords..end.coords];
@@ -189,7 +193,41 @@ impl EmbeddedPoints {
             let outlier = PointMap::new(&self.corners[cell as usize], lattice, slopes).at(local);
             pairs[pair][half..half + 4].copy_from_slice(&xyzx(outlier));
         }
+        if let Some(offsets) = offsets {
+            displace(offsets, runs, coords, pairs);
+        }
     }
+}
+
+/// Adds displacements to the points of a chunk.
+fn displace(offsets: SkinOffsets<'_>, runs: &[CellRun], coords: &[Pair], pairs: &mut [Pair]) {
+    let mut remaining = (coords, pairs);
+    for run in runs {
+        let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
+        let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
+        if offsets.is_moved[run.cell as usize] {
+            for (pair, coords) in pairs.iter_mut().zip(coords) {
+                for half in [0, 4] {
+                    let offset = &offsets.offsets[rank_of_lane(coords[half + 3]) as usize];
+                    (0..4).for_each(|k| pair[half + k] += offset[k]);
+                }
+            }
+        }
+        remaining = (later_coords, later_pairs);
+    }
+}
+
+/// Bits of the number 1. Numbers near 1 do not slow down the computations with whole registers, as subnormal numbers would.
+const BITS_OF_ONE: u32 = 1.0_f32.to_bits();
+
+/// Returns the number whose bits have a rank.
+fn lane_of_rank(rank: u32) -> f32 {
+    f32::from_bits(rank.wrapping_add(BITS_OF_ONE))
+}
+
+/// Returns the rank that [`lane_of_rank`] has stored.
+fn rank_of_lane(lane: f32) -> u32 {
+    lane.to_bits().wrapping_sub(BITS_OF_ONE)
 }
 
 /// Returns whether the polynomial and the linear continuation of a cell differ at local coordinates. The trilinear

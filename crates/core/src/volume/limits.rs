@@ -66,6 +66,11 @@ impl Limits {
         self.limited.clear();
     }
 
+    /// Returns whether any vertex slides or is stopped.
+    pub(super) fn is_any_limited(&self) -> bool {
+        self.limited.iter().any(|limited| limited.motion != Motion::Free)
+    }
+
     /// Replaces the limits by `limits`, which may be in any order.
     ///
     /// * `points`: points of the lattice. The points of the previously limited vertices are reset.

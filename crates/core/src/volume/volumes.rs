@@ -1,10 +1,12 @@
 //! Evaluates all volume measures of a body for reports, with or without correction.
 
 use super::adjacency::Adjacency;
+use super::flattened::FlattenedVolume;
 use super::measure::Measure;
 use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
+use crate::flatten::FlattenedSurface;
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 
@@ -47,14 +49,20 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        self.report_untangled(deformed, deformed)
+        self.report_displayed(deformed, (deformed, None))
     }
 
-    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled.
-    pub(crate) fn report_untangled(&self, deformed: &[[f32; 3]], untangled: &[[f32; 3]]) -> VolumeReport {
-        let before = self.evaluate_deformed(deformed, deformed);
-        let is_same = std::ptr::eq(deformed, untangled);
-        let after = if is_same { before.clone() } else { self.evaluate_deformed(untangled, untangled) };
+    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled and its surface was
+    /// flattened.
+    pub(crate) fn report_displayed(
+        &self,
+        deformed: &[[f32; 3]],
+        (untangled, flattened): (&[[f32; 3]], Option<FlattenedSurface<'_>>),
+    ) -> VolumeReport {
+        let before = self.evaluate_deformed(deformed, (deformed, None));
+        let is_same = std::ptr::eq(deformed, untangled) && flattened.is_none();
+        let after =
+            if is_same { before.clone() } else { self.evaluate_deformed(untangled, (untangled, flattened)) };
         // The last measure is the most accurate one available.
         let last = before.len() - 1;
         let component = |((&rest, &before), &after): ((&f64, &f64), &f64)| {
@@ -75,19 +83,20 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        self.report_corrected_from(correction, components, deformed, (deformed, corrected))
+        self.report_corrected_from(correction, components, deformed, (deformed, corrected, None))
     }
 
-    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start`.
+    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start` and its surface was
+    /// flattened.
     pub(crate) fn report_corrected_from(
         &self,
         correction: &Correction,
         components: &[ComponentReport],
         deformed: &[[f32; 3]],
-        (start, corrected): (&[[f32; 3]], &[[f32; 3]]),
+        (start, corrected, flattened): (&[[f32; 3]], &[[f32; 3]], Option<FlattenedSurface<'_>>),
     ) -> VolumeReport {
-        let (before, after) =
-            (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, start));
+        let before = self.evaluate_deformed(deformed, (deformed, None));
+        let after = self.evaluate_deformed(corrected, (start, flattened));
         let mut components = components.to_vec();
         if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components
@@ -99,8 +108,13 @@ impl VolumeMeasures {
     }
 
     /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
-    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes.
-    fn evaluate_deformed(&self, positions: &[[f32; 3]], deformed: &[[f32; 3]]) -> Vec<Vec<f64>> {
+    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes. `flattened`: the
+    /// flattened surface, if it is.
+    fn evaluate_deformed(
+        &self,
+        positions: &[[f32; 3]],
+        (deformed, flattened): (&[[f32; 3]], Option<FlattenedSurface<'_>>),
+    ) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         let mut scratch = Scratch::default();
         scratch.set_positions(positions, &self.adjacency);
@@ -109,7 +123,16 @@ impl VolumeMeasures {
             smoothing.update_trust(deformed, &mut trust);
             scratch.trust.extend_from_slice(trust.values());
         }
-        self.evaluate(&mut scratch)
+        let mut volumes = self.evaluate(&mut scratch);
+        // The last measure has left its points in the scratch.
+        let mesh = self.measures.last().and_then(Measure::as_mesh);
+        if let (Some(mesh), Some(flattened), Some(volumes)) = (mesh, flattened, volumes.last_mut()) {
+            let mut change = FlattenedVolume::default();
+            for &(component, [change, ..]) in change.update(mesh, &scratch, flattened, &[]) {
+                volumes[component as usize] += change * self.cell_size.powi(3);
+            }
+        }
+        volumes
     }
 
     /// Returns the volume of each component by each measure, in cubed scene units. The outer index is the

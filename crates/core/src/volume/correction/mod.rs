@@ -5,7 +5,9 @@
 //! | `ramp` | the field fades out beside constrained vertices |
 //! | `passes` | several passes where a single cubic cannot restore the volume |
 //! | `obstacles` | limits at colliders and other bodies |
+//! | `flattened` | the volume of a surface that lies flat on colliders |
 
+mod flattened;
 mod obstacles;
 mod passes;
 mod ramp;
@@ -19,6 +21,7 @@ use super::clearance::LimitSearch;
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
+use super::flattened::FlattenedVolume;
 use super::limits::Limits;
 use super::measure::Measure;
 use super::regional::{Regional, RegionalScratch};
@@ -82,6 +85,9 @@ pub struct CorrectionWorkspace {
     /// Motions of the surface points of each component.
     motions: Vec<ComponentMotion>,
     reports: Vec<ComponentReport>,
+    flattened: FlattenedVolume,
+    /// Change of the `lambda` of each component by a flattened surface, in cells.
+    steps: Vec<f64>,
 }
 
 impl CorrectionWorkspace {
@@ -104,6 +110,8 @@ impl CorrectionWorkspace {
             + size_of_val(&*self.lambdas)
             + size_of_val(&*self.motions)
             + size_of_val(&*self.reports)
+            + self.flattened.bytes()
+            + size_of_val(&*self.steps)
     }
 }
 
@@ -270,6 +278,7 @@ impl Correction {
     ) -> &'w [ComponentReport] {
         self.set_positions(workspace, positions, trust);
         self.evaluate(workspace, executor);
+        workspace.lambdas.fill(0.0);
         for component in 0..self.rest.len() {
             let excess = workspace.scratch.coefficients[component][0] - self.rest[component];
             self.report(workspace, component, excess);
@@ -314,13 +323,18 @@ impl Correction {
                 *corrected = std::array::from_fn(|k| corrected[k] + offset[k]);
             }
         }
-        workspace.limits.write(&lambda, deformed, corrected);
+        workspace.limits.write(lambda, deformed, corrected);
+        self.update_surface_motions(workspace);
+        &workspace.reports
+    }
+
+    /// Updates the motions of the surface points for the present `lambda`.
+    fn update_surface_motions(&self, workspace: &mut CorrectionWorkspace) {
         workspace.motions.clear();
         workspace.motions.extend(workspace.lambdas.iter().enumerate().map(|(component, lambda)| {
             let center = xyzx(workspace.scratch.center(component));
             ComponentMotion { lambda: *lambda as f32, center }
         }));
-        &workspace.reports
     }
 
     /// Sets the directions of the points to the field at rest, rotated, times the factors of the ramp.

@@ -78,9 +78,10 @@ impl Correction {
     /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
     /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
     fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
-        let CorrectionWorkspace { limits: active_set, scratch, offsets, .. } = &mut *workspace;
+        let CorrectionWorkspace { limits: active_set, scratch, offsets, has_surface, .. } = &mut *workspace;
+        // The points of vertices that neither slide nor stop do not change.
+        *has_surface &= !active_set.is_any_limited();
         active_set.replace(limits, &mut scratch.points, offsets);
-        workspace.has_surface = false;
         for _ in 0..LIMITED_PASSES {
             if !self.update_motions(workspace) {
                 return;
