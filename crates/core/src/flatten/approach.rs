@@ -87,6 +87,7 @@ fn smooth_step(x: f32, [from, to]: [f32; 2]) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
+
 #[cfg(test)]
 mod tests {
     use super::*;
