@@ -26,6 +26,7 @@ __all__ = [
     "body_keys",
     "check_collider",
     "load_scene",
+    "main",
     "read_obj",
     "reference_goals",
     "rotation_matrix",
@@ -1099,6 +1100,7 @@ def reference_goals(
     divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
     """
 
+def main() -> int: ...
 def simd_level() -> str:
     """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
 
