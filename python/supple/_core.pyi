@@ -1100,7 +1100,11 @@ def reference_goals(
     divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
     """
 
-def main() -> int: ...
+def main() -> int:
+    """Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per process,
+    because it handles Ctrl-C.
+    """
+
 def simd_level() -> str:
     """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
 
