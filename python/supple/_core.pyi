@@ -27,6 +27,7 @@ __all__ = [
     "body_keys",
     "check_collider",
     "load_scene",
+    "main",
     "read_obj",
     "reference_goals",
     "rotation_matrix",
@@ -1098,6 +1099,11 @@ def reference_goals(
 
     Returns (n, 3) float64. The mass m_i of vertex i is the number of occupied cells that share the vertex,
     divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
+    """
+
+def main() -> int:
+    """Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per process,
+    because it handles Ctrl-C.
     """
 
 def simd_level() -> str:

@@ -1,12 +1,16 @@
-"""Checks that an installed supple works without optional dependencies.
+"""Checks that an installed supple works without optional dependencies, and with the extra `plot`.
 
-python tests/python/smoke.py
+python tests/python/smoke.py            needs an environment without optional dependencies
+python tests/python/smoke.py --plot     needs the extra `plot`
 """
 
 from __future__ import annotations
 
 import os
 import pickle
+import subprocess
+import sys
+import sysconfig
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +24,7 @@ QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [
 
 
 def main() -> None:
-    """Drops a cube, runs a model, and calls functions that need optional dependencies."""
+    """Drops a cube, runs a model in Python and on the command line, and calls functions with optional dependencies."""
     body = supple.Body(supple.Mesh(CORNERS, QUADS), lattice_vertices=200, translate=(0, 0.2, 0))
     sim = supple.Simulation([body], dt=1 / 120, colliders=[supple.Plane((0, 0, 0), (0, 1, 0))])
     sim.step(120)
@@ -39,6 +43,10 @@ def main() -> None:
         assert report.written == 3
         frames = {f"cube_{frame:04}.obj" for frame in range(3)}
         assert frames <= set(os.listdir(report.directory))
+        program = Path(sysconfig.get_path("scripts"), "supple")
+        subprocess.run([program, "run", "cube.obj", "-o", "typed", "--frames", "2", "--quiet"], cwd=folder, check=True)
+        for frame in frames:
+            assert Path(folder, "typed", frame).read_bytes() == Path(folder, "out", frame).read_bytes()
 
     for package, call in [
         ("trimesh", body.to_trimesh),
@@ -46,7 +54,21 @@ def main() -> None:
         ("polyscope", body.show),
     ]:
         assert f"pip install {package}" in refusal(call)
-    print(f"supple {supple.__version__} from {Path(supple.__file__).parent} works ({supple.simd_level()})")
+    folder, python = Path(supple.__file__).parent, sys.version.split()[0]
+    print(f"supple {supple.__version__} from {folder} works in Python {python} ({supple.simd_level()})")
+
+
+def plot() -> None:
+    """Plots the volume of a cube to a file."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    report = supple.Body(supple.Mesh(CORNERS, QUADS), lattice_vertices=100).volume_report()
+    with tempfile.TemporaryDirectory() as folder:
+        picture = Path(folder, "volume.png")
+        supple.plot_volume(report).figure.savefig(picture)
+        assert picture.read_bytes().startswith(b"\x89PNG")
+    print(f"plots work with numpy {np.__version__} and matplotlib {matplotlib.__version__}")
 
 
 def refusal(call: Callable[[], object]) -> str:
@@ -59,4 +81,7 @@ def refusal(call: Callable[[], object]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["--plot"]:
+        plot()
+    else:
+        main()

@@ -221,7 +221,7 @@ fn flattened_surface_takes_at_most_half_of_the_gap_to_another_body() {
         let mut greatest = [0.0_f64; 2];
         for ((free, with), without) in free.iter().zip(&with).zip(&without).filter(|((p, _), _)| above(p)) {
             let gap = free.y - top;
-            if gap < 0.0 || gap > 1.0 {
+            if !(0.0..=1.0).contains(&gap) {
                 continue;
             }
             // Half of the vertical gap, which is at least the distance.

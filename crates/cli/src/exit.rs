@@ -1,7 +1,5 @@
 //! Converts the outcome of a command to an exit code.
 
-use std::process::ExitCode;
-
 use supple_io::run::RunError;
 
 /// Outcome of a command.
@@ -23,13 +21,14 @@ impl From<&RunError> for Exit {
     }
 }
 
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::Failed => 1,
-            Exit::Input => 2,
-            Exit::Interrupted => 130,
-        })
+impl Exit {
+    /// Returns the exit code of the process.
+    pub(crate) fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Failed => 1,
+            Self::Input => 2,
+            Self::Interrupted => 130,
+        }
     }
 }

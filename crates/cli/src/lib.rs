@@ -18,7 +18,9 @@ mod run;
 mod study;
 mod terminal;
 
+use std::ffi::OsString;
 use std::fmt::Display;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -31,11 +33,29 @@ use exit::Exit;
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let command = match Cli::try_parse() {
+    ExitCode::from(main_with(std::env::args_os().collect()))
+}
+
+/// Runs the program with the given arguments, the first of which is its name, and returns the exit code. It may be called
+/// once per process, because it handles Ctrl-C.
+pub fn main_with(arguments: Vec<OsString>) -> u8 {
+    let code = execute(&arguments);
+    // A process whose `main` is not Rust's does not flush.
+    let _ = io::stdout().flush();
+    code
+}
+
+/// Parses the arguments and runs the command.
+fn execute(arguments: &[OsString]) -> u8 {
+    terminal::set_arguments(arguments);
+    let command = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => command,
         Err(error) => match input_without_command(&error) {
             Some(message) => return refused(message),
-            None => error.exit(),
+            None => {
+                let _ = error.print();
+                return if error.use_stderr() { Exit::Input } else { Exit::Done }.code();
+            }
         },
     };
     if let Err(error) = supple::check_simd_request() {
@@ -50,13 +70,13 @@ pub fn main() -> ExitCode {
         Command::Study(args) => study::study(&args),
         Command::Html(args) => html::html(&args),
     };
-    exit.into()
+    exit.code()
 }
 
 /// Prints an error of the arguments.
-fn refused(error: impl Display) -> ExitCode {
+fn refused(error: impl Display) -> u8 {
     terminal::print_error(error);
-    Exit::Input.into()
+    Exit::Input.code()
 }
 
 /// Returns a message if the command is missing, and the name of a file is in its place.

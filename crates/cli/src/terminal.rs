@@ -3,10 +3,21 @@
 //! The printing functions ignore all write errors. The usual cause is a closed pipe, as in
 //! `supple ... | head`, which is not a failure of the command.
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::sync::OnceLock;
 
 use supple_io::Escaped;
+
+/// The command line of the program.
+static ARGUMENTS: OnceLock<Vec<String>> = OnceLock::new();
+
+/// Stores the command line of the program, for messages.
+pub(crate) fn set_arguments(arguments: &[OsString]) {
+    let words = arguments.iter().map(|word| word.to_string_lossy().into_owned());
+    let _ = ARGUMENTS.set(words.collect());
+}
 
 /// Prints lines to standard output. Control characters of names and paths in them are escaped.
 pub(crate) fn print(lines: impl Display) {
@@ -65,9 +76,9 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// Returns the command line of this process with `--resume` added, quoted for a shell.
+/// Returns the command line of the program with `--resume` added, quoted for a shell.
 pub(crate) fn resume_command() -> String {
-    let mut words: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
+    let mut words: Vec<String> = ARGUMENTS.get().into_iter().flatten().map(|word| quoted(word)).collect();
     if !words.iter().any(|word| word == "--resume") {
         words.push("--resume".to_owned());
     }

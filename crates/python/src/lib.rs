@@ -15,6 +15,7 @@
 //! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
 //! | `rotation` | reads angles, quaternions and matrices |
 //! | `scene` | loads and runs scenes |
+//! | `command` | runs the command line |
 //! | `pickle` | encodes the data of pickles, with a checksum |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
 //! | `functions` | defines functions on arrays |
@@ -25,6 +26,7 @@ mod argument;
 mod arrays;
 mod body;
 mod collider;
+mod command;
 mod constraint;
 mod error;
 mod forked;
@@ -54,6 +56,8 @@ mod _core {
     use crate::body::{Body, ForceField, Hold, body_keys};
     #[pymodule_export]
     use crate::collider::{ColliderMotion, check_collider};
+    #[pymodule_export]
+    use crate::command::main;
     #[pymodule_export]
     use crate::functions::{reference_goals, rotations};
     #[pymodule_export]

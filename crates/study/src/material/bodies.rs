@@ -18,7 +18,7 @@ pub(super) const GRAVITY: f64 = 9.81;
 pub(super) const FPS: f64 = 60.0;
 
 /// The mesh of the example scenes, a bust, so that an installed program needs no file.
-const BUST: &[u8] = include_bytes!("../../../../examples/scenes/bust.obj");
+const BUST: &[u8] = include_bytes!("bust.obj");
 
 /// Creates a builder of a bar of 1 x 1 x `length` with its lower end at z = 0, and `cells` cells per unit of length.
 pub(super) fn bar(cells: i32, length: i32) -> Result<BodyBuilder, supple::Error> {
