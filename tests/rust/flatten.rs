@@ -110,6 +110,27 @@ fn uncompressed_or_distant_surface_is_displayed_as_it_is() {
 }
 
 #[test]
+fn only_planes_flatten() {
+    // The distance from a box is not linear beside its edges, nor that from a sheet on both sides.
+    let sheet = Mesh::new(
+        vec![[-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [9.0, 0.0, 9.0], [-9.0, 0.0, 9.0]],
+        &[[0, 3, 2], [0, 2, 1]],
+    );
+    let others = [
+        Collider::cuboid([0.0, -1.0, 0.0], [9.0, 1.0, 9.0], [0.0; 3]),
+        Collider::cuboid([4.0, -1.0, 0.0], [4.0, 1.0, 9.0], [0.0; 3]),
+        Collider::mesh(sheet.unwrap()).unwrap(),
+    ];
+    for (skin, scale) in SKINS.into_iter().flat_map(|skin| [1.0, 0.7].map(|scale| (skin, scale))) {
+        let free = surface(&pressed(skin, VolumeOptions::off(), scale, &[], 1));
+        for (index, other) in others.iter().enumerate() {
+            let near = surface(&pressed(skin, VolumeOptions::off(), scale, std::slice::from_ref(other), 1));
+            assert_eq!(free, near, "{skin:?} {scale} {index}");
+        }
+    }
+}
+
+#[test]
 fn flattening_is_continuous() {
     let steps = 300;
     let at = |step: i32, [from, to]: [f64; 2]| from + (to - from) * f64::from(step) / f64::from(steps);
@@ -218,18 +239,19 @@ fn flattened_surface_takes_at_most_half_of_the_gap_to_another_body() {
             surface(&simulation)
         });
         let above = |p: &Point3<f64>| (low[0]..high[0]).contains(&p.x) && p.z.abs() < high[2];
-        let mut greatest = [0.0_f64; 2];
+        let mut greatest = [f64::NEG_INFINITY; 2];
         for ((free, with), without) in free.iter().zip(&with).zip(&without).filter(|((p, _), _)| above(p)) {
             let gap = free.y - top;
             if !(0.0..=1.0).contains(&gap) {
                 continue;
             }
-            // Half of the vertical gap, which is at least the distance.
-            let share = |p: &Point3<f64>| (free.y - p.y) / gap;
-            greatest = [greatest[0].max(share(with)), greatest[1].max(share(without))];
+            // Beyond half of the vertical gap, which is at least the distance.
+            let excess = |p: &Point3<f64>| free.y - p.y - gap / 2.0;
+            greatest = [greatest[0].max(excess(with)), greatest[1].max(excess(without))];
             assert!(with.y >= without.y - 1e-6, "{skin:?}: {with} {without}");
         }
-        assert!(greatest[0] <= 0.5 + 1e-6 && greatest[1] > 1.0, "{skin:?}: {greatest:?}");
+        // The tolerance of 0.01 cells along normals of up to 60 degrees from the vertical.
+        assert!(greatest[0] <= 0.02 + 1e-6 && greatest[1] > 0.1, "{skin:?}: {greatest:?}");
     }
 }
 
@@ -285,7 +307,8 @@ fn surface_in_a_valley_enters_neither_side() {
             });
             for side in &sides {
                 let [with, without] = [&points, &before].map(|points| depth(points, side));
-                assert!(with < without.max(0.0) + 1e-5, "{slope} {scale}: {with} {without}");
+                // Displacements may enter a collider by 0.01 cells, so that they are continuous.
+                assert!(with < without.max(0.0) + 0.01 + 1e-5, "{slope} {scale}: {with} {without}");
             }
         }
     }

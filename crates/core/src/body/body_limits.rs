@@ -13,6 +13,10 @@ use crate::volume::Limit;
 /// Greatest clearance in cells that is searched: half of a gap.
 const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
 
+/// Distance in cells by which a displacement may exceed a limit, so that displacements are continuous where a vertex moves
+/// along another body.
+const TOLERANCE: f64 = 0.01;
+
 /// Buffers for the limits of one body after another.
 #[derive(Debug, Default)]
 pub(super) struct BodyLimits {
@@ -45,7 +49,7 @@ impl BodyLimits {
     }
 
     /// Shortens the displacements of a flattened surface, so that with the correction before them it takes at most half of a gap
-    /// to another body, and does not move towards a body that it touches.
+    /// to another body, and does not move towards a body that it touches, up to [`TOLERANCE`].
     ///
     /// `deformed`, `corrected`: positions of the lattice before and after the correction.
     pub(super) fn shorten(
@@ -73,7 +77,7 @@ impl BodyLimits {
                         let [from, to] = [deformed, corrected]
                             .map(|positions| Vector3::from(positions[corner as usize].map(f64::from)));
                         let remaining = limit.clearance - limit.normal.dot(&(from - to)).max(0.0);
-                        factor = factor.min(remaining.max(0.0) / towards);
+                        factor = factor.min((remaining.max(0.0) + TOLERANCE) / towards);
                     }
                 }
             }

@@ -63,8 +63,8 @@ pub struct DisplayedSurface {
 /// Evaluates displayed surfaces, and owns the buffers of the evaluation.
 ///
 /// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
-/// change, and in frames in which cells of the lattice are inside out. [`Displayed::surface`] also allocates its result in each call;
-/// [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
+/// change, while the contact with planes grows, and in frames in which cells of the lattice are inside out.
+/// [`Displayed::surface`] also allocates its result in each call; [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
 /// is faster.
 #[derive(Debug, Default)]
 pub struct Display {

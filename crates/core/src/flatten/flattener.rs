@@ -1,4 +1,4 @@
-//! Moves mesh vertices onto the colliders that the body is pressed onto.
+//! Moves mesh vertices onto the planes that the body is pressed onto.
 
 use nalgebra::Vector3;
 
@@ -16,8 +16,8 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// certain.
 const LEAST_GRADIENT: f32 = 0.25;
 
-/// See [`Flattener`].
-const SEVERAL: u16 = u16::MAX;
+/// Marks cells whose mesh vertices move towards several planes.
+const SEVERAL: u32 = u32::MAX;
 
 /// Finds the displacements of mesh vertices, and owns the buffers.
 #[derive(Debug, Default)]
@@ -26,9 +26,9 @@ pub(crate) struct Flattener {
     /// Least gap of each component, from which gaps are measured.
     gaps: Vec<f32>,
     surroundings: Surroundings,
-    /// Number, from 1 on, of the collider towards which mesh vertices of each cell of [`crate::lattice::Embedding::by_cell`] move; 0 if they do not
-    /// move, and [`SEVERAL`] if they move towards several colliders.
-    colliders: Vec<u16>,
+    /// Number of the plane, from 1 on, towards which mesh vertices of each cell of
+    /// [`by_cell`](crate::lattice::Embedding::by_cell) move; 0 if they do not move, and [`SEVERAL`].
+    colliders: Vec<u32>,
     lattice: Vec<Xyzx>,
     slopes: Vec<[Xyzx; 3]>,
 }
@@ -41,7 +41,7 @@ impl Flattener {
         lattice + self.surroundings.bytes() + cells + self.displacements.bytes()
     }
 
-    /// Returns false only if no collider is near a lattice.
+    /// Returns false only if no plane is near a lattice.
     pub(crate) fn is_near<'a>(shapes: impl Iterator<Item = PosedShape<'a>>, positions: &[[f32; 3]]) -> bool {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for position in positions {
@@ -49,9 +49,10 @@ impl Flattener {
             high = std::array::from_fn(|k| high[k].max(position[k]));
         }
         let (center, half) = center_and_half(low, high);
-        shapes
-            .into_iter()
-            .any(|shape| shape.may_touch(&center, &half, f64::from(FADED + TOUCHING + SMOOTH_MARGIN)))
+        let reach = f64::from(FADED + TOUCHING + SMOOTH_MARGIN);
+        let is_near =
+            |shape: PosedShape<'_>| shape.plane().is_some() && shape.may_touch(&center, &half, reach);
+        shapes.into_iter().any(is_near)
     }
 
     /// Returns the displacements.
@@ -59,7 +60,7 @@ impl Flattener {
         &self.displacements
     }
 
-    /// Returns the displacements.
+    /// Returns the displacements, to change them.
     pub(crate) fn displacements_mut(&mut self) -> &mut Displacements {
         &mut self.displacements
     }
@@ -69,7 +70,10 @@ impl Flattener {
         self.displacements.clear();
     }
 
-    /// Finds the displacements at colliders, whose shapes are in the frame of the body.
+    /// Finds the displacements at planes. `shapes`: the shapes of all colliders in the frame of the body.
+    ///
+    /// Only the distance from a plane is linear, so that its derivatives are those of the lattice: those of other distances
+    /// change within a cell at edges, at the back, and where the shape is curved, also where the lattice is not compressed.
     pub(crate) fn flatten<'a>(
         &mut self,
         surface: Unflattened<'_>,
@@ -83,21 +87,23 @@ impl Flattener {
         }
         self.colliders.clear();
         self.colliders.resize(surface.embedding.by_cell().len(), 0);
-        let mut count = 0_u16;
+        let (mut count, mut planes) = (0, 0_u32);
         for shape in shapes.clone() {
-            count = count.saturating_add(1);
-            self.surroundings.begin(&self.lattice, &shape);
-            if self.find_least_gaps(surface, &shape) {
-                self.displace(surface, &shape, count);
+            count += 1;
+            let Some(plane) = shape.plane() else { continue };
+            self.surroundings.begin(&self.lattice, plane);
+            if self.find_least_gaps(surface, plane) {
+                self.displace(surface, plane, count);
+                planes += 1;
             }
         }
         if count > 1 && !self.displacements.is_empty() {
-            self.restrain(surface, shapes, f32::from(count) * GREATEST_LENGTH);
+            self.restrain(surface, shapes, planes as f32 * GREATEST_LENGTH);
         }
     }
 
     /// Finds the least gap of each component. Returns whether any is small enough for an effect.
-    fn find_least_gaps(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>) -> bool {
+    fn find_least_gaps(&mut self, surface: Unflattened<'_>, plane: (Vector3<f64>, f64)) -> bool {
         let Self { displacements, gaps, surroundings, lattice, slopes, .. } = self;
         let margin = surface.margin();
         gaps.clear();
@@ -107,10 +113,10 @@ impl Flattener {
             let ranks = first..first + group.points.len() as u32;
             first = ranks.end;
             let least = &mut gaps[surface.table.components[group.corners[0] as usize] as usize];
-            if *least <= TOUCHING || !surroundings.is_near(group.corners, lattice, shape, *least + margin) {
+            if *least <= TOUCHING || !surroundings.is_near(group.corners, *least + margin) {
                 continue;
             }
-            let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
+            let measure = CellGaps::new(surface, (lattice, slopes), plane, surroundings, group.corners);
             for rank in ranks {
                 let (gap, _) = measure.gap(rank, displacements.get(rank));
                 *least = least.min(gap);
@@ -120,8 +126,8 @@ impl Flattener {
         gaps.iter().any(|gap| *gap < FADED)
     }
 
-    /// Moves mesh vertices towards the collider with a number. Must be called after [`Flattener::find_least_gaps`].
-    fn displace(&mut self, surface: Unflattened<'_>, shape: &PosedShape<'_>, number: u16) {
+    /// Moves mesh vertices towards the plane with a number. Must be called after [`Flattener::find_least_gaps`].
+    fn displace(&mut self, surface: Unflattened<'_>, plane: (Vector3<f64>, f64), number: u32) {
         let Self { displacements, gaps, surroundings, colliders, lattice, slopes } = self;
         let Unflattened { table, embedding, .. } = surface;
         let margin = surface.margin();
@@ -131,21 +137,19 @@ impl Flattener {
             first = ranks[1];
             let least = gaps[table.components[group.corners[0] as usize] as usize];
             let greatest = least + greatest_reach(f32::INFINITY, least);
-            if least >= FADED || !surroundings.is_near(group.corners, lattice, shape, greatest + margin) {
+            if least >= FADED || !surroundings.is_near(group.corners, greatest + margin) {
                 continue;
             }
-            let gradients = group
-                .corners
-                .map(|corner| Vector3::from(surroundings.gradient(corner, table, lattice, shape)));
+            let gradients = group.corners.map(|corner| Vector3::from(surroundings.gradient(corner, table)));
             let reach = least + greatest_reach(greatest_compression(&gradients), least);
             if reach <= least || !faces(&gradients, &table.normal_ranges[cell as usize]) {
                 continue;
             }
-            if !surroundings.is_near(group.corners, lattice, shape, reach + margin) {
+            if !surroundings.is_near(group.corners, reach + margin) {
                 continue;
             }
             let terms = polynomial(gradients);
-            let measure = CellGaps::new(surface, (lattice, slopes), shape, surroundings, group.corners);
+            let measure = CellGaps::new(surface, (lattice, slopes), plane, surroundings, group.corners);
             let holds = displacements.holds.len();
             for rank in ranks[0]..ranks[1] {
                 let (gap, normal) = measure.gap(rank, displacements.get(rank));
@@ -174,8 +178,9 @@ impl Flattener {
         }
     }
 
-    /// Shortens displacements by which a mesh vertex enters a collider while it moves towards another one. `greatest`: greatest length
-    /// of a displacement.
+    /// Shortens displacements by which a mesh vertex would enter a collider by more than [`TOUCHING`] while it moves towards a
+    /// plane. The tolerance makes them continuous where a vertex moves along a collider. `greatest`: greatest length of a
+    /// displacement.
     fn restrain<'a>(
         &mut self,
         surface: Unflattened<'_>,
@@ -188,7 +193,7 @@ impl Flattener {
         for (number, shape) in (1..=SEVERAL).zip(shapes) {
             for index in 0..displacements.moved.len() {
                 let MovedCell { cell, ranks: [first, end] } = displacements.moved[index];
-                // Displacements towards a collider alone do not enter it.
+                // Displacements towards one plane alone do not enter it.
                 if colliders[cell as usize] == number {
                     continue;
                 }
@@ -204,10 +209,10 @@ impl Flattener {
                     }
                     let position = surface.position((lattice, slopes), rank);
                     let distance = |offset| shape.signed_distance(&displaced(position, offset)).distance;
-                    let (before, after) = (distance([0.0; 3]).max(0.0), distance(offset));
-                    if after < 0.0 && after < before {
-                        let scale = (before / (before - after)) as f32;
-                        displacements.add(rank, offset.map(|x| x * (scale - 1.0)));
+                    let (before, after) = (distance([0.0; 3]), distance(offset));
+                    let (way, room) = (before - after, before.max(0.0) + f64::from(TOUCHING));
+                    if way > room {
+                        displacements.add(rank, offset.map(|x| x * ((room / way) as f32 - 1.0)));
                     }
                 }
             }

@@ -1,4 +1,4 @@
-//! Flattens the displayed surface of a body where it is pressed onto colliders.
+//! Flattens the displayed surface of a body where it is pressed onto planes.
 //!
 //! The regions of the lattice resist bending at wavelengths below twice their size, so that a pressed surface touches a plane
 //! at few points only. The stage moves the mesh vertices near a collider towards it, the more so the more the lattice is
@@ -10,8 +10,8 @@
 //! | file | content |
 //! |---|---|
 //! | `table` | the tables of a body: ranks, normals, stencils, triangles |
-//! | `surroundings` | distances and derivatives at the lattice vertices |
-//! | `unflattened` | positions and gaps of the mesh vertices before |
+//! | `surroundings` | distances from a plane and their derivatives at the lattice vertices |
+//! | `unflattened` | positions and gaps of the mesh vertices before they move |
 //! | `approach` | the gap that remains of a gap |
 //! | `displacements` | the displacements of the mesh vertices |
 //! | `flattener` | the stage |

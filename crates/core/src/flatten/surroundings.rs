@@ -1,15 +1,14 @@
-//! The lattice around a collider: distances of its vertices, and their derivatives.
+//! The lattice near a plane: distances of its vertices, and their derivatives.
 
 use nalgebra::{Point3, Vector3};
 
 use super::table::FlattenTable;
-use crate::contact::PosedShape;
 use crate::simd::xyzx::Xyzx;
 
-/// The lattice around a collider.
+/// The lattice near a plane.
 #[derive(Debug, Default)]
 pub(super) struct Surroundings {
-    /// Signed distance of each lattice vertex, or NaN if it is not known.
+    /// Signed distance of each lattice vertex.
     pub(super) distances: Vec<f32>,
     /// Derivatives of the distance along the axes of the rest shape at each lattice vertex, or NaN if they are not known.
     gradients: Vec<[f32; 3]>,
@@ -21,55 +20,28 @@ impl Surroundings {
         size_of_val(&*self.distances) + size_of_val(&*self.gradients)
     }
 
-    /// Prepares for a lattice and a collider. Distances from a plane are computed at once.
-    pub(super) fn begin(&mut self, lattice: &[Xyzx], shape: &PosedShape<'_>) {
+    /// Prepares for a lattice and a plane with a unit normal and an offset.
+    pub(super) fn begin(&mut self, lattice: &[Xyzx], (normal, offset): (Vector3<f64>, f64)) {
         self.distances.clear();
-        match shape.plane() {
-            Some((normal, offset)) => self.distances.extend(lattice.iter().map(|&[x, y, z, _]| {
-                let [x, y, z] = [x, y, z].map(f64::from);
-                (normal.x * x + normal.y * y + normal.z * z - offset) as f32
-            })),
-            None => self.distances.resize(lattice.len(), f32::NAN),
-        }
+        self.distances.extend(lattice.iter().map(|&[x, y, z, _]| {
+            let [x, y, z] = [x, y, z].map(f64::from);
+            (normal.x * x + normal.y * y + normal.z * z - offset) as f32
+        }));
         self.gradients.clear();
         self.gradients.resize(lattice.len(), [f32::NAN; 3]);
     }
 
-    /// Returns false only if no point of the box of a cell is within a distance of the collider.
-    pub(super) fn is_near(
-        &self,
-        corners: &[u32; 8],
-        lattice: &[Xyzx],
-        shape: &PosedShape<'_>,
-        distance: f32,
-    ) -> bool {
-        if shape.plane().is_some() {
-            return corners.iter().any(|&corner| self.distances[corner as usize] < distance);
-        }
-        let (center, half) = bounds(corners, lattice);
-        shape.may_touch(&center, &half, distance.into())
+    /// Returns false only if no point of a cell is within a distance of the plane.
+    pub(super) fn is_near(&self, corners: &[u32; 8], distance: f32) -> bool {
+        corners.iter().any(|&corner| self.distances[corner as usize] < distance)
     }
 
     /// Returns the derivatives of the distance along the axes of the rest shape at a lattice vertex.
-    pub(super) fn gradient(
-        &mut self,
-        vertex: u32,
-        table: &FlattenTable,
-        lattice: &[Xyzx],
-        shape: &PosedShape<'_>,
-    ) -> [f32; 3] {
+    pub(super) fn gradient(&mut self, vertex: u32, table: &FlattenTable) -> [f32; 3] {
         let Self { distances, gradients } = self;
         let gradient = &mut gradients[vertex as usize];
         if gradient[0].is_nan() {
-            let stencil = &table.stencils[vertex as usize];
-            for neighbor in stencil.vertices() {
-                let distance = &mut distances[neighbor as usize];
-                if distance.is_nan() {
-                    let position = displaced(to_xyz(lattice[neighbor as usize]), [0.0; 3]);
-                    *distance = shape.signed_distance(&position).distance as f32;
-                }
-            }
-            *gradient = stencil.slopes(|vertex| distances[vertex as usize]);
+            *gradient = table.stencils[vertex as usize].slopes(|vertex| distances[vertex as usize]);
         }
         *gradient
     }

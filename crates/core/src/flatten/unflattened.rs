@@ -1,10 +1,9 @@
-//! The surface before it is flattened: positions of its mesh vertices, and their gaps.
+//! The surface before it is flattened: positions of its mesh vertices, and their gaps to a plane.
 
 use nalgebra::Vector3;
 
 use super::surroundings::{Surroundings, displaced, to_xyz};
 use super::table::FlattenTable;
-use crate::contact::{PosedShape, SignedDistance};
 use crate::lattice::{Embedding, PointMap, Slopes, monomials, polynomial};
 use crate::simd::moving::Moving;
 use crate::simd::xyzx::Xyzx;
@@ -65,9 +64,8 @@ fn moved(point: &Moving, ComponentMotion { lambda, center }: ComponentMotion) ->
 pub(super) struct CellGaps<'a> {
     /// Local coordinates of the mesh vertex of each rank.
     local: &'a [[f32; 3]],
-    shape: &'a PosedShape<'a>,
-    /// Normal and offset of the collider, if it is a plane.
-    plane: Option<(Vector3<f64>, f64)>,
+    /// Normal and offset of the plane.
+    plane: (Vector3<f64>, f64),
     points: GapPoints<'a>,
 }
 
@@ -87,25 +85,24 @@ impl<'a> CellGaps<'a> {
     pub(super) fn new(
         surface: Unflattened<'a>,
         (lattice, slopes): (&'a [Xyzx], &'a [[Xyzx; 3]]),
-        shape: &'a PosedShape<'a>,
+        plane: (Vector3<f64>, f64),
         surroundings: &Surroundings,
         corners: &'a [u32; 8],
     ) -> Self {
-        let plane = shape.plane();
-        let points = match (surface.motion, plane) {
-            (Some(motion), _) => GapPoints::Motion(motion.points, motion.of_vertex(corners[0])),
-            (None, Some((normal, _))) if surface.embedding.smoothing().is_none() => GapPoints::Distance {
+        let points = match surface.motion {
+            Some(motion) => GapPoints::Motion(motion.points, motion.of_vertex(corners[0])),
+            None if surface.embedding.smoothing().is_none() => GapPoints::Distance {
                 terms: polynomial(corners.map(|corner| surroundings.distances[corner as usize])),
-                normal: normal.map(|x| x as f32).into(),
+                normal: plane.0.map(|x| x as f32).into(),
                 corners,
                 lattice,
             },
-            (None, _) => GapPoints::Map(PointMap::new(corners, lattice, surface.slopes(slopes))),
+            None => GapPoints::Map(PointMap::new(corners, lattice, surface.slopes(slopes))),
         };
-        Self { local: &surface.table.local, shape, plane, points }
+        Self { local: &surface.table.local, plane, points }
     }
 
-    /// Returns the gap of a displaced mesh vertex, and the normal of the collider.
+    /// Returns the gap of a displaced mesh vertex, and the normal of the plane.
     #[inline]
     pub(super) fn gap(&self, rank: u32, offset: [f32; 3]) -> (f32, [f32; 3]) {
         let local = self.local[rank as usize];
@@ -122,13 +119,8 @@ impl<'a> CellGaps<'a> {
             GapPoints::Motion(points, motion) => moved(&points[rank as usize], *motion),
         };
         let position = displaced(position, offset);
-        let (distance, normal) = match self.plane {
-            Some((normal, offset)) => (normal.dot(&position.coords) - offset, normal),
-            None => {
-                let SignedDistance { distance, normal } = self.shape.signed_distance(&position);
-                (distance, normal)
-            }
-        };
+        let (normal, offset) = self.plane;
+        let distance = normal.dot(&position.coords) - offset;
         (distance as f32, normal.map(|x| x as f32).into())
     }
 }

@@ -5,7 +5,7 @@ use super::mesh_measure::{MeshMeasure, WeightedPoints, volume_of_quads};
 use super::sums::Scratch;
 use crate::flatten::{Displacements, FlattenedSurface};
 
-/// Number of a rank that has none.
+/// Marks a rank without a number.
 const NONE: u32 = u32::MAX;
 
 /// The change of the volume by displacements of mesh vertices, and its buffers.

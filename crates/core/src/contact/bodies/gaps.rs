@@ -150,7 +150,8 @@ impl GapSearch {
             self.add_cells(body.surface, &all);
             self.find_near(body, (body.surface, OPPOSITE, true), distance);
         }
-        for sample in self.own_samples.iter().filter(|sample| f64::from(sample.clearance) < distance) {
+        let greatest = distance as f32;
+        for sample in self.own_samples.iter().filter(|sample| sample.clearance < greatest) {
             let normal = -Vector3::from(sample.normal).map(f64::from);
             visit(Gap { sample: sample.index, normal, clearance: sample.clearance.into() });
         }

@@ -113,6 +113,7 @@ impl Island {
         self.index = index;
         self.members.clear();
         self.pairs.clear();
+        self.pairs_by_body.clear();
         self.impacts.clear();
         self.pushes.clear();
     }

@@ -45,9 +45,17 @@ impl Correction {
             let volume = std::array::from_fn(|k| scratch.coefficients[component][k] + change[k]);
             let [c0, c1, c2, c3] = taylor(volume, lambda);
             let rest = self.rest[component];
-            let limit = self.caps[component].max(lambda.abs());
-            let root = smallest_root([c0 - rest, c1, c2, c3], 2.0 * limit);
-            let step = (lambda + root.lambda).clamp(-limit, limit) - lambda;
+            // After untangling, `lambda` counts from the untangled positions, and the report from the deformed ones.
+            let total = reports[component].lambda / self.cell_size;
+            let limit = self.caps[component].max(total.abs());
+            // A correction that its limits have ended does not go on.
+            let has_ended = reports[component].capped && c0 < rest;
+            let step = if has_ended {
+                0.0
+            } else {
+                let root = smallest_root([c0 - rest, c1, c2, c3], 2.0 * limit);
+                root.lambda.clamp(-limit - total, limit - total)
+            };
             steps[component] = step;
             lambdas[component] += step;
             let excess = c0 - rest + step * (c1 + step * (c2 + step * c3));
