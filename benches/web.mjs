@@ -3,7 +3,8 @@
 //     ./scripts/web && node benches/web.mjs [MODEL.obj [LATTICE_VERTICES]]
 //
 // Without a model, it makes a torus of 30,000 vertices with bumps. Its top is pulled to and fro. Times are those of the
-// processor for a frame of 1/60 s, as means over 300 frames after 300 others, in which code is still being compiled.
+// processor for a frame of 1/60 s, as means over 300 frames after 300 others. Before the table a playground runs for 600
+// frames, in which code is still being compiled.
 
 import { readFileSync } from "node:fs";
 
@@ -33,32 +34,40 @@ function torus(around, across) {
 }
 
 const model = path ? readFileSync(path) : torus(250, 120);
+
+// Pulls the body to and fro for 600 frames. Returns the times of the last 300, and what the table shows of the body.
+function measure(material, volume) {
+  const settings = new Settings();
+  settings.set_material(material);
+  settings.volume = volume;
+  settings.lattice_vertices = Number(vertices);
+  const playground = new Playground("model.obj", model, settings),
+    times = [0, 0];
+  settings.free();
+  // Runs something, and adds the milliseconds of the processor that it takes.
+  const timed = (k, action) => {
+    const begin = process.cpuUsage();
+    action();
+    const { user, system } = process.cpuUsage(begin);
+    times[k] += (user + system) / 1000;
+  };
+  playground.grab(1, 0, 1, 0);
+  for (let frame = 0; frame < 600; frame++) {
+    if (frame === 300) times.fill(0);
+    playground.drag(1, 0.2 * Math.sin(frame / 20), 0.2 * Math.sin(frame / 31), 0);
+    timed(0, () => playground.advance(1));
+    timed(1, () => playground.evaluate());
+  }
+  const sizes = [playground.steps_per_frame(), playground.lattice_vertices(), playground.mesh_vertices()];
+  playground.free();
+  return [...sizes, ...times.map((time) => `${(time / 300).toFixed(2)} ms`)];
+}
+
+measure("flesh", true);
 console.log("material  volume  steps  lattice   mesh  simulation  surface");
 for (const material of ["jelly", "flesh", "rubber", "firm"]) {
   for (const volume of [true, false]) {
-    const settings = new Settings();
-    settings.set_material(material);
-    settings.volume = volume;
-    settings.lattice_vertices = Number(vertices);
-    const playground = new Playground("model.obj", model, settings),
-      times = [0, 0];
-    // Runs something, and adds the milliseconds of the processor that it takes.
-    const timed = (k, action) => {
-      const begin = process.cpuUsage();
-      action();
-      const { user, system } = process.cpuUsage(begin);
-      times[k] += (user + system) / 1000;
-    };
-    playground.grab(1, 0, 1, 0);
-    for (let frame = 0; frame < 600; frame++) {
-      if (frame === 300) times.fill(0);
-      playground.drag(1, 0.2 * Math.sin(frame / 20), 0.2 * Math.sin(frame / 31), 0);
-      timed(0, () => playground.advance(1));
-      timed(1, () => playground.evaluate());
-    }
-    const columns = [volume ? "on" : "off", playground.steps_per_frame(), playground.lattice_vertices()];
-    const text = [...columns, playground.mesh_vertices(), ...times.map((time) => `${(time / 300).toFixed(2)} ms`)];
-    console.log(material.padEnd(8) + text.map((x, k) => String(x).padStart([8, 7, 9, 7, 12, 9][k])).join(""));
-    playground.free();
+    const columns = [volume ? "on" : "off", ...measure(material, volume)];
+    console.log(material.padEnd(8) + columns.map((x, k) => String(x).padStart([8, 7, 9, 7, 12, 9][k])).join(""));
   }
 }

@@ -1,5 +1,6 @@
-// Tests of the page to play with, in Chromium. scripts/test-tools builds the page in the folder WEB, writes the positions
-// of a drag that is computed without a browser to RUNS/drag.bin and RUNS/drag_sse2.bin, and starts these tests.
+// Tests of the page to play with, in Chromium. scripts/test-tools builds the page in the folder WEB, writes the
+// positions of a drag that is computed without a browser to RUNS/drag.bin and RUNS/drag_sse2.bin, and starts these
+// tests.
 
 import assert from 'node:assert/strict';
 import { createReadStream, existsSync, readFileSync } from 'node:fs';
@@ -81,6 +82,19 @@ function top(page, number = -1) {
   }, number);
 }
 
+// Returns for each pointer the vertex nearest to the point that it has grabbed.
+function grabbedVertices(page) {
+  return page.evaluate(() => {
+    const { positions } = globalThis.page.picture.body,
+      vertices = Array.from({ length: positions.length / 3 }, (_, v) => v);
+    return [...globalThis.page.drags.held.values()].map(({ from }) => {
+      const off = (v) =>
+        Math.hypot(positions[3 * v] - from.x, positions[3 * v + 1] - from.y, positions[3 * v + 2] - from.z);
+      return vertices.reduce((a, b) => (off(b) < off(a) ? b : a));
+    });
+  });
+}
+
 function volumeError(page) {
   return page.evaluate(() => globalThis.page.picture.volumeError());
 }
@@ -112,14 +126,7 @@ test('a drag with the mouse pulls the body, and the volume stays until its corre
   const [x, y] = [before.x, before.y + 6];
   await page.mouse.move(x, y);
   await page.mouse.down();
-  // The vertex nearest to the grabbed point.
-  const grabbed = await page.evaluate(() => {
-    const [{ from }] = globalThis.page.drags.held.values(),
-      { positions } = globalThis.page.picture.body;
-    const off = (v) =>
-      Math.hypot(positions[3 * v] - from.x, positions[3 * v + 1] - from.y, positions[3 * v + 2] - from.z);
-    return Array.from({ length: positions.length / 3 }, (_, v) => v).reduce((a, b) => (off(b) < off(a) ? b : a));
-  });
+  const [grabbed] = await grabbedVertices(page);
   const start = await top(page, grabbed);
   await page.mouse.move(x + 20, y - 30, { steps: 5 });
   await page.mouse.move(x + 40, y - 60, { steps: 5 });
@@ -199,6 +206,56 @@ test('an OBJ file that is dropped is shown, and a broken one gives the message w
   assert.deepEqual(messages, []);
 });
 
+test('a closed sheet without thickness is shown, and files that cannot be read give a message', async (t) => {
+  const { page, messages } = await opened(t);
+  await drop(page, 'sheet.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n');
+  await page.waitForFunction(() => document.getElementById('mesh-vertices').textContent === '4');
+  await pictures(page, 5);
+  assert.equal(await text(page, 'volume-name'), 'Volume error');
+  assert.doesNotMatch(await text(page, 'volume-error'), /NaN|Infinity/);
+  // As a folder that is dropped.
+  await page.evaluate(() => {
+    const folder = new File([], 'folder');
+    folder.arrayBuffer = () => Promise.reject(new DOMException('', 'NotFoundError'));
+    return globalThis.page.loadFile(folder);
+  });
+  assert.match(await text(page, 'message'), /^folder cannot be read; drop an OBJ file/);
+  await page.route('**/ring.obj', (route) => route.abort());
+  await page.selectOption('#shape', 'Ring');
+  await page.waitForFunction(() => /ring\.obj cannot be read/.test(document.getElementById('message').textContent));
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.state), 'ready');
+  assert.equal(await text(page, 'mesh-vertices'), '4');
+  // The browser itself reports the file that is not there.
+  assert.deepEqual(
+    messages.filter((message) => !message.includes('net::ERR_FAILED')),
+    [],
+  );
+});
+
+test('without WebGL 2 the page says so, and without its first shape it waits for another', async (t) => {
+  const context = await browser.newContext();
+  t.after(() => context.close());
+  const page = await context.newPage(),
+    errors = [];
+  page.on('pageerror', (error) => errors.push(error.message));
+  await page.route('**/bust.obj', (route) => route.fulfill({ status: 404 }));
+  await page.goto(address);
+  await page.waitForSelector('#message button');
+  assert.match(await text(page, 'message'), /bust\.obj cannot be read: 404/);
+  await page.click('#reset');
+  await page.selectOption('#gravity', '0');
+  await drop(page, 'cube.obj', CUBE);
+  await page.waitForFunction(() => document.getElementById('mesh-vertices').textContent === '8');
+  assert.deepEqual(errors, []);
+  await page.addInitScript(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  });
+  await page.reload();
+  await page.waitForLoadState('networkidle');
+  assert.match(await text(page, 'message'), /WebGL 2/);
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.state), 'failed');
+});
+
 test('reset, material, resolution, gravity, floor, base and pause', async (t) => {
   const { page, messages } = await opened(t);
   const number = async (id) => Number((await text(page, id)).replace(',', ''));
@@ -217,6 +274,12 @@ test('reset, material, resolution, gravity, floor, base and pause', async (t) =>
   await page.selectOption('#resolution', '1000');
   await page.waitForFunction(() => document.getElementById('lattice-vertices').textContent.startsWith('1,0'));
   assert.ok((await number('steps')) > soft);
+  // A number that is refused: the control goes back.
+  await page.evaluate(() => document.getElementById('resolution').append(new Option('0')));
+  await page.selectOption('#resolution', '0');
+  await page.waitForSelector('#message button');
+  assert.equal(await page.inputValue('#resolution'), '1000');
+  await page.click('#message button');
   // Without base, floor and gravity the body stays where it is; with gravity it falls.
   for (const id of ['base', 'floor']) await page.click(`#${id}`);
   await page.selectOption('#gravity', '0');
@@ -266,6 +329,11 @@ test('the keyboard reaches every control, and pulls the body', async (t) => {
   assert.ok((await top(page, before.vertex)).position[1] > before.position[1] + 0.1);
   await page.keyboard.press('Enter');
   assert.equal(await page.evaluate(() => globalThis.page.drags.held.size), 0);
+  // A key that is held down acts once.
+  await page.keyboard.down('Space');
+  await page.keyboard.down('Space');
+  assert.equal(await page.getAttribute('#pause', 'aria-pressed'), 'true');
+  await page.keyboard.up('Space');
 });
 
 test('two fingers pull at two places', async (t) => {
@@ -277,8 +345,19 @@ test('two fingers pull at two places', async (t) => {
     client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
   await touch('touchStart', [x - 4, y + 12], [x + 4, y + 40]);
   assert.equal(await page.evaluate(() => globalThis.page.drags.held.size), 2);
+  const vertices = await grabbedVertices(page);
+  // The ways of the two places to the right, as the camera sees it, in m.
+  const places = () =>
+    page.evaluate((vertices) => {
+      const { picture } = globalThis.page,
+        { positions } = picture.body;
+      return vertices.map((v) => new THREE.Vector3().fromArray(positions, 3 * v).dot(picture.across(1, 0)));
+    }, vertices);
+  const before = await places();
   await touch('touchMove', [x - 60, y], [x + 60, y + 40]);
   await pictures(page, 20);
+  const [left, right] = (await places()).map((place, k) => place - before[k]);
+  assert.ok(left < -0.05 && right > 0.05, `${left} and ${right}`);
   assert.ok(Math.abs(await volumeError(page)) < 1e-6);
   await touch('touchEnd');
   assert.equal(await page.evaluate(() => globalThis.page.drags.held.size), 0);
@@ -340,8 +419,8 @@ test('the browser computes the positions of the library outside it', async (t) =
   };
   // WebAssembly multiplies and adds in two roundings, as processors of the level SSE2 do: the bits are the same.
   if (process.arch === 'x64') assert.equal(difference('drag_sse2.bin'), 0);
-  // Others do so in one. Positions have 24 bits, a step of 6e-8, and damping keeps the differences from growing: they are
-  // 3e-7 with AVX2.
+  // Others do so in one. Positions have 24 bits, a step of 6e-8, and damping keeps the differences from growing: they
+  // are 3e-7 with AVX2.
   const worst = difference('drag.bin');
   t.diagnostic(`greatest difference: ${worst.toExponential(1)} m`);
   assert.ok(worst < 1e-5, `${worst}`);

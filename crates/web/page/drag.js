@@ -1,7 +1,7 @@
 // Pointers and keys that pull the body.
 
-// Number of the keyboard among the pointers. Pointers of the browser are above 0.
-const KEYBOARD = 0;
+// Number of the keyboard among the pointers. Browsers give -1 to no pointing device.
+const KEYBOARD = -1;
 
 // Way of the grabbed part for one press of an arrow key, in m.
 const KEY_STEP = 0.04;

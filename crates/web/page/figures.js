@@ -7,6 +7,7 @@ const REAL_TIME = 0.95;
 
 // Returns a relative error: in percent, or as a power of ten if it is small.
 export function errorText(error) {
+  if (!Number.isFinite(error)) return "–";
   if (Math.abs(error) >= 5e-5) return `${error > 0 ? "+" : "−"}${(100 * Math.abs(error)).toFixed(2)} %`;
   if (Math.abs(error) < 1e-15) return "0";
   const [digits, power] = error.toExponential(1).split("e");
@@ -66,7 +67,7 @@ export class Figures {
       if (time > 1000 * frame) text += " Fewer lattice vertices make it faster.";
     }
     if (isReduced) text += " This browser draws slowly, so that less detail is drawn.";
-    // A reader of the screen repeats a text that changes.
+    // Screen readers announce every change of the text.
     if (at("pace").textContent !== text) at("pace").textContent = text;
     this.clear();
   }

@@ -4,6 +4,7 @@
 
 import { Drags } from "./drag.js";
 import { Figures } from "./figures.js";
+import { pageKeys } from "./keys.js";
 import { FRAME } from "./pace.js";
 import { LiveBody, Picture } from "./picture.js";
 import { Simulation } from "./simulation.js";
@@ -27,6 +28,8 @@ class Page {
     this.figures = new Figures(at);
     this.picture = null;
     this.source = null;
+    // The last settings that the simulation took.
+    this.applied = null;
     this.isPaused = false;
     this.isAtRest = false;
     this.isAsked = false;
@@ -34,14 +37,15 @@ class Page {
     this.last = performance.now();
     this.fillShapes();
     this.connect();
-    listenToKeys(this.keys(), at("keys").querySelector("dl"));
+    listenToKeys(pageKeys(this, at), at("keys").querySelector("dl"));
   }
 
   async start() {
     await this.simulation.start();
-    await this.loadShape(SHAPES[0][1]);
+    this.firstLoad = this.loadShape(SHAPES[0][1]);
+    await this.firstLoad;
     const draw = (now) => {
-      this.tick(now);
+      if (this.picture) this.tick(now);
       requestAnimationFrame(draw);
     };
     requestAnimationFrame(draw);
@@ -59,6 +63,14 @@ class Page {
       floor: isPressed("floor"),
       base: isPressed("base"),
     };
+  }
+
+  // Puts the controls back to the last settings that the simulation took.
+  restoreControls() {
+    if (!this.applied) return;
+    for (const id of ["resolution", "gravity", "material", "up"]) at(id).value = this.applied[id];
+    for (const id of ["volume", "floor", "base"]) at(id).setAttribute("aria-pressed", String(this.applied[id]));
+    this.picture?.set({ ground: this.applied.floor });
   }
 
   fillShapes() {
@@ -104,41 +116,9 @@ class Page {
       at("drop").classList.remove("over");
       if (!hasFile(event)) return;
       event.preventDefault();
-      this.loadFile(event.dataTransfer.files[0]);
+      const [file] = event.dataTransfer.files;
+      if (file) this.loadFile(file);
     });
-  }
-
-  keys() {
-    const press = (id) => () => at(id).click();
-    const turn =
-      (...angles) =>
-      () =>
-        this.picture?.views.turn(...angles);
-    const arrow = (right, up) => () => {
-      if (!this.drags?.pullByKeys(right, up)) this.picture?.views.turn(-8 * right, 8 * up, 1);
-    };
-    return [
-      [["Space"], "Pause or go on", press("pause")],
-      [["R"], "Put the body back", press("reset")],
-      [["V"], "Preserve the volume", press("volume")],
-      [["B"], "Hold the base", press("base")],
-      [["F"], "Floor", press("floor")],
-      [["O"], "Open an OBJ file", press("open")],
-      [["Enter"], "Grab the top of the body, or let go", () => this.drags?.toggleKeyboard()],
-      [["←", "→", "↑", "↓"], "Pull the grabbed part, or turn the camera", null],
-      [["←"], "", arrow(-1, 0)],
-      [["→"], "", arrow(1, 0)],
-      [["↑"], "", arrow(0, 1)],
-      [["↓"], "", arrow(0, -1)],
-      [["+", "−"], "Zoom", null],
-      [["+", "="], "", turn(0, 0, 1 / 1.15)],
-      [["−", "-"], "", turn(0, 0, 1.15)],
-      [["C"], "Move the camera back", press("camera")],
-      [["W"], "Edges of the faces", press("wireframe")],
-      [["L"], "Lattice", press("lattice")],
-      [["T"], "Light or dark", press("theme")],
-      [["?"], "List the keys", press("help")],
-    ];
   }
 
   // Presses a button that stays pressed, or lets it go.
@@ -158,17 +138,27 @@ class Page {
   }
 
   async loadShape(path) {
-    const response = await fetch(path);
-    if (!response.ok) {
-      showMessage(`${path} cannot be read: ${response.status} ${response.statusText}`, true);
+    let bytes;
+    try {
+      const response = await fetch(path);
+      if (!response.ok) throw new Error(`${response.status} ${response.statusText}`);
+      bytes = await response.arrayBuffer();
+    } catch (error) {
+      showMessage(`${path} cannot be read: ${error.message}`, true);
       return;
     }
     at("up").value = "y";
-    await this.load(path.split("/").pop(), await response.arrayBuffer());
+    await this.load(path.split("/").pop(), bytes);
   }
 
   async loadFile(file) {
-    if (!(await this.load(file.name, await file.arrayBuffer()))) return;
+    // A folder, or a file that was removed, has no bytes.
+    const bytes = await file.arrayBuffer().catch(() => null);
+    if (!bytes) {
+      showMessage(`${file.name} cannot be read; drop an OBJ file`, true);
+      return;
+    }
+    if (!(await this.load(file.name, bytes))) return;
     at("shape").querySelector("[data-own]")?.remove();
     const option = new Option(file.name, "", true, true);
     option.dataset.own = "";
@@ -180,9 +170,14 @@ class Page {
   async load(name, bytes) {
     showMessage(`Building ${name} …`);
     this.drags?.clear();
-    const answer = await this.ask("load", { name, bytes, settings: this.settings() });
-    if (!answer) return false;
+    const settings = this.settings(),
+      answer = await this.ask("load", { name, bytes, settings });
+    if (!answer) {
+      this.restoreControls();
+      return false;
+    }
     this.source = { name, bytes };
+    this.applied = settings;
     this.showBody(answer, true);
     showMessage("");
     return true;
@@ -190,24 +185,35 @@ class Page {
 
   // Applies the settings.
   async apply(isRebuilt) {
+    await this.firstLoad;
+    if (!this.picture) return;
     if (isRebuilt) {
       showMessage("Building …");
       this.drags?.clear();
     }
-    const answer = await this.ask("apply", { settings: this.settings(), isRebuilt });
-    if (!answer || !isRebuilt) return;
+    const settings = this.settings(),
+      answer = await this.ask("apply", { settings, isRebuilt });
+    if (!answer) {
+      this.restoreControls();
+      return;
+    }
+    this.applied = settings;
+    if (!isRebuilt) return;
     this.showBody(answer);
     showMessage("");
   }
 
   async reset() {
-    this.drags?.clear();
+    if (!this.picture) return;
+    this.drags.clear();
     const answer = await this.ask("reset");
     if (answer) this.showBody(answer);
   }
 
   // Asks the simulation, and shows its message if it refuses. Returns its answer, or nothing.
   async ask(kind, message, transfer) {
+    // The new simulation has no body yet.
+    if (this.isRestarting) return null;
     try {
       return await this.simulation.ask(kind, message, transfer);
     } catch (error) {
@@ -217,16 +223,21 @@ class Page {
     }
   }
 
-  // Starts the simulation again, with the last model that was shown. Several requests can fail at once.
+  // Starts the simulation again, with the last model that was shown and the last settings that it took. Several
+  // requests can fail at once.
   async restart(error) {
     if (this.isRestarting) return;
     this.isRestarting = true;
-    await this.simulation.start();
-    if (this.source) {
-      const answer = await this.simulation.ask("load", { ...this.source, settings: this.settings() });
-      this.showBody(answer);
+    try {
+      await this.simulation.start();
+      if (this.source) {
+        const answer = await this.simulation.ask("load", { ...this.source, settings: this.applied });
+        this.restoreControls();
+        this.showBody(answer);
+      }
+    } finally {
+      this.isRestarting = false;
     }
-    this.isRestarting = false;
     showMessage(`The simulation has failed, and was started again: ${error.message}`, true);
   }
 
@@ -291,12 +302,17 @@ class Page {
   // The volume of a closed mesh is that of the triangles that are drawn, computed independently of the simulation.
   showVolume(answer) {
     const { picture, figures } = this;
-    figures.showVolume(picture.body.isClosed ? { ...answer, volumeError: picture.volumeError() } : answer);
+    // A closed sheet without thickness has no volume of its own; that of the cells is shown.
+    const hasVolume = picture.body.isClosed && Math.abs(picture.restVolume) > 1e-9;
+    figures.showVolume(hasVolume ? { ...answer, volumeError: picture.volumeError() } : answer);
   }
 }
 
-// For scripts that drive the page.
-globalThis.page = new Page();
-globalThis.page
-  .start()
-  .catch((error) => fail(`The page has failed: ${error.message}. Reload it, or open it in another browser.`));
+// Where start.js has found that the page cannot run, its message stays.
+if (document.documentElement.dataset.state !== "failed") {
+  // For scripts that drive the page.
+  globalThis.page = new Page();
+  globalThis.page
+    .start()
+    .catch((error) => fail(`The page has failed: ${error.message}. Reload it, or open it in another browser.`));
+}

@@ -4,7 +4,7 @@
 // Seconds between two frames of the simulation.
 export const FRAME = 1 / 60;
 
-// Most frames between two pictures. Of a longer pause, the rest is no time of the simulation.
+// Most frames between two pictures. Longer pauses are cut to this.
 const MOST = 8;
 
 export class Pace {

@@ -91,6 +91,7 @@ export class Picture {
     this.options = { wireframe: false, lattice: false, colliders: true, ground: true };
     this.raycaster = new THREE.Raycaster();
     this.markers = new Map();
+    this.markerGeometry = new THREE.SphereGeometry(0.016, 20, 14);
     this.markerMaterial = new THREE.MeshStandardMaterial({ color: "#1f6f8b", transparent: true, depthTest: false });
     this.isDrawn = false;
     this.quality = drawsInSoftware(this.views.renderer) ? QUALITIES.length - 1 : 0;
@@ -241,7 +242,7 @@ export class Picture {
       this.markers.delete(pointer);
     } else {
       if (!marker) {
-        marker = new THREE.Mesh(new THREE.SphereGeometry(0.016, 20, 14), this.markerMaterial);
+        marker = new THREE.Mesh(this.markerGeometry, this.markerMaterial);
         marker.renderOrder = 1;
         this.view.scene.add(marker);
         this.markers.set(pointer, marker);

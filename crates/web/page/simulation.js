@@ -55,7 +55,7 @@ async function compile() {
     return await WebAssembly.compile(await response.arrayBuffer());
   } catch (error) {
     throw new Error(
-      "this browser cannot run the simulation, which needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, " +
+      "this browser cannot run the simulation, which needs WebAssembly with SIMD: Chrome or Edge 97, Firefox 114, " +
         `Safari 16.4, or a later version (${error.message})`,
     );
   }

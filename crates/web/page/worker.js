@@ -21,6 +21,15 @@ function read(values) {
   return settings;
 }
 
+// Runs an action with the settings of the page, and frees them. After an error the garbage collector does so: a panic
+// may have left them in use.
+function withSettings(values, action) {
+  const settings = read(values),
+    result = action(settings);
+  settings.free();
+  return result;
+}
+
 // Returns numbers in the memory of the simulation, valid until it next runs.
 function numbers(address, vertices) {
   return new Float32Array(memory.buffer, address, 3 * vertices);
@@ -71,7 +80,7 @@ const actions = {
   },
 
   load({ name, bytes, settings }) {
-    const next = new Playground(name, new Uint8Array(bytes), read(settings));
+    const next = withSettings(settings, (read) => new Playground(name, new Uint8Array(bytes), read));
     playground?.free();
     playground = next;
     return description();
@@ -83,7 +92,7 @@ const actions = {
   },
 
   apply({ settings, isRebuilt }) {
-    playground.apply(read(settings));
+    withSettings(settings, (read) => playground.apply(read));
     isChanged = true;
     return isRebuilt ? description() : {};
   },
@@ -130,9 +139,12 @@ addEventListener("message", ({ data }) => {
     const buffers = [answer.buffer, answer.returned].filter((buffer) => buffer);
     postMessage(answer, buffers);
   } catch (error) {
-    // A panic leaves the simulation in a state in which it cannot go on.
+    // A panic, or a lack of memory, leaves the simulation in a state in which it cannot go on.
     const isFatal =
-      error instanceof WebAssembly.RuntimeError || !(error instanceof Error) || error.message.startsWith("panicked");
+      error instanceof WebAssembly.RuntimeError ||
+      error instanceof RangeError ||
+      !(error instanceof Error) ||
+      error.message.startsWith("panicked at ");
     postMessage({ id, error: error.message ?? String(error), isFatal });
   }
 });

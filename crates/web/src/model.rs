@@ -11,7 +11,7 @@ pub(crate) enum Up {
     /// As in most OBJ files.
     #[default]
     Y,
-    /// As in most programs for construction.
+    /// As in most CAD programs.
     Z,
 }
 

@@ -54,7 +54,7 @@ function keyName(event) {
   return event.shiftKey && (name === "←" || name === "→") ? `Shift ${name}` : name;
 }
 
-// Runs the actions of keys, and fills the list of them.
+// Runs the actions of keys with their events, and fills the list of them.
 function listenToKeys(keys, list) {
   const actions = new Map();
   for (const [names, description, action] of keys) {
@@ -78,6 +78,6 @@ function listenToKeys(keys, list) {
     const isPress = event.key === " " || event.key === "Enter";
     if (target instanceof HTMLSelectElement || (target instanceof HTMLButtonElement && isPress)) return;
     event.preventDefault();
-    action();
+    action(event);
   });
 }
