@@ -64,8 +64,8 @@ pub struct DisplayedSurface {
 ///
 /// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
 /// change, while the contact with planes grows, and in frames in which cells of the lattice are inside out.
-/// [`Displayed::surface`] also allocates its result in each call; [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
-/// is faster.
+/// [`Displayed::surface`] also allocates its result in each call; [`Displayed::surface_into`] does not. A `Display` can
+/// evaluate several bodies, but one `Display` per body is faster.
 #[derive(Debug, Default)]
 pub struct Display {
     matching_workspace: Workspace,
@@ -90,7 +90,7 @@ pub struct Display {
     /// Finds the limits of the correction at other bodies.
     body_limits: BodyLimits,
     components: Vec<ComponentReport>,
-    /// Present after the first frame in which the body was near a collider.
+    /// Present after the first frame in which the body was near a plane.
     flattener: Option<Box<Flattener>>,
     /// Present after the first frame in which a cell of the lattice was inside out.
     untangling: Option<Box<Untangling>>,
@@ -197,7 +197,7 @@ impl Display {
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
     }
 
-    /// Flattens the surface where it is pressed onto colliders.
+    /// Flattens the surface where it is pressed onto planes.
     fn flatten(&mut self, body: BodyRef<'_>, executor: &Executor) {
         if let Some(flattener) = &mut self.flattener {
             flattener.clear();

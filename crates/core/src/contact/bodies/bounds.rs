@@ -9,6 +9,12 @@ pub(crate) struct Bounds {
     pub(crate) high: Point3<f64>,
 }
 
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
 impl Bounds {
     /// Contains no point.
     pub(crate) const EMPTY: Self = Self {

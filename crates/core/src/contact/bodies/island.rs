@@ -225,7 +225,6 @@ impl Island {
     /// Lists the contacts of each body.
     fn list_pairs_by_body(&mut self) {
         let Self { pairs, pairs_by_body, .. } = self;
-        pairs_by_body.clear();
         for (index, pair) in (0..).zip(&*pairs) {
             let [body, other] = pair.bodies;
             pairs_by_body.push((body, index));

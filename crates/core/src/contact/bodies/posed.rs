@@ -8,7 +8,7 @@ use super::grid::Grid;
 use crate::contact::rows::buffer_bytes;
 
 /// A lattice at one time: the world positions of its vertices, and a grid of its deformed cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PosedLattice {
     /// Position of each lattice vertex.
     pub(super) positions: Vec<Point3<f64>>,
@@ -19,13 +19,6 @@ pub(crate) struct PosedLattice {
     /// The box of all of them.
     all: Bounds,
     grid: Grid,
-}
-
-impl Default for PosedLattice {
-    fn default() -> Self {
-        let (positions, sides, cells) = (Vec::new(), Vec::new(), Vec::new());
-        Self { positions, sides, cells, all: Bounds::EMPTY, grid: Grid::default() }
-    }
 }
 
 /// The geometry of the cells in which a search looks for points. That of each cell is computed once.
