@@ -16,7 +16,7 @@ const LARGE: [i32; 3] = [100, 100, 100];
 /// Lattice vertices of the middle block along x, y and z; 97,336 in total.
 pub(crate) const MIDDLE: [i32; 3] = [46, 46, 46];
 /// Lattice vertices of the small block along x, y and z; 1,000 in total.
-const SMALL: [i32; 3] = [10, 10, 10];
+pub(crate) const SMALL: [i32; 3] = [10, 10, 10];
 
 pub(crate) fn bench(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     large(bench, bandwidth);

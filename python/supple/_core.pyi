@@ -47,11 +47,28 @@ _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 
+_PlasticOptions = TypedDict("_PlasticOptions", {"yield": float, "creep": float, "max": float}, total=False)
+
+class _FractureOptions(TypedDict, total=False):
+    strength: float
+    strain: float
+    rotation: float | None
+    cracks: int
+    noise: float
+    seed: int
+    surface: Literal["smooth", "cells"]
+
 class _VolumeOptions(TypedDict, total=False):
     measure: _Volume
     scope: Literal["global", "regional"]
     field: Literal["surface", "cells", "paper"]
     max_correction: float
+
+class _PlaneLike(Protocol):
+    @property
+    def point(self) -> Any: ...
+    @property
+    def normal(self) -> Any: ...
 
 class _MeshLike(Protocol):
     @property
@@ -180,6 +197,11 @@ class Lattice:
         The grid coordinates of a cell are the grid coordinates of its corner with the smallest coordinates.
         """
     @property
+    def cell_corners(self) -> NDArray[np.int64]:
+        """Vertices at the corners of the cells: (m, 8) int64, read-only. Corner i is at +x if i & 1, at +y if i & 2,
+        and at +z if i & 4. Of a broken body, cells on the two sides of a crack have vertices of their own.
+        """
+    @property
     def cell_size(self) -> float:
         """Edge of a cell."""
     @property
@@ -233,6 +255,18 @@ class Body:
         1/s, >= 0.
     density : float, default 1000
         Mass per volume, > 0.
+    plastic : dict or True, default None
+        Makes the body plastic: parts that are strained beyond a limit keep a part of their deformation. A dict with the
+        keys yield (strain, in (0, 1], beyond which it flows; default 0.05), creep (rate in 1/s, > 0, at which the
+        strain beyond it becomes plastic; default 5) and max (greatest plastic strain, in (0, 2]; default 1); True for
+        these defaults. The regions must be small beside the parts that are deformed.
+    fracture : dict, default None
+        Makes the body break. A dict with either strength (tensile stress, > 0, at which it breaks) or strain (tensile
+        strain, > 0), and the keys rotation (degrees, in (0, 180], between neighboring cells at which it breaks too;
+        default None), cracks (greatest number of cracks that grow at a time in each piece; default 1), noise (relative
+        variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and surface (of the cracks:
+        "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body breaks: see
+        topology_version.
     volume : str or dict, default "auto"
         Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
         a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
@@ -243,8 +277,8 @@ class Body:
         continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
         crushed very strongly).
     friction : float, default 0.5
-        Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider, that
-        of the collider holds.
+        Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider,
+        that of the collider holds.
     restitution : float, default 0
         Ratio of the speeds of the touching points after and before an impact on another body, in [0, 1]. That of two
         bodies is the greater of theirs; at a collider, that of the collider holds.
@@ -284,6 +318,8 @@ class Body:
         region_damping: float | None = 0.0,
         region_damping_rate: float | None = None,
         density: float = 1000.0,
+        plastic: _PlasticOptions | bool | None = None,
+        fracture: _FractureOptions | None = None,
         volume: _Volume | _VolumeOptions = "auto",
         skin: _Skin = "linear",
         friction: float = 0.5,
@@ -299,10 +335,14 @@ class Body:
         """Name of the body, used in reports and file names."""
     @property
     def mesh(self) -> Mesh | None:
-        """Mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice."""
+        """Mesh in the model's frame, at rest: after scale, before rotate and translate. None for a bare lattice. Of a
+        broken body, the mesh of its pieces.
+        """
     @property
     def lattice(self) -> Lattice:
-        """Lattice in the model's frame: after scale, before rotate and translate."""
+        """Lattice in the model's frame: after scale, before rotate and translate. Of a broken body, the lattice of its
+        pieces.
+        """
     @property
     def simulation(self) -> Simulation | None:
         """Simulation of the body, which the body keeps alive. None outside a simulation."""
@@ -383,6 +423,72 @@ class Body:
         """
     @volume_options.setter
     def volume_options(self, value: _Volume | _VolumeOptions) -> None: ...
+    @property
+    def fracture(self) -> _FractureOptions | None:
+        """Fracture: a dict with strength or strain, rotation, cracks, noise, seed and surface; None if the body breaks
+        only where it is cut.
+        """
+    def cut(self, plane: _PlaneLike | _Plane) -> int:
+        """Cut the body along a plane: break all joints between cells on different sides of it. Returns their number.
+
+        plane : Plane, pair (point, normal), or dict with point and normal
+            In world space. It is carried to the rest shape by the affine motion that fits the body best, so that it is
+            met exactly where the body is not bent. The keyframes of a Plane have no effect.
+
+        Vertices on the cut get copies, so that arrays with one row per lattice vertex or mesh vertex grow: see
+        topology_version. Raises ValueError for a normal of zero.
+        """
+    @property
+    def pieces(self) -> int:
+        """Number of pieces: connected components of the lattice."""
+    @property
+    def broken_joints(self) -> int:
+        """Number of broken joints. A joint is the common face of two cells."""
+    @property
+    def topology_version(self) -> int:
+        """Number of steps and cuts in which joints broke.
+
+        While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the first vertices of
+        both the lattice and the mesh keep their numbers, and copies follow them. Restoring a state restores it too.
+        """
+    @property
+    def faces(self) -> NDArray[np.int64]:
+        """Triangles of the displayed surface as it is now: (m, 3) int64, read-only. Larger faces are fanned from their
+        first vertex. The surfaces of cracks come last.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
+    @property
+    def piece_of_vertex(self) -> NDArray[np.int64]:
+        """Piece of each vertex of the displayed surface, from 0: (k,) int64, read-only. Pieces are numbered by their
+        first lattice vertices.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
+    @property
+    def plastic(self) -> _PlasticOptions | None:
+        """Plasticity: a dict with yield, creep and max; None if the body is elastic.
+
+        Settable to such a dict, to True for its default values, or to None, from the next step on. None removes the
+        plastic shapes, and the body returns to its rest shape; other values keep them.
+        """
+    @plastic.setter
+    def plastic(self, value: _PlasticOptions | bool | None) -> None: ...
+    @property
+    def plastic_strain(self) -> NDArray[np.float64]:
+        """Plastic strain of the region around each vertex: (n,) float64, read-only. It is |S - 1|, the Frobenius norm,
+        with the plastic shape S: 0 where the body has its rest shape, and everywhere without plasticity.
+        """
+    @property
+    def plastic_shapes(self) -> NDArray[np.float64]:
+        """Plastic shape S of the region around each vertex: (n, 3, 3) float64, read-only. It is a symmetric matrix of
+        determinant 1, in the rest pose: the identity where the body has its rest shape, and everywhere without
+        plasticity.
+        """
+    def reset_plastic(self) -> None:
+        """Reset the plastic shapes: from the next step on, the body returns to its rest shape. Without plasticity,
+        nothing changes.
+        """
     @property
     def stiffness(self) -> float | None:
         """Stiffness alpha per step, in (0, 1]; None if a frequency, a material or youngs_modulus is set. Settable;
@@ -484,13 +590,13 @@ class Body:
         """
     @property
     def elastic_energy(self) -> float:
-        """Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to its
-        shape. Raises ValueError outside a simulation.
+        """Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to
+        its shape. Raises ValueError outside a simulation.
         """
     @property
     def gravity_energy(self) -> float:
-        """Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world origin.
-        Raises ValueError outside a simulation.
+        """Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world
+        origin. Raises ValueError outside a simulation.
         """
     @property
     def is_asleep(self) -> bool:
@@ -511,7 +617,8 @@ class Body:
         """
     @overload
     def surface(self, out: None = None) -> NDArray[np.float64]:
-        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
+        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order. When the
+        body breaks, further vertices follow: see faces and topology_version.
 
         out : (k, 3) float32 or float64, optional
             Array to write to and return. Default: a new float64 array.
@@ -520,7 +627,8 @@ class Body:
         """
     @overload
     def surface(self, out: NDArray[_Float]) -> NDArray[_Float]:
-        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
+        """Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order. When the
+        body breaks, further vertices follow: see faces and topology_version.
 
         out : (k, 3) float32 or float64, optional
             Array to write to and return. Default: a new float64 array.
@@ -559,10 +667,10 @@ class Body:
             vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
             attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
 
-        Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
-        trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores uv.
-        Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and MeshError if uv
-        needs a file that has changed.
+        Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of
+        a trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores
+        uv. Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and
+        MeshError if uv needs a file that has changed.
         """
     @property
     def _visual(self) -> Any: ...
@@ -618,8 +726,8 @@ class Body:
         start: float = 0.0,
         end: float | None = None,
     ) -> Hold:
-        """Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and follow is
-        given.
+        """Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and
+        follow is given.
 
         keys : list of (time, translate, rotate), or of dicts with these names
             Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
@@ -631,12 +739,12 @@ class Body:
             from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
 
         follow : (f, n, 3) float, or path of a PC2 file
-            Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the mesh
-            that the body was built from, so that its scale, rotate and translate apply to the animation also. The selected
-            lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with those of the
-            whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before the first and
-            after the last frame it is at rest. The part is at the animation's place at any time: it jumps at `start` if
-            the body is elsewhere then.
+            Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the
+            mesh that the body was built from, so that its scale, rotate and translate apply to the animation also. The
+            selected lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with
+            those of the whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before
+            the first and after the last frame it is at rest. The part is at the animation's place at any time: it jumps
+            at `start` if the body is elsewhere then.
         follow_fps : float, > 0, default 30
             Frames per second of the animation.
         follow_start : float, default 0, or the time of the first sample in the PC2 file
@@ -675,11 +783,11 @@ class Body:
     def stiffness_factors(self) -> NDArray[np.float64] | None:
         """Stiffness factors of the lattice vertices: (n,) float64, read-only; None if the stiffness does not vary."""
     def set_stiffness_factors(self, factors: ArrayLike | None) -> None:
-        """Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of the
-        body times the factor of the vertex.
+        """Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of
+        the body times the factor of the vertex.
 
-        Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In a
-        simulation, half_width is fixed again at the next step, for the greatest factor.
+        Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In
+        a simulation, half_width is fixed again at the next step, for the greatest factor.
 
         factors : (n,) float, or None
             In (0, 100]; factors below 1e-6 act as 1e-6. None removes all factors, also those of zones.
@@ -717,15 +825,16 @@ class Body:
 
         force : (3,) or (k, 3) float, or callable
             A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
-            called before each step, with the (k, 3) positions and velocities of the selected lattice vertices, read-only,
-            and the time in seconds.
+            called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
+            read-only, and the time in seconds.
         box, sphere, plane, vertices
             Selection of a part, as for pin. Default: the whole body. It is made once, now.
 
-        Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a thousandth
-        of the weight on each vertex, and wakes when they change. A function is called from step and advance, which let an
-        exception pass: the step then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
-        for 1,000 lattice vertices. Pickles and copies contain fields, states of save_state do not.
+        Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a
+        thousandth of the weight on each vertex, and wakes when they change. A function is called from step and advance,
+        which let an exception pass: the step then is not made. Each step with fields takes some microseconds more, with
+        a function some tens of microseconds for 1,000 lattice vertices. Pickles and copies contain fields, states of
+        save_state do not.
         """
     @property
     def force_fields(self) -> tuple[ForceField, ...]:
@@ -741,8 +850,8 @@ class Body:
 
 @final
 class ForceField:
-    """A force that acts on a body in every step. Body.add_force_field returns it, and Body.force_fields lists those that
-    were not removed.
+    """A force that acts on a body in every step. Body.add_force_field returns it, and Body.force_fields lists those
+    that were not removed.
     """
     @property
     def body(self) -> Body:
@@ -776,7 +885,9 @@ class Hold:
         """Lattice vertices, in increasing order: (k,) int64, read-only."""
     @property
     def keys(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...] | None:
-        """Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them with set_keys."""
+        """Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them
+        with set_keys.
+        """
     @property
     def interpolation(self) -> _Interpolation | None:
         """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin and for an
@@ -784,7 +895,9 @@ class Hold:
         """
     @property
     def follow(self) -> NDArray[np.float32] | None:
-        """Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for keyframes."""
+        """Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for
+        keyframes.
+        """
     @property
     def follow_fps(self) -> float | None:
         """Frames per second of the animation that a handle follows, or None."""
@@ -808,12 +921,13 @@ class Hold:
         """
     @property
     def force(self) -> NDArray[np.float64]:
-        """Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64, read-only.
+        """Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64,
+        read-only.
 
         It is what the held part needs, beside the elastic forces and gravity, to move as prescribed; zero if the pin or
-        handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces on
-        the held part and region damping are not. Where keyframes change the velocity, the force is that of the change
-        within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
+        handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces
+        on the held part and region damping are not. Where keyframes change the velocity, the force is that of the
+        change within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
         """
     @property
     def torque(self) -> NDArray[np.float64]:
@@ -826,8 +940,8 @@ class Hold:
         A released pin or handle takes no memory and no time. One whose window has ended does.
         """
     def set_keys(self, keys: Iterable[Key], interpolation: _Interpolation | None = None) -> None:
-        """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that followed an
-        animation moves along them from the pose that the part has before the next step.
+        """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that
+        followed an animation moves along them from the pose that the part has before the next step.
 
         keys : list of (time, translate, rotate), as for Body.handle
             Relative to the pose that the part had when the pin or handle became active.
@@ -999,7 +1113,8 @@ class Simulation:
         """
     @overload
     def surfaces(self, out: None = None) -> list[NDArray[np.float64]]:
-        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of bodies.
+        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of
+        bodies.
 
         out : list of (k, 3) float32 or float64, optional
             Arrays to write to and return, one per body. Default: new float64 arrays.
@@ -1008,7 +1123,8 @@ class Simulation:
         """
     @overload
     def surfaces(self, out: Sequence[NDArray[_Float]]) -> list[NDArray[_Float]]:
-        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of bodies.
+        """Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of
+        bodies.
 
         out : list of (k, 3) float32 or float64, optional
             Arrays to write to and return, one per body. Default: new float64 arrays.
@@ -1018,19 +1134,19 @@ class Simulation:
     def save_state(self) -> bytes:
         """Return the state of the simulation as bytes, for restore_state.
 
-        The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of the
-        next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of steps,
-        and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes and
-        keyframes of colliders, the animations that handles follow, nor force fields.
+        The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of
+        the next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of
+        steps, and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes
+        and keyframes of colliders, the animations that handles follow, nor force fields.
         """
     def restore_state(self, state: ReadableBuffer) -> None:
-        """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that slept
-        sleep.
+        """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that
+        slept sleep.
 
         state : bytes-like
-            A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps. Pins
-            and handles that were added after the state was saved no longer exist. A body must still have the handles that
-            follow an animation, or others with the same selection and animation.
+            A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps.
+            Pins and handles that were added after the state was saved no longer exist. A body must still have the
+            handles that follow an animation, or others with the same selection and animation.
 
         contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
         version of supple, and for damaged data; the simulation is then unchanged.
@@ -1064,7 +1180,9 @@ class Simulation:
     def _restore(cls, shapes: list[Mesh | Lattice], data: bytes) -> Simulation: ...
 
 def rotation_matrix(rotate: Rotate) -> NDArray[np.float64]:
-    """Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3) float64."""
+    """Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3)
+    float64.
+    """
 
 def rotations(a: ArrayLike) -> NDArray[np.float64]:
     """Compute the rotation factor of each 3x3 matrix A, with the algorithm of a step.
@@ -1102,8 +1220,8 @@ def reference_goals(
     """
 
 def main() -> int:
-    """Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per process,
-    because it handles Ctrl-C.
+    """Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per
+    process, because it handles Ctrl-C.
     """
 
 def simd_level() -> str:

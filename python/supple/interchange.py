@@ -24,6 +24,11 @@ def to_trimesh(body: Body, uv: bool = False) -> Trimesh:
     mesh = body.mesh
     assert mesh is not None  # surface() raises for a bare lattice
     trimesh = import_optional("trimesh")
+    if body.topology_version > 0:
+        if uv:
+            raise ValueError("uv=True needs a body that is whole; this one broke: see topology_version")
+        broken: Trimesh = trimesh.Trimesh(vertices=surface, faces=mesh.faces, process=False)
+        return broken
     appearance = body._appearance() if uv and body._visual is None else None
     if appearance is not None:
         return _textured(trimesh, surface, mesh.faces, *appearance)

@@ -137,22 +137,13 @@ def _surface(body: Body) -> _Triangles:
     """Return the displayed surface of a body, or the boundary of the cells of a bare lattice."""
     if body.mesh is not None:
         return body.surface(), body.mesh.faces
-    lattice = body.lattice
-    vertex_of = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
-    cells = {tuple(cell) for cell in lattice.cells.tolist()}
-    quads = []
-    for cell in cells:
-        for axis in range(3):
-            for side in (0, 1):
-                neighbor = list(cell)
-                neighbor[axis] += 2 * side - 1
-                if tuple(neighbor) in cells:
-                    continue
-                u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]]
-                corner = np.array(cell) + side * np.eye(3, dtype=int)[axis]
-                quad = [tuple((corner + step).tolist()) for step in (0 * u, u, u + v, v)]
-                quads.append([vertex_of[place] for place in (quad if side else quad[::-1])])
-    return body.corrected_positions(), _fans(np.array(quads))
+    corners = body.lattice.cell_corners
+    # Corner i is at +x if i & 1, at +y if i & 2, and at +z if i & 4. The quads face outward.
+    sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]]
+    quads = np.concatenate([corners[:, side] for side in sides])
+    # Two cells share the vertices of their common face, unless the body is broken there.
+    _, first, count = np.unique(np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True)
+    return body.corrected_positions(), _fans(quads[first[count == 1]])
 
 
 def _fans(quads: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -111,12 +111,22 @@ class _Panel:
         # polyscope needs unique names without "#".
         self._label = f"{body.name} [{index}]".replace("#", "-")
         self._last_options = body.volume_options
+        self._polyscope = polyscope
         points = self._points()
         self.low, self.high = points.min(axis=0), points.max(axis=0)
-        if body.mesh is None:
-            self._shape = polyscope.register_point_cloud(self._label, points)
+        self._register(points)
+
+    def _register(self, points: Any) -> None:
+        """Add the body to the window, with its present faces. A body of the same name is replaced."""
+        body = self._body
+        self._mesh = body.mesh
+        if self._mesh is None:
+            self._count = len(points)
+            self._shape = self._polyscope.register_point_cloud(self._label, points)
         else:
-            self._shape = polyscope.register_surface_mesh(self._label, points, body.mesh.faces, smooth_shade=True)
+            self._shape = self._polyscope.register_surface_mesh(
+                self._label, points, self._mesh.faces, smooth_shade=True
+            )
 
     def frame(self) -> None:
         """Draw the controls and update the displayed surface."""
@@ -125,7 +135,11 @@ class _Panel:
         self._control_body()
         self._imgui.PopID()
         points = self._points()
-        if self._body.mesh is None:
+        mesh = self._body.mesh
+        if mesh is not self._mesh or (mesh is None and len(points) != self._count):
+            # The body broke.
+            self._register(points)
+        elif mesh is None:
             self._shape.update_point_positions(points)
         else:
             self._shape.update_vertex_positions(points)

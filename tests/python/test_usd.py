@@ -366,6 +366,35 @@ def test_a_recorder_writes_the_frames_of_a_run(folder):
     assert (folder / "mine.html").read_text().startswith("<!doctype html>")
 
 
+def test_a_recorded_stage_has_the_faces_of_each_frame_of_a_body_that_is_cut(folder):
+    sim = supple.load_scene(folder / "scene.toml")
+    body = sim.bodies[0]
+    whole, center = sim.save_state(), body.center_of_mass
+    expected = []
+    with supple.Recorder(sim, folder / "mine.usd") as recorder:
+        # Whole, cut, cut in another way with the same number of events, whole.
+        for normal in (None, (1, 0.2, 0), (0.2, 0, 1), None):
+            sim.restore_state(whole)
+            if normal:
+                body.cut(supple.Plane(center, normal))
+            recorder.record()
+            expected.append((body.topology_version, body.surface(), body.faces))
+    assert [version for version, _, _ in expected] == [0, 1, 1, 0]
+    mine = Usd.Stage.Open(str(folder / "mine.usd"))
+    assert problems(mine) == []
+    (prim,) = (prim for prim in mine.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetDisplayName() == body.name)
+    for frame, (_, surface, faces) in enumerate(expected):
+        shown = UsdGeom.Mesh(prim)
+        points = np.array(shown.GetPointsAttr().Get(frame))
+        counts = np.array(shown.GetFaceVertexCountsAttr().Get(frame))
+        corners = np.array(shown.GetFaceVertexIndicesAttr().Get(frame))
+        assert points.tobytes() == surface.astype(np.float32).tobytes()
+        assert counts.sum() == len(corners)
+        # The triangles of a polygon have its corners.
+        assert (counts - 2).sum() == len(faces)
+        assert set(corners) == set(faces.ravel())
+
+
 def test_a_recorder_keeps_its_frames_after_an_exception(folder):
     sim = supple.load_scene(folder / "scene.toml")
 

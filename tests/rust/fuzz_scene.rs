@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::fuzz::{Target, fuzz};
 use supple_io::scene::Scene;
 
-const WORDS: [&str; 44] = [
+const WORDS: [&str; 48] = [
     "simulation",
     "output",
     "body",
@@ -29,6 +29,10 @@ const WORDS: [&str; 44] = [
     "region_damping",
     "region_damping_rate",
     "density",
+    "plastic",
+    "{ yield = 0.05, creep = 5.0, max = 1.0 }",
+    "fracture",
+    "{ strain = 0.1, rotation = 20, cracks = 2, noise = 0.1, seed = 1, surface = \"cells\" }",
     "volume",
     "velocity",
     "spin",

@@ -1,6 +1,7 @@
 //! Reads pages independently of the crate that writes them: from the description of the format in its comments.
 
 use std::io::Read;
+use std::rc::Rc;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
@@ -15,8 +16,25 @@ pub(crate) struct PageRun {
     pub(crate) poses: Vec<Vec<[f64; 6]>>,
     /// For each frame, the point sets.
     pub(crate) sets: Vec<Vec<PointSet>>,
+    /// For each frame, the pieces of each body; `None` if it is whole.
+    pub(crate) pieces: Vec<Vec<Option<Rc<PagePieces>>>>,
     /// Size of the compressed data, in bytes.
     pub(crate) compressed: usize,
+}
+
+/// The pieces of a body.
+#[derive(Debug, PartialEq)]
+pub(crate) struct PagePieces {
+    /// The corners of each face.
+    pub(crate) faces: Vec<Vec<u32>>,
+    /// For each face that is no cap, the face of the whole body. Caps follow.
+    pub(crate) sources: Vec<u32>,
+    /// For each vertex, the first one at its position.
+    pub(crate) weld: Vec<u32>,
+    /// Numbers of vertices of the mesh and of the lattice.
+    pub(crate) points: [usize; 2],
+    /// Pairs of linked vertices of the lattice.
+    pub(crate) links: Vec<[u32; 2]>,
 }
 
 /// A point set in a frame.
@@ -76,9 +94,11 @@ fn run(compressed: &[u8]) -> PageRun {
         volumes: Vec::new(),
         poses: Vec::new(),
         sets: Vec::new(),
+        pieces: Vec::new(),
         compressed: compressed.len(),
     };
     for frame in 0..number(&header["frames"]) {
+        let mut sizes = sizes.clone();
         let mut double = || f64::from_le_bytes(take(8).try_into().unwrap());
         run.volumes.push(bodies.iter().map(|_| [double(), double(), double()]).collect());
         run.poses.push(colliders.iter().map(|_| std::array::from_fn(|_| double())).collect());
@@ -86,6 +106,29 @@ fn run(compressed: &[u8]) -> PageRun {
             .iter()
             .map(|_| std::array::from_fn(|_| f32::from_le_bytes(take(4).try_into().unwrap()).into()))
             .collect();
+        let mut of_frame = vec![None; bodies.len()];
+        let broken = if number(&header["version"]) == 1 { 0 } else { word(&mut take) };
+        for _ in 0..broken {
+            let [body, _, _, mesh, lattice, faces, caps, corners, links] =
+                std::array::from_fn(|_| word(&mut take));
+            let last = frame.checked_sub(1).and_then(|last: usize| run.pieces[last][body].clone());
+            let pieces = if faces == 0 {
+                last.expect("the frame before has the faces")
+            } else {
+                let mut list = |count: usize| words(take(4 * count));
+                let sizes = list(faces);
+                let sources = list(faces - caps);
+                let mut corners = list(corners).into_iter();
+                let faces =
+                    sizes.iter().map(|&size| corners.by_ref().take(size as usize).collect()).collect();
+                let (weld, links) = (list(mesh), list(2 * links).as_chunks().0.to_vec());
+                Rc::new(PagePieces { faces, sources, weld, points: [mesh, lattice], links })
+            };
+            assert_eq!(pieces.points, [mesh, lattice]);
+            (sizes[2 * body].0, sizes[2 * body + 1].0) = (mesh, lattice);
+            of_frame[body] = Some(pieces);
+        }
+        run.pieces.push(of_frame);
         let mut sets = Vec::new();
         for (index, (&(points, largest), bounds)) in sizes.iter().zip(bounds).enumerate() {
             let before =
@@ -96,6 +139,23 @@ fn run(compressed: &[u8]) -> PageRun {
     }
     assert!(rest.is_empty());
     run
+}
+
+fn word<'a>(take: &mut impl FnMut(usize) -> &'a [u8]) -> usize {
+    u32::from_le_bytes(take(4).try_into().unwrap()) as usize
+}
+
+/// Unpacks words: differences, zigzag-encoded, the lowest bytes of all words first.
+fn words(packed: &[u8]) -> Vec<u32> {
+    let count = packed.len() / 4;
+    let mut sum = 0_i64;
+    let word = |index: usize| {
+        let byte = |k: usize| i64::from(packed[k * count + index]) << (8 * k);
+        let word: i64 = (0..4).map(byte).sum();
+        sum += if word % 2 == 0 { word / 2 } else { -(word + 1) / 2 };
+        sum.rem_euclid(1 << 32) as u32
+    };
+    (0..count).map(word).collect()
 }
 
 /// Unpacks a point set: differences from the prediction `2 x(t-1) - x(t-2)`, less that of the point before.
@@ -109,10 +169,10 @@ fn unpack(packed: &[u8], bounds: [f64; 6], largest: f64, before: [Option<&PointS
             let at = axis * points + point;
             let word = i64::from(packed[at]) + 256 * i64::from(packed[3 * points + at]);
             error += if word % 2 == 0 { word / 2 } else { -(word + 1) / 2 };
-            let at = |set: &PointSet| set.positions[point][axis];
-            let predicted = match before {
-                [Some(last), Some(second_last)] => Some(at(last) + (at(last) - at(second_last))),
-                [Some(last), None] => Some(at(last)),
+            let at = |set: Option<&PointSet>| set?.positions.get(point).map(|position| position[axis]);
+            let predicted = match before.map(at) {
+                [Some(last), Some(second_last)] => Some(last + (last - second_last)),
+                [Some(last), None] => Some(last),
                 _ => None,
             };
             let predicted = predicted.filter(|_| step[axis] > 0.0).map_or(0.0, |coordinate| {

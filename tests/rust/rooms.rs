@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 16] = [
+const LAYERS: [&str; 18] = [
     "simulation",
     "body",
     "untangle",
@@ -17,8 +17,10 @@ const LAYERS: [&str; 16] = [
     "contact",
     "skin",
     "dynamics",
+    "fracture",
     "matching",
     "state",
+    "cut",
     "lattice",
     "voxel",
     "mesh",

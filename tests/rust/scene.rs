@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use supple::{
-    Damping, Elasticity, FieldKind, Material, Preservation, Preset, RegionDamping, RegionSize, Resolution,
-    Selection, Stiffness, TouchingOptions, VolumeMeasure, VolumeScope, Zone,
+    BreakLimit, CutSurface, Damping, Elasticity, FieldKind, FractureOptions, Material, Plasticity,
+    Preservation, Preset, RegionDamping, RegionSize, Resolution, Selection, Stiffness, TouchingOptions,
+    VolumeMeasure, VolumeScope, Zone,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
@@ -241,6 +242,34 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("friction = -0.1", 4, "friction", "-0.1", "a number of at least 0"),
         ("restitution = 1.1", 4, "restitution", "1.1", "in [0, 1]"),
         ("density = 0", 4, "density", "0", "a number above 0"),
+        ("plastic = { yield = 0 }", 4, "plastic.yield", "0", "in (0, 1]"),
+        ("plastic = { creep = -1 }", 4, "plastic.creep", "-1", "a number above 0"),
+        ("[body.plastic]\nmax = 2.5", 5, "plastic.max", "2.5", "in (0, 2]"),
+        ("fracture = { strain = 0 }", 4, "fracture.strain", "0", "a number above 0"),
+        ("fracture = { strength = -1 }", 4, "fracture.strength", "-1", "a number above 0"),
+        ("fracture = { strain = 1, rotation = 0 }", 4, "fracture.rotation", "0", "in (0, 180]"),
+        (
+            "fracture = { strain = 1, cracks = 0 }",
+            4,
+            "fracture.cracks",
+            "0",
+            "a whole number from 1 to 1000000",
+        ),
+        (
+            "fracture = { strain = 1, seed = 0.5 }",
+            4,
+            "fracture.seed",
+            "0.5",
+            "a whole number from 0 to 4294967295",
+        ),
+        (
+            "fracture = { strain = 1, surface = 'rough' }",
+            4,
+            "fracture.surface",
+            "the string \"rough\"",
+            "one of \"smooth\", \"cells\"",
+        ),
+        ("[body.fracture]\nstrain = 1\nnoise = 0.6", 6, "fracture.noise", "0.6", "in [0, 0.5]"),
         ("cell_size = 0.0", 4, "cell_size", "0", "a number above 0"),
         ("lattice_vertices = 7", 4, "lattice_vertices", "7", "a whole number from 8 to 2000000000"),
         ("half_width = 0", 4, "half_width", "0", "a whole number from 1 to 1000000"),
@@ -529,4 +558,64 @@ fn every_shipped_scene_is_read() {
         }
     }
     assert!(count >= 5);
+}
+
+#[test]
+fn plasticity_is_a_table_of_a_body() {
+    let scene = parse(&format!("{SMALL}[body.plastic]\nyield = 0.02\n")).unwrap();
+    let plastic = Plasticity { yield_strain: 0.02, ..Plasticity::default() };
+    assert_eq!(scene.bodies[0].material.plastic, Some(plastic));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    assert_eq!(parse(SMALL).unwrap().bodies[0].material.plastic, None);
+
+    // An override creates the table.
+    let name = &scene.bodies[0].name;
+    let overrides = [format!("body.{name}.plastic.creep=20")];
+    let scene = Scene::parse(SMALL, "scene.toml", Path::new(""), &overrides).unwrap();
+    let plastic = Plasticity { creep: 20.0, ..Plasticity::default() };
+    assert_eq!(scene.bodies[0].material.plastic, Some(plastic));
+
+    let message = refusal("plastic = { yeild = 0.1 }");
+    assert!(message.contains("plastic.yeild`") && message.contains("`yield`"), "{message}");
+    let message = refusal("plastic = true");
+    assert!(message.contains("plastic`") && message.contains("a table"), "{message}");
+    let message = refusal("plastik = { yield = 0.1 }");
+    assert!(message.contains("`plastic`"), "{message}");
+}
+
+#[test]
+fn fracture_is_a_table_of_a_body() {
+    let scene = parse(&format!("{SMALL}[body.fracture]\nstrength = 2e4\n")).unwrap();
+    let name = scene.bodies[0].name.clone();
+    let strength = FractureOptions::new(BreakLimit::Strength(2e4));
+    assert_eq!(scene.bodies[0].fracture, Some(strength));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    assert_eq!(parse(SMALL).unwrap().bodies[0].fracture, None);
+
+    let all =
+        "fracture = { strain = 0.15, rotation = 20, cracks = 3, noise = 0, seed = 9, surface = \"cells\" }";
+    let scene = parse(&format!("{SMALL}{all}\n")).unwrap();
+    let mut options = FractureOptions::new(BreakLimit::Strain(0.15));
+    (options.rotation, options.cracks, options.noise, options.seed) = (Some(20.0), 3, 0.0, 9);
+    options.surface = CutSurface::Cells;
+    assert_eq!(scene.bodies[0].fracture, Some(options));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+
+    // An override creates the table, and one limit replaces the other.
+    for text in [SMALL.to_owned(), format!("{SMALL}[body.fracture]\nstrength = 2e4\n")] {
+        let overrides = [format!("body.{name}.fracture.strain=0.1")];
+        let scene = Scene::parse(&text, "scene.toml", Path::new(""), &overrides).unwrap();
+        assert_eq!(scene.bodies[0].fracture, Some(FractureOptions::new(BreakLimit::Strain(0.1))));
+    }
+
+    let message = refusal("fracture = { strain = 1, niose = 0.1 }");
+    assert!(message.contains("fracture.niose`") && message.contains("`noise`"), "{message}");
+    for text in ["fracture = { noise = 0.1 }", "fracture = { strain = 1, strength = 1 }"] {
+        let message = refusal(text);
+        assert!(message.contains("`strength`") && message.contains("strain`"), "{message}");
+    }
+    let message = refusal("fracture = 0.1");
+    assert!(message.contains("fracture`") && message.contains("a table"), "{message}");
+    let message = refusal("fractur = { strain = 1 }");
+    assert!(message.contains("`fracture`"), "{message}");
 }

@@ -89,7 +89,15 @@ fn the_stretched_head_swells_without_the_volume_correction() {
 
 #[test]
 fn every_example_scene_keeps_its_volume() {
-    for name in ["drop.toml", "squeeze.toml", "twist.toml", "bust_parts.toml", "hammock.toml", "press.toml"] {
+    for name in [
+        "drop.toml",
+        "squeeze.toml",
+        "twist.toml",
+        "bust_parts.toml",
+        "hammock.toml",
+        "press.toml",
+        "can.toml",
+    ] {
         let (scene, mut prepared) = scene(name, &[]);
         let rest = prepared.simulation.body(0).volume_report().rest;
         for _ in 0..scene.simulation.frames {
@@ -99,6 +107,23 @@ fn every_example_scene_keeps_its_volume() {
             assert!(preserved, "{name} at {}: {report:?}", prepared.simulation.time());
         }
     }
+}
+
+/// The rod presses the can in by 0.6 of its radius, and the plate squashes it by a quarter of its height. The regression
+/// bounds are half of what the can keeps.
+#[test]
+fn the_can_keeps_its_dents() {
+    let (scene, mut prepared) = scene("can.toml", &[]);
+    let height = |prepared: &Prepared| {
+        let (_, low, high) = surface_volume_and_bounds(prepared.simulation.body(0));
+        high[1] - low[1]
+    };
+    let start = height(&prepared);
+    prepared.simulation.steps(u64::from(prepared.substeps * scene.simulation.frames));
+    let body = prepared.simulation.body(0);
+    assert_eq!(inverted_cells(&body), 0);
+    assert!(body.plastic_strain().into_iter().fold(0.0, f64::max) > 0.3);
+    assert!(height(&prepared) < 0.9 * start, "{} of {start}", height(&prepared));
 }
 
 /// Runs `frames` frames of a scene of bodies that touch each other, and checks their volumes in every tenth one. Returns the
@@ -170,4 +195,32 @@ fn the_pile_stays_in_its_bin() {
     assert!(deepest < 0.5, "{deepest} cells deep");
     let highest = prepared.simulation.bodies().iter().map(|body| body.center_of_mass().y).fold(0.0, f64::max);
     assert!(highest < 4.0, "{highest}");
+}
+
+/// Returns the volume of each piece of the displayed mesh of a body.
+fn volumes_of_pieces(body: BodyRef<'_>) -> Vec<f64> {
+    let pieces = body.piece_of_mesh_vertices().unwrap();
+    let mesh = body.mesh().unwrap();
+    let mut surface = vec![[0.0_f32; 3]; mesh.vertices().len()];
+    Display::new().evaluate(body).surface_into(&mut surface, None);
+    let at = |v: u32| nalgebra::Vector3::from(surface[v as usize].map(f64::from));
+    let mut volumes = vec![0.0; body.pieces()];
+    for t in mesh.triangles() {
+        volumes[pieces[t[0] as usize] as usize] += at(t[0]).dot(&at(t[1]).cross(&at(t[2]))) / 6.0;
+    }
+    volumes
+}
+
+/// The notch is in the middle, so that the pieces are halves, to the width of a cell.
+#[test]
+fn the_notched_bar_breaks_at_its_notch() {
+    let (_, mut prepared) = scene("notch.toml", &[]);
+    let rest = prepared.simulation.body(0).volume_report().rest;
+    prepared.simulation.steps(u64::from(prepared.substeps) * 30);
+    let body = prepared.simulation.body(0);
+    assert_eq!(body.pieces(), 2);
+    assert!(body.mesh().unwrap().is_closed());
+    let volumes = volumes_of_pieces(prepared.simulation.body(0));
+    let a_cell = body.lattice().cell_size() * 1.2 * 1.2;
+    assert!(volumes.iter().all(|volume| (volume - rest / 2.0).abs() < a_cell), "{volumes:?}, {rest}");
 }

@@ -22,7 +22,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Describe a scene without running it: meshes, lattices, memory, and disk space of the frames
     Inspect(InspectArgs),
-    /// Measure error against run time for a scene, the accuracy of the summation, the stability of extreme cases, or materials
+    /// Measure error against run time for a scene, the accuracy of the summation, the stability of extreme cases, or
+    /// materials
     Study(StudyArgs),
     /// Show finished runs side by side in one page for browsers
     Html(HtmlArgs),
@@ -34,7 +35,8 @@ pub(crate) struct RunArgs {
     /// Scenes (.toml) or models (.obj); several inputs run one after another
     #[arg(value_name = "INPUT", required = true)]
     pub(crate) inputs: Vec<PathBuf>,
-    /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each; with --print-scene, the scene file (.toml) to write
+    /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each;
+    /// with --print-scene, the scene file (.toml) to write
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Formats of the frames, separated by commas [default: the scene's output.format]
@@ -52,10 +54,12 @@ pub(crate) struct RunArgs {
     /// Number of threads; 0 uses all processors [default: the scene's simulation.threads]
     #[arg(long, value_name = "N", value_parser = count::<0, 1024>, allow_negative_numbers = true)]
     pub(crate) threads: Option<u32>,
-    /// Write statistics to a .csv or .json file, one row per frame and body; with several inputs, FILE.csv becomes FILE_INPUT.csv for each
+    /// Write statistics to a .csv or .json file, one row per frame and body; with several inputs, FILE.csv becomes
+    /// FILE_INPUT.csv for each
     #[arg(long, value_name = "FILE")]
     pub(crate) stats: Option<PathBuf>,
-    /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are removed
+    /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are
+    /// removed
     #[arg(long)]
     pub(crate) resume: bool,
     /// With --resume: compare the contents of the frames with the hashes in the checkpoint, not only their sizes
@@ -67,7 +71,8 @@ pub(crate) struct RunArgs {
     /// Print no progress; errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
-    /// Print the complete scene with all defaults and overrides, without running it; paths are absolute, or with -o FILE.toml relative to FILE.toml
+    /// Print the complete scene with all defaults and overrides, without running it; paths are absolute, or with -o
+    /// FILE.toml relative to FILE.toml
     #[arg(long)]
     pub(crate) print_scene: bool,
     #[command(flatten)]

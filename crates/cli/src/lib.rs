@@ -36,8 +36,8 @@ pub fn main() -> ExitCode {
     ExitCode::from(main_with(std::env::args_os().collect()))
 }
 
-/// Runs the program with the given arguments, the first of which is its name, and returns the exit code. It may be called
-/// once per process, because it handles Ctrl-C.
+/// Runs the program with the given arguments, the first of which is its name, and returns the exit code. It may be
+/// called once per process, because it handles Ctrl-C.
 pub fn main_with(arguments: Vec<OsString>) -> u8 {
     let code = execute(&arguments);
     // A process whose `main` is not Rust's does not flush.

@@ -356,3 +356,60 @@ fn bodies_inside_colliders_or_beyond_the_precision_of_frames_are_warned_about() 
     let text = workspace.supple(&["inspect", "scene.toml"]).out;
     assert!(text.contains(&format!("\nwarning: {found}\n")), "{text}");
 }
+
+#[test]
+fn plasticity_is_described() {
+    let workspace = Workspace::new();
+    let set = ["--set", "body.block.plastic.yield=0.02", "--set", "body.block.half_width=1"];
+    let inspect = |more: &[&str]| {
+        let output = workspace.supple(&[&["inspect", "scene.toml"], &set[..], more].concat());
+        output.expect(0, &[]);
+        output.out
+    };
+    let text = inspect(&["--plan"]);
+    assert!(
+        text.contains("flows beyond a strain of 0.02, at 5 /s, up to a plastic strain of 1; region radius")
+    );
+    assert!(text.contains("plastic shapes"), "{text}");
+    let value: serde_json::Value = serde_json::from_str(&inspect(&["--json"])).unwrap();
+    let body = &value["bodies"][0];
+    assert_eq!((&body["plastic"]["yield"], &body["plastic"]["max"]), (&0.02.into(), &1.0.into()));
+    // √(w (w + 1)) cells.
+    let cell_size = body["lattice"]["cell_size"].as_f64().unwrap();
+    let radius = body["plastic"]["region_radius"].as_f64().unwrap();
+    assert!((radius - cell_size * 2.0_f64.sqrt()).abs() < 1e-12);
+    let elastic = workspace.supple(&["inspect", "scene.toml", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&elastic.out).unwrap();
+    assert!(value["bodies"][0].get("plastic").is_none());
+}
+
+#[test]
+fn fracture_is_described() {
+    let workspace = Workspace::new();
+    let set = ["--set", "body.block.fracture.strength=500", "--set", "body.block.half_width=2"];
+    let inspect = |set: &[&str], more: &[&str]| {
+        let output = workspace.supple(&[&["inspect", "scene.toml"], set, more].concat());
+        output.expect(0, &[]);
+        output.out
+    };
+    let text = inspect(&set, &["--plan"]);
+    assert!(
+        text.contains("a stress of 500.0; noise 0.05, at most 1 crack at a time, smooth surfaces"),
+        "{text}"
+    );
+    assert!(!text.contains("smooths the strain at notches"), "{text}");
+    let value: serde_json::Value = serde_json::from_str(&inspect(&set, &["--json"])).unwrap();
+    let body = &value["bodies"][0];
+    let (fracture, modulus) = (&body["fracture"], body["youngs_modulus_in_force"].as_f64().unwrap());
+    assert_eq!((&fracture["strength"], &fracture["strain"]), (&500.0.into(), &serde_json::Value::Null));
+    let strain = fracture["strain_in_force"].as_f64().unwrap();
+    assert!((strain * modulus - 500.0).abs() < 1e-9);
+
+    let set = ["--set", "body.block.fracture.strain=0.2", "--set", "body.block.half_width=3"];
+    let text = inspect(&set, &["--set", "body.block.fracture.rotation=30"]);
+    assert!(text.contains("breaks at a strain of 0.2000, a stress of "), "{text}");
+    assert!(text.contains(" or a rotation of 30 degrees; noise"), "{text}");
+    assert!(text.contains("warning: body block: its regions reach 3 cells to each side"), "{text}");
+    let whole: serde_json::Value = serde_json::from_str(&inspect(&[], &["--json"])).unwrap();
+    assert!(whole["bodies"][0].get("fracture").is_none());
+}

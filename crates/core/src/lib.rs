@@ -65,6 +65,9 @@
 //!    position and the velocity of their pin or handle. A handle moves along keyframes, or follows an animated mesh
 //!    ([`HandleMotion::Follow`], module `dynamics::follow`) by rigid moving least squares (Schaefer et al. 2006).
 //!
+//! The regions of a body with [`Plasticity`] have plastic shapes, which change where they are strained beyond a limit
+//! (Müller et al. 2005, module `matching::plastic`).
+//!
 //! alpha and the size of the regions follow from Young's modulus ([`Elasticity`], [`ElasticLaw`]) and the step length.
 //! A body at rest sleeps: it is not stepped ([`Body::is_asleep`]).
 //!
@@ -121,9 +124,11 @@
 
 mod body;
 mod contact;
+mod cut;
 mod dynamics;
 mod error;
 mod flatten;
+mod fracture;
 mod lattice;
 mod matching;
 pub mod mesh;
@@ -141,17 +146,19 @@ mod voxel;
 
 pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
-    HoldForce, Softened, StateError, TouchingOptions,
+    HoldForce, PieceMesh, Softened, StateError, TouchingOptions,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
+pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
 pub use dynamics::{
     Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Interpolation, Key,
-    Material, MotionError, Pin, Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness,
-    TimeWindow, Zone,
+    Material, MotionError, Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError,
+    Stiffness, TimeWindow, Zone,
 };
 pub use error::Error;
+pub use fracture::{BreakLimit, FractureOptions};
 pub use lattice::{
-    Components, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
+    Components, FloatingPart, Joint, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };
 pub use matching::rotations;
 pub use mesh::{AnimationError, Mesh, MeshAnimation, MeshError};

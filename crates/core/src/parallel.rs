@@ -127,13 +127,13 @@ impl Executor {
     }
 
     /// Calls `work(task, a, b, c)` for tasks that own slices of three arrays. Task `task` owns the items
-    /// `offsets[task]` to `offsets[task + 1]` of the first two arrays. The third array is divided equally
-    /// among the tasks. An array that is not needed is empty.
-    pub(crate) fn tasks<A: Send, B: Send, C: Send>(
+    /// `offsets[task]` to `offsets[task + 1]` of the first two arrays, each of which may also be a pair of arrays. The
+    /// third array is divided equally among the tasks. An array that is not needed is empty.
+    pub(crate) fn tasks<A: Split, B: Split, C: Send>(
         &self,
         offsets: &[usize],
-        arrays: (&mut [A], &mut [B], &mut [C]),
-        work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
+        arrays: (A, B, &mut [C]),
+        work: impl Fn(usize, A, B, &mut [C]) + Sync,
     ) {
         #[cfg(feature = "rayon")]
         if self.pool.is_some() && offsets.len() > 2 {
@@ -143,7 +143,7 @@ impl Executor {
         let c_items = c.len() / offsets.len().saturating_sub(1).max(1);
         for (task, ends) in offsets.windows(2).enumerate() {
             let items = ends[1] - ends[0];
-            let (task_a, task_b) = (take_front(&mut a, items), take_front(&mut b, items));
+            let (task_a, task_b) = (a.take_front(items), b.take_front(items));
             work(task, task_a, task_b, take_front(&mut c, c_items));
         }
     }
@@ -173,17 +173,40 @@ fn take_front<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     items.split_off_mut(..count).unwrap_or_default()
 }
 
-#[cfg(feature = "rayon")]
-type Arrays<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
+/// Arrays of equal length that can be divided: a slice, a pair of such arrays, or `()`, which stands for no array.
+pub(crate) trait Split: Send + Sized {
+    /// Splits off the first `count` items, or all if there are fewer.
+    #[must_use]
+    fn take_front(&mut self, count: usize) -> Self;
+}
+
+impl Split for () {
+    #[inline(always)]
+    fn take_front(&mut self, _: usize) -> Self {}
+}
+
+impl<T: Send> Split for &mut [T] {
+    #[inline(always)]
+    fn take_front(&mut self, count: usize) -> Self {
+        take_front(self, count)
+    }
+}
+
+impl<A: Split, B: Split> Split for (A, B) {
+    #[inline(always)]
+    fn take_front(&mut self, count: usize) -> Self {
+        (self.0.take_front(count), self.1.take_front(count))
+    }
+}
 
 /// Runs the tasks of [`Executor::tasks`] with the item offsets `offsets`, numbered from `task`. Splits them
 /// recursively into two halves that run in parallel.
 #[cfg(feature = "rayon")]
-fn run_tasks<A: Send, B: Send, C: Send>(
+fn run_tasks<A: Split, B: Split, C: Send>(
     task: usize,
     offsets: &[usize],
-    (mut a, mut b, mut c): Arrays<A, B, C>,
-    work: &(impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync),
+    (mut a, mut b, mut c): (A, B, &mut [C]),
+    work: &(impl Fn(usize, A, B, &mut [C]) + Sync),
 ) {
     let tasks = offsets.len() - 1;
     if tasks <= 1 {
@@ -193,7 +216,7 @@ fn run_tasks<A: Send, B: Send, C: Send>(
     }
     let half = tasks / 2;
     let (items, c_items) = (offsets[half] - offsets[0], c.len() / tasks);
-    let first = (take_front(&mut a, items), take_front(&mut b, items), take_front(&mut c, c_items * half));
+    let first = (a.take_front(items), b.take_front(items), take_front(&mut c, c_items * half));
     rayon::join(
         || run_tasks(task, &offsets[..=half], first, work),
         || run_tasks(task + half, &offsets[half..], (a, b, c), work),

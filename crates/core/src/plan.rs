@@ -20,11 +20,11 @@ pub struct Plan {
     pub threads: usize,
     /// One plan per body.
     pub bodies: Vec<BodyPlan>,
-    /// Current memory of the search and the impulses of contact between bodies, which all bodies share, in bytes; `None` if
-    /// no body can touch another one or itself.
+    /// Current memory of the search and the impulses of contact between bodies, which all bodies share, in bytes;
+    /// `None` if no body can touch another one or itself.
     pub contact_bytes: Option<usize>,
-    /// Current memory of the window sums of small bodies, which the bodies that a thread steps have in common, in bytes. It is
-    /// allocated in the first step.
+    /// Current memory of the window sums of small bodies, which the bodies that a thread steps have in common, in
+    /// bytes. It is allocated in the first step.
     pub window_sum_bytes: usize,
 }
 

@@ -5,7 +5,7 @@
 //! ```
 
 use serde::{Deserialize, Serialize};
-use supple::{Body, Simulation, SimulationState};
+use supple::{Body, PieceMesh, Simulation, SimulationState};
 use thiserror::Error;
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
@@ -30,11 +30,11 @@ struct Identity {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct BodyIdentity {
     name: String,
-    /// Number of lattice vertices.
+    /// Number of lattice vertices of the whole body.
     lattice_vertices: usize,
-    /// Number of mesh vertices, zero for a bare lattice.
+    /// Number of mesh vertices of the whole body, zero for a bare lattice.
     mesh_vertices: usize,
-    /// Hash of the cell size, the grid indices of the lattice vertices, and the cells.
+    /// Hash of the cell size, the grid indices of the lattice vertices of the whole body, and the cells.
     lattice: u64,
 }
 
@@ -154,14 +154,21 @@ impl Identity {
 impl BodyIdentity {
     fn of(body: &Body) -> Self {
         let lattice = body.lattice();
+        let is_first = |vertex: &usize| lattice.vertex_at(lattice.indices()[*vertex]) == Some(*vertex as u32);
+        // The copies that a break adds follow the vertices of the whole body.
+        let lattice_vertices = match lattice.broken_joints() {
+            [] => lattice.len(),
+            _ => (0..lattice.len()).filter(is_first).count(),
+        };
+        let mesh = body.piece_mesh().map(PieceMesh::whole).or(body.mesh());
         let mut hash = Xxh3Default::new();
         hash.update(&lattice.cell_size().to_le_bytes());
-        hash.update(bytemuck::cast_slice(lattice.indices()));
+        hash.update(bytemuck::cast_slice(&lattice.indices()[..lattice_vertices]));
         hash.update(bytemuck::cast_slice(lattice.cells()));
         Self {
             name: body.name().to_owned(),
-            lattice_vertices: lattice.len(),
-            mesh_vertices: body.mesh().map_or(0, |mesh| mesh.vertices().len()),
+            lattice_vertices,
+            mesh_vertices: mesh.map_or(0, |mesh| mesh.vertices().len()),
             lattice: hash.digest(),
         }
     }

@@ -51,8 +51,8 @@ pub(crate) fn fps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     }
 }
 
-/// Reads the animation that a handle follows: `follow`, an array or the path of a PC2 file, `follow_fps` and `follow_start`.
-/// `vertices` is the number of vertices of the mesh.
+/// Reads the animation that a handle follows: `follow`, an array or the path of a PC2 file, `follow_fps` and
+/// `follow_start`. `vertices` is the number of vertices of the mesh.
 pub(crate) fn followed(
     follow: &Bound<'_, PyAny>,
     settings: &Settings<'_>,

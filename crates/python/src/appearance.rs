@@ -25,8 +25,9 @@ impl Source {
         Self { path, object: object.map(str::to_owned) }
     }
 
-    /// Reads the file again. Returns a tuple of the coordinates, (k, 2); for each corner of the triangles its index in them,
-    /// (m, 3), or no rows; and the materials: name, triangles, color with opacity, and path of the image or `None`.
+    /// Reads the file again. Returns a tuple of the coordinates, (k, 2); for each corner of the triangles its index in
+    /// them, (m, 3), or no rows; and the materials: name, triangles, color with opacity, and path of the image or
+    /// `None`.
     ///
     /// A file whose mesh differs from `mesh` is an error.
     pub(crate) fn appearance<'py>(
@@ -61,8 +62,8 @@ impl Source {
     }
 }
 
-/// Divides the faces of a mesh into triangles, as `Mesh.faces` does. Returns the texture coordinates of their corners, and
-/// for each face the index of its first triangle, with the number of all triangles at the end.
+/// Divides the faces of a mesh into triangles, as `Mesh.faces` does. Returns the texture coordinates of their corners,
+/// and for each face the index of its first triangle, with the number of all triangles at the end.
 fn triangles(mesh: &supple::Mesh, found: &Appearance) -> (Vec<i64>, Vec<i64>) {
     let (mut corner, mut corners, mut first) = (0, Vec::new(), vec![0]);
     for (face, index) in mesh.faces().zip(0..) {

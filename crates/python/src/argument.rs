@@ -171,6 +171,11 @@ impl<'py> Settings<'py> {
         Self::new(Some(given.clone()), known, &[], error)
     }
 
+    /// Sets the names of the entries that may be `None`.
+    pub(crate) fn with_optional(self, optional: &'static [&'static str]) -> Self {
+        Self { optional, ..self }
+    }
+
     /// Wraps arguments. `error` creates the error for an unknown name from "{name}; the nearest one is ...".
     fn new(
         given: Option<Bound<'py, PyDict>>,

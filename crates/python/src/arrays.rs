@@ -255,13 +255,19 @@ pub(crate) fn from_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> 
     Array3::from_shape_vec((n, 3, 3), numbers).expect("the length is 9 n").into_pyarray(py)
 }
 
-/// Checks an output argument: a writable numpy array of shape `(rows, 3)`, float32 or float64.
-pub(crate) fn check_out<'py>(out: &Bound<'py, PyAny>, name: &str, rows: usize) -> PyResult<()> {
+/// Checks an output argument: a writable numpy array of shape `(rows, 3)`, float32 or float64. `is_broken`: whether the
+/// rows are of a body that broke, which the message about another shape says.
+pub(crate) fn check_out<'py>(
+    out: &Bound<'py, PyAny>,
+    name: &str,
+    (rows, is_broken): (usize, bool),
+) -> PyResult<()> {
     let array = out.cast::<PyUntypedArray>().map_err(|_| wrong_type(out, name, "a numpy array"))?;
     if array.shape() != [rows, 3] {
         let (shape, comma) = (joined(array.shape()), if array.ndim() == 1 { "," } else { "" });
+        let reason = if is_broken { ", because the body broke; see topology_version" } else { "" };
         return Err(PyValueError::new_err(format!(
-            "{name} has the shape ({shape}{comma}); it must be ({rows}, 3)"
+            "{name} has the shape ({shape}{comma}); it must be ({rows}, 3){reason}"
         )));
     }
     if !array.getattr("flags")?.getattr("writeable")?.extract::<bool>()? {

@@ -4,8 +4,8 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per process,
-/// because it handles Ctrl-C.
+/// Run the program `supple` with the arguments `sys.argv`, and return its exit code. It may be called once per
+/// process, because it handles Ctrl-C.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>) -> PyResult<u8> {
     let arguments: Vec<OsString> = py.import("sys")?.getattr("argv")?.extract()?;

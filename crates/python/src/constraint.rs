@@ -65,6 +65,17 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
     })
 }
 
+/// Reads a plane: an object with a point and a normal, such as `supple.Plane`, a pair or a dict. Returns point and
+/// normal.
+pub(crate) fn plane(value: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 2]> {
+    let names = ["point", "normal"];
+    let [point, normal] = match value.hasattr("point")? && value.hasattr("normal")? {
+        true => [value.getattr("point")?, value.getattr("normal")?],
+        false => read_pair(value, "plane", names)?,
+    };
+    Ok([vector(&point, "plane point")?, vector(&normal, "plane normal")?])
+}
+
 /// Reads the two numbers or vectors of a shape, from a pair or from a dict with the keys `names`.
 fn read_pair<'py>(
     value: &Bound<'py, PyAny>,

@@ -1,7 +1,7 @@
 //! Defines `supple.Lattice`: the cubic cells that cover a shape, and the corners of the cells.
 
 use nalgebra::Point3;
-use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -136,6 +136,15 @@ impl Lattice {
         self.cells.get_or_init(py, || arrays::read_only(py, cells())).bind(py)
     }
 
+    /// Vertices at the corners of the cells: (m, 8) int64, read-only. Corner i is at +x if i & 1, at +y if i & 2,
+    /// and at +z if i & 4. Of a broken body, cells on the two sides of a crack have vertices of their own.
+    #[getter]
+    fn cell_corners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let count = self.lattice.cells().len();
+        let corners = (0..count as u32).flat_map(|cell| self.lattice.cell_corners(cell).map(i64::from));
+        Ok(arrays::frozen(PyArray1::from_iter(py, corners).reshape([count, 8])?))
+    }
+
     /// Edge of a cell.
     #[getter]
     fn cell_size(&self) -> f64 {
@@ -170,6 +179,10 @@ impl Lattice {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, lattice) = (slf.py(), &slf.get().lattice);
+        if !lattice.broken_joints().is_empty() {
+            let message = "the lattice of a broken body cannot be pickled or copied; pickle or copy the body";
+            return Err(PyValueError::new_err(message));
+        }
         let restore = py.get_type::<Self>().getattr("_restore")?;
         let data = (lattice.cells(), lattice.cell_size(), <[f64; 3]>::from(lattice.origin()));
         (restore, (encode(py, &data)?,)).into_pyobject(py)

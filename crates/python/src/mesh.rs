@@ -107,7 +107,7 @@ impl Mesh {
 
     /// Triangles: (m, 3) int64, read-only. Larger faces are fanned from their first vertex.
     #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
+    pub(crate) fn faces<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let faces = || self.mesh.triangles().iter().map(|face| face.map(i64::from)).collect();
         self.faces.get_or_init(py, || arrays::read_only(py, faces())).bind(py)
     }

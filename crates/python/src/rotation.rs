@@ -7,8 +7,8 @@ use supple::euler_degrees_near;
 
 use crate::arrays::{self, Axis};
 
-/// Greatest difference of an entry of R Rᵀ from the identity for a matrix R that counts as a rotation: some rounding errors
-/// of float32.
+/// Greatest difference of an entry of R Rᵀ from the identity for a matrix R that counts as a rotation: some rounding
+/// errors of float32.
 const TOLERANCE: f64 = 1e-5;
 
 /// Reads a rotation as Euler angles in degrees about the fixed axes x, then y, then z. Angles are taken as they are. Of
@@ -34,7 +34,8 @@ pub(crate) fn rotate(value: &Bound<'_, PyAny>, name: &str, near: [f64; 3]) -> Py
     Ok(euler_degrees_near(&matrix, near))
 }
 
-/// Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3) float64.
+/// Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3)
+/// float64.
 #[pyfunction]
 pub(crate) fn rotation_matrix<'py>(rotate: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let matrix = supple::euler_degrees(rotate_once(rotate, "rotate")?);

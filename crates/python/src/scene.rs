@@ -17,7 +17,9 @@ use supple_io::run::{
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
-use crate::body::{SharedBody, SharedSimulation, Storage, volume_settings};
+use crate::body::{
+    SharedBody, SharedSimulation, Storage, fracture_settings, plastic_settings, volume_settings,
+};
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
 use crate::simulation::{Simulation, warn_of_overlaps};
@@ -103,6 +105,12 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         RegionDamping::Rate(rate) => settings.set_item("region_damping_rate", rate)?,
     }
     settings.set_item("density", data.material.density)?;
+    if let Some(plastic) = plastic_settings(py, data.material.plastic)? {
+        settings.set_item("plastic", plastic)?;
+    }
+    if let Some(fracture) = fracture_settings(py, data.fracture.as_ref())? {
+        settings.set_item("fracture", fracture)?;
+    }
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;
     settings.set_item("skin", data.skin.name())?;
     let TouchingOptions { friction, restitution, self_contact, ignored } = &data.touching;

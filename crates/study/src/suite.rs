@@ -75,7 +75,8 @@ pub(crate) fn prepare_report(directory: &Path, report: &Path) -> Result<(), Stud
 }
 
 /// Runs cases on `threads` threads, one case per thread at a time and long ones first; then the timed cases, one after
-/// the other. Returns the row of each case, or `None` for cases that did not start before the observer requested a stop.
+/// the other. Returns the row of each case, or `None` for cases that did not start before the observer requested a
+/// stop.
 pub(crate) fn run_all<C: Runnable>(
     cases: &[C],
     threads: usize,

@@ -44,9 +44,9 @@ fn a_hanging_bar_has_the_elongation_of_its_youngs_modulus() {
     assert_within(&names.map(|name| ("hanging bar", name, 1, 0.999, 1.001)));
 }
 
-/// Regions of the radius R stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²) with N cells across, and twist by 1 + 4 R²/t²; a
-/// frequency is the root. A partly filled cell at a side counts as none here: N is less by 2 if the bar is turned. The
-/// margin of 2 % is that of the frequencies measured over three periods.
+/// Regions of the radius R stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²) with N cells across, and twist by 1 + 4 R²/t²;
+/// a frequency is the root. A partly filled cell at a side counts as none here: N is less by 2 if the bar is turned.
+/// The margin of 2 % is that of the frequencies measured over three periods.
 #[test]
 fn a_free_bar_has_the_frequencies_of_a_timoshenko_beam() {
     let bend = |cells: f64, across: f64| {
@@ -72,8 +72,8 @@ fn a_free_bar_has_the_frequencies_of_a_timoshenko_beam() {
     ]);
 }
 
-/// The stiffening of bending as above, with R = 0.28 t and 5 cells across, gives 0.885. A hold that kept the regions from
-/// deforming, so that the bar were shorter by R/2, would give 0.77.
+/// The stiffening of bending as above, with R = 0.28 t and 5 cells across, gives 0.885. A hold that kept the regions
+/// from deforming, so that the bar were shorter by R/2, would give 0.77.
 #[test]
 fn a_cantilever_bends_by_no_more_than_euler_and_bernoulli_and_shear() {
     assert_within(&[("cantilever", "936 vertices, R = 0.28 t", 0, 0.77, 0.9)]);
@@ -115,8 +115,8 @@ fn dropped_figures_fall_asleep() {
     ]);
 }
 
-/// The surface of a ball of 4,000 vertices is resolved by 18 cells across. No ball rolls faster than a rigid one, but for
-/// 2 % of vibration, or rises higher than it fell. The target of 0.9 has a margin of 0.1.
+/// The surface of a ball of 4,000 vertices is resolved by 18 cells across. No ball rolls faster than a rigid one, but
+/// for 2 % of vibration, or rises higher than it fell. The target of 0.9 has a margin of 0.1.
 #[test]
 fn a_ball_rolls_and_bounces() {
     assert_within(&[
@@ -125,8 +125,8 @@ fn a_ball_rolls_and_bounces() {
     ]);
 }
 
-/// The targets: the motion is the same in both units up to rounding, and rubber sags by about height/(2 k) = 0.2 % of its
-/// height, several times that where the neck is thin.
+/// The targets: the motion is the same in both units up to rounding, and rubber sags by about height/(2 k) = 0.2 % of
+/// its height, several times that where the neck is thin.
 #[test]
 fn a_held_bust_keeps_its_shape_in_any_unit() {
     let name = "bust, 34 units high, 1000 vertices";

@@ -42,8 +42,8 @@ end = 0.2
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
-/// Rounding error of the goal positions in cells. The numbers of a body of 8 to 16 cells have a spacing of 2^-20 in f32.
-/// A goal position is the sum of a center and a rotated arm, each rounded a few times: four spacings.
+/// Rounding error of the goal positions in cells. The numbers of a body of 8 to 16 cells have a spacing of 2^-20 in
+/// f32. A goal position is the sum of a center and a rotated arm, each rounded a few times: four spacings.
 const GOAL_ROUNDING: f64 = 4e-6;
 /// Rounding error of a path in cells: in 48 steps of a damped motion, five times that of the goal positions.
 const PATH_ROUNDING: f64 = 2e-5;

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use serde::Serialize;
-use supple::{BodyRef, Damping, Elasticity};
+use supple::{BodyRef, BreakLimit, Damping, Elasticity, FractureOptions, Plasticity};
+use supple_io::counted;
 
 use crate::terminal::number;
 
@@ -25,6 +26,99 @@ pub(super) struct MaterialFacts {
     pub(super) damping_ratio: f64,
     /// Rate in 1/s at which the amplitudes of elastic modes decay.
     pub(super) damping_rate: f64,
+    /// `None` if the body is elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) plastic: Option<PlasticFacts>,
+    /// `None` if the body does not break.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) fracture: Option<FractureFacts>,
+}
+
+/// Facts about the plasticity of a body.
+#[derive(Debug, Serialize)]
+pub(super) struct PlasticFacts {
+    #[serde(rename = "yield")]
+    yield_strain: f64,
+    creep: f64,
+    max: f64,
+    /// Radius of the regions, which limits how small a dent can be, in scene units.
+    region_radius: f64,
+}
+
+impl PlasticFacts {
+    /// Collects the facts about the plasticity of a body.
+    fn new(body: BodyRef<'_>) -> Option<Self> {
+        let Plasticity { yield_strain, creep, max } = body.material().plastic?;
+        let half_width = body.half_width() as f64;
+        let region_radius = body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt();
+        Some(Self { yield_strain, creep, max, region_radius })
+    }
+
+    /// Returns the facts as a line.
+    pub(super) fn line(&self) -> String {
+        let Self { yield_strain, creep, max, region_radius } = self;
+        format!(
+            "flows beyond a strain of {yield_strain}, at {creep} /s, up to a plastic strain of {max}; region radius {}, \
+             best at most 0.15 of the thickness",
+            number(*region_radius)
+        )
+    }
+}
+
+/// Facts about the fracture of a body.
+#[derive(Debug, Serialize)]
+pub(super) struct FractureFacts {
+    /// `None` if the scene has the strain.
+    strength: Option<f64>,
+    /// `None` if the scene has the strength.
+    strain: Option<f64>,
+    /// Strain at which joints break in steps of this length, for Young's modulus in force.
+    strain_in_force: f64,
+    /// Stress of this strain.
+    stress_in_force: f64,
+    rotation: Option<f64>,
+    cracks: usize,
+    noise: f64,
+    seed: u64,
+    surface: &'static str,
+}
+
+impl FractureFacts {
+    /// Collects the facts about the fracture of a body. `modulus`: Young's modulus in force.
+    fn new(body: BodyRef<'_>, modulus: f64) -> Option<Self> {
+        let &FractureOptions { limit, rotation, cracks, noise, seed, surface } = body.fracture()?;
+        let (strength, strain) = match limit {
+            BreakLimit::Strength(stress) => (Some(stress), None),
+            BreakLimit::Strain(strain) => (None, Some(strain)),
+        };
+        let strain_in_force = strain.or(strength.map(|stress| stress / modulus))?;
+        let stress_in_force = strain_in_force * modulus;
+        let surface = surface.name();
+        Some(Self {
+            strength,
+            strain,
+            strain_in_force,
+            stress_in_force,
+            rotation,
+            cracks,
+            noise,
+            seed,
+            surface,
+        })
+    }
+
+    /// Returns the facts as a line.
+    pub(super) fn line(&self) -> String {
+        let Self { strain_in_force, stress_in_force, rotation, cracks, noise, surface, .. } = self;
+        let rotation =
+            rotation.map_or_else(String::new, |angle| format!(" or a rotation of {angle} degrees"));
+        format!(
+            "breaks at a strain of {}, a stress of {}{rotation}; noise {noise}, at most {} at a time, {surface} surfaces",
+            number(*strain_in_force),
+            number(*stress_in_force),
+            counted(*cracks, "crack"),
+        )
+    }
 }
 
 impl MaterialFacts {
@@ -52,6 +146,8 @@ impl MaterialFacts {
             lowest_frequency,
             damping_ratio,
             damping_rate,
+            plastic: PlasticFacts::new(body),
+            fracture: FractureFacts::new(body, in_force),
         })
     }
 

@@ -111,6 +111,12 @@ impl Page {
             let [first, second] = material.lines();
             self.entry("material", &first);
             self.entry("", &second);
+            if let Some(plastic) = &material.plastic {
+                self.entry("plastic", &plastic.line());
+            }
+            if let Some(fracture) = &material.fracture {
+                self.entry("fracture", &fracture.line());
+            }
         }
         if let Some(touching) = &body.touching {
             let TouchingFacts { friction, restitution, samples, bytes, .. } = touching;

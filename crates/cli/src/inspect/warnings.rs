@@ -1,5 +1,6 @@
 //! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that overlap, bodies
-//! that positions in `f32` cannot represent, and bodies that are softer than specified.
+//! that positions in `f32` cannot represent, bodies that are softer than specified, and bodies that break with wide
+//! regions.
 
 use supple::{Body, Collider, Shape};
 use supple_io::run::{Prepared, Softened};
@@ -19,6 +20,9 @@ const TOLERANCE: f64 = 1e-3;
 /// spacing of `f32` is then more than a twentieth of the body.
 const FAR: f64 = 1e6;
 
+/// Greatest half-width of the regions with which cracks begin at notches.
+const CRACK_HALF_WIDTH: usize = 2;
+
 /// Returns the warnings about a scene, one per body and kind.
 pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
     let simulation = &prepared.simulation;
@@ -34,9 +38,24 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
         warnings.extend(overlaps);
         let softened = Softened::of(body, prepared.substeps, simulation.dt());
         warnings.extend(softened.map(|softened| format!("body {}: {softened}", data.name)));
+        warnings.extend(wide_regions(&body));
     }
     warnings.extend(prepared.overlaps.iter().map(ToString::to_string));
     warnings
+}
+
+/// Returns a warning if a body breaks and its regions are wider than [`CRACK_HALF_WIDTH`].
+fn wide_regions(body: &Body) -> Option<String> {
+    let (half_width, name) = (body.half_width(), body.name());
+    let is_wide = body.fracture().is_some() && half_width > CRACK_HALF_WIDTH;
+    is_wide.then(|| {
+        format!(
+            "body {name}: its regions reach {half_width} cells to each side, which smooths the strain at notches and at the \
+             fronts of cracks: it breaks at higher loads, and cracks can miss a notch or stop. With up to \
+             {CRACK_HALF_WIDTH} cells they do not: raise simulation.substeps, lower the stiffness or lattice_vertices, or \
+             set half_width"
+        )
+    })
 }
 
 /// Returns a warning if the spacing of `f32` at the greatest coordinate of a body exceeds [`TOLERANCE`]

@@ -5,10 +5,12 @@ use nalgebra::Vector3;
 use super::{Body, StepContext};
 use crate::contact::Pressure;
 use crate::contact::bodies::{
-    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, SEARCH_DISTANCE, SurfaceProperties,
+    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, PieceVertices, SEARCH_DISTANCE,
+    SurfaceProperties,
 };
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
+use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
 use crate::range::in_range;
 use crate::state::{ContactForce, ContactKey, Touches};
@@ -56,12 +58,32 @@ impl Body {
     }
 
     /// Creates or removes the data of contact with bodies.
-    pub(crate) fn set_body_contact(&mut self, enabled: bool) {
+    ///
+    /// `with_itself`: whether connected parts of the body touch each other.
+    pub(crate) fn set_body_contact(&mut self, enabled: bool, with_itself: bool) {
+        self.has_self_contact = with_itself;
         // The touches of another simulation would name other bodies.
         self.state.touches = Touches::default();
         if !enabled {
             self.body_contact = None;
         } else if self.body_contact.is_none() {
+            self.body_contact = Some(BodyContact::new());
+            self.measure_contact_bounds();
+        }
+    }
+
+    /// Creates or removes the data of contact with bodies if it is missing or not needed any more, and keeps it
+    /// otherwise.
+    pub(crate) fn update_body_contact(&mut self, enabled: bool) {
+        if self.body_contact.is_some() != enabled {
+            let with_itself = self.has_self_contact;
+            self.set_body_contact(enabled, with_itself);
+        }
+    }
+
+    /// Creates the data of contact with bodies again: the surface of the body changed.
+    pub(super) fn renew_body_contact(&mut self) {
+        if self.body_contact.take().is_some() {
             self.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
@@ -81,15 +103,27 @@ impl Body {
         }
     }
 
-    /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch none.
+    /// Stores the velocities before the step, for contact with bodies.
+    pub(super) fn begin_body_contact(&mut self) {
+        let Self { body_contact, lattice, matching, state, .. } = self;
+        if let Some(contact) = body_contact {
+            let pieces = pieces(lattice, &matching.layout);
+            contact.begin(state, matching.layout.occupied(), pieces);
+        }
+    }
+
+    /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
+    /// none.
     pub(super) fn surface_of_contact(&self) -> Option<&ContactSurface> {
         self.body_contact.as_ref()?.surface_or(|| self.contact_surface())
     }
 
     /// Measures the boxes of the positions and velocities, by which near bodies are found.
     pub(crate) fn measure_contact_bounds(&mut self) {
-        if let Some(contact) = &mut self.body_contact {
-            contact.measure_bounds(&self.state, self.matching.layout.occupied());
+        let Self { body_contact, lattice, matching, state, .. } = self;
+        if let Some(contact) = body_contact {
+            let pieces = pieces(lattice, &matching.layout);
+            contact.measure_bounds(state, matching.layout.occupied(), pieces);
         }
     }
 
@@ -106,14 +140,14 @@ impl Body {
 
     /// Creates the surface for contact with bodies; `None` if it has no area.
     fn contact_surface(&self) -> Option<ContactSurface> {
-        match &self.surface {
-            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.lattice),
+        match self.surface() {
+            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.lattice, &surface.embedding),
             None => ContactSurface::of_lattice(&self.lattice),
         }
     }
 
-    /// Returns the samples and the memory in bytes of contact with bodies, or `None` if the body can touch none. There are
-    /// no samples before another body is near.
+    /// Returns the samples and the memory in bytes of contact with bodies, or `None` if the body can touch none. There
+    /// are no samples before another body is near.
     pub(super) fn planned_body_contact(&self) -> Option<(Option<usize>, usize)> {
         let samples = |contact: &BodyContact| contact.created_surface().map(ContactSurface::sample_count);
         self.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
@@ -127,6 +161,7 @@ impl Body {
             masses: &self.masses,
             cell_mass: self.cell_mass(),
             constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
+            touches_itself: self.has_self_contact,
             state: &self.state,
             contact: self.body_contact.as_ref()?,
             properties: SurfaceProperties {
@@ -137,8 +172,8 @@ impl Body {
         })
     }
 
-    /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on each
-    /// other, or `None` if the body is not damped. `index` is that of the body.
+    /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on
+    /// each other, or `None` if the body is not damped. `index` is that of the body.
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
         let is_valid = !self.is_asleep() && (component as usize) < self.lattice.components().count;
         let damping = self.elastic_damping.as_ref().filter(|_| is_valid)?;
@@ -153,8 +188,9 @@ impl Body {
         }
     }
 
-    /// Prepares the body for the search of contacts with bodies: finds the contacts with colliders.
-    pub(crate) fn prepare_body_contact(&mut self, context: &StepContext) {
+    /// Prepares the body for the search of contacts with bodies: finds the contacts with colliders. `is_alone`: only
+    /// the body itself is near.
+    pub(crate) fn prepare_body_contact(&mut self, context: &StepContext, is_alone: bool) {
         self.create_contact_surface();
         if self.is_asleep() {
             self.begin_contacts(context);
@@ -168,7 +204,8 @@ impl Body {
         let is_asleep = self.is_asleep();
         let Self { state, matching, body_contact, .. } = self;
         if let Some(contact) = body_contact {
-            let mut distance = || state.search_distance(matching.layout.occupied(), SEARCH_DISTANCE);
+            let occupied = matching.layout.occupied();
+            let mut distance = || state.search_distance(occupied, SEARCH_DISTANCE, is_alone);
             contact.search_distance = if is_asleep { f64::INFINITY } else { distance() };
         }
     }
@@ -186,8 +223,8 @@ impl Body {
         }
     }
 
-    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one. `index` is
-    /// that of the body.
+    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one.
+    /// `index` is that of the body.
     pub(super) fn apply_island(
         &mut self,
         context: &StepContext,
@@ -241,35 +278,42 @@ impl Body {
         state.touches.set(keep, between_bodies.touches(index), bodies, between.chain(with_colliders));
     }
 
-    /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before they
-    /// move the vertices, and pushes change the angular momenta.
+    /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before
+    /// they move the vertices, and pushes change the angular momenta.
     fn restore_momenta(&mut self, executor: &Executor) {
-        let Self { matching, momentum, state, .. } = self;
-        if state.momenta.iter().all(Option::is_none) {
+        if !self.measure_tracked(executor) {
             return;
         }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        let Self { matching, momentum, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
         add_rigid(components, corrections, occupied, &state.positions, &mut state.velocities);
     }
 
-    /// Adds the impulses of an island to the tracked momenta.
-    ///
-    /// A contact changes the momenta of its two bodies by opposite amounts: the linear momentum by the impulse J, and the
-    /// angular momentum about the origin by p × J. It also moves the centers of mass by D/M, and their moments change by
-    /// D × V, with the mass M and the velocity V after the impulses; V is relative to the mean velocity of the island, so
-    /// that the common motion of both bodies has no effect on their spins.
-    fn add_momenta(&mut self, island: &Island, index: u32, executor: &Executor) {
-        let (frame, cell_size) = (self.state.frame, self.lattice.cell_size());
-        let impulse_unit = self.cell_mass() * cell_size;
+    /// Measures the momenta of the components if some are tracked. Returns whether some are.
+    fn measure_tracked(&mut self, executor: &Executor) -> bool {
         let Self { matching, momentum, state, .. } = self;
         if state.momenta.iter().all(Option::is_none) {
-            return;
+            return false;
         }
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        true
+    }
+
+    /// Adds the impulses of an island to the tracked momenta.
+    ///
+    /// A contact changes the momenta of its two bodies by opposite amounts: the linear momentum by the impulse J, and
+    /// the angular momentum about the origin by p × J. It also moves the centers of mass by D/M, and their moments
+    /// change by D × V, with the mass M and the velocity V after the impulses; V is relative to the mean velocity of
+    /// the island, so that the common motion of both bodies has no effect on their spins.
+    fn add_momenta(&mut self, island: &Island, index: u32, executor: &Executor) {
+        if !self.measure_tracked(executor) {
+            return;
+        }
+        let (frame, cell_size) = (self.state.frame, self.lattice.cell_size());
+        let impulse_unit = self.cell_mass() * cell_size;
+        let Self { momentum, state, .. } = self;
         let mean_velocity = island.mean_velocity() / cell_size - frame.velocity();
         for (component, rigid) in momentum.states().iter().enumerate() {
             let Some(tracked) = &mut state.momenta[component] else { continue };
@@ -293,4 +337,11 @@ impl Body {
             }
         }
     }
+}
+
+/// Returns the pieces of a body; `None` if it is in one piece.
+fn pieces<'a>(lattice: &'a Lattice, layout: &'a Layout) -> Option<PieceVertices<'a>> {
+    let Components { count, of_vertex } = lattice.components();
+    let is_in_pieces = *count > 1 && !lattice.broken_joints().is_empty();
+    is_in_pieces.then_some(PieceVertices { count: *count, of_vertex, slots: layout.slots() })
 }

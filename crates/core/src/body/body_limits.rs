@@ -13,8 +13,8 @@ use crate::volume::Limit;
 /// Greatest clearance in cells that is searched: half of a gap.
 const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
 
-/// Distance in cells by which a displacement may exceed a limit, so that displacements are continuous where a vertex moves
-/// along another body.
+/// Distance in cells by which a displacement may exceed a limit, so that displacements are continuous where a vertex
+/// moves along another body.
 const TOLERANCE: f64 = 0.01;
 
 /// Buffers for the limits of one body after another.
@@ -28,9 +28,9 @@ pub(super) struct BodyLimits {
 }
 
 impl BodyLimits {
-    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices may
-    /// move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another body, and does
-    /// not move towards a body that it touches. Bodies outside a simulation have none.
+    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices
+    /// may move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another
+    /// body, and does not move towards a body that it touches. Bodies outside a simulation have none.
     pub(super) fn finder<'a>(
         &'a mut self,
         body: BodyRef<'a>,
@@ -48,8 +48,8 @@ impl BodyLimits {
         }
     }
 
-    /// Shortens the displacements of a flattened surface, so that with the correction before them it takes at most half of a gap
-    /// to another body, and does not move towards a body that it touches, up to [`TOLERANCE`].
+    /// Shortens the displacements of a flattened surface, so that with the correction before them it takes at most half
+    /// of a gap to another body, and does not move towards a body that it touches, up to [`TOLERANCE`].
     ///
     /// `deformed`, `corrected`: positions of the lattice before and after the correction.
     pub(super) fn shorten(
@@ -116,6 +116,7 @@ impl BodyLimits {
             lattice: body.get().lattice(),
             positions,
             frame: body.state.frame.body_frame(),
+            connected_parts_touch: body.get().has_self_contact,
             touches_itself: near.touches_itself(),
         };
         gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {

@@ -6,11 +6,14 @@ use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
-    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,
-    RegionDamping, RegionSize, Stiffness, Zone,
+    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
+    RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
-use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};
+use crate::fracture::FractureOptions;
+use crate::lattice::{
+    Embedding, Lattice, LatticeOptions, Resolution, cell_shares, masses_of_shares, vertex_masses,
+};
 use crate::matching::{Matching, Workspace};
 use crate::mesh::Mesh;
 use crate::skin::{Skin, SkinKind};
@@ -31,6 +34,7 @@ pub struct BodyBuilder {
     volume: VolumeOptions,
     skin: SkinKind,
     touching: TouchingOptions,
+    fracture: Option<FractureOptions>,
     zones: Vec<Zone>,
     pins: Vec<Pin>,
     handles: Vec<Handle>,
@@ -62,6 +66,7 @@ impl BodyBuilder {
             volume: VolumeOptions::default(),
             skin: SkinKind::default(),
             touching: TouchingOptions::default(),
+            fracture: None,
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -152,6 +157,19 @@ impl BodyBuilder {
         self
     }
 
+    /// Makes the body plastic: parts that are strained beyond a limit keep a part of their deformation. By default it
+    /// is elastic.
+    pub fn plastic(mut self, plastic: Plasticity) -> Self {
+        self.material.plastic = Some(plastic);
+        self
+    }
+
+    /// Lets the body break where it is stretched beyond a limit. By default it does not break.
+    pub fn fracture(mut self, fracture: FractureOptions) -> Self {
+        self.fracture = Some(fracture);
+        self
+    }
+
     /// Sets the complete material.
     pub fn material(mut self, material: Material) -> Self {
         self.material = material;
@@ -239,14 +257,15 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets how the body touches other bodies: friction, restitution, self-contact and the bodies that it does not touch.
+    /// Sets how the body touches other bodies: friction, restitution, self-contact and the bodies that it does not
+    /// touch.
     pub fn touching(mut self, touching: TouchingOptions) -> Self {
         self.touching = touching;
         self
     }
 
-    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0; default 0.5. The coefficient of two bodies
-    /// is the geometric mean of theirs. At a collider, that of the collider holds.
+    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0; default 0.5. The coefficient of two
+    /// bodies is the geometric mean of theirs. At a collider, that of the collider holds.
     pub fn friction(mut self, friction: f64) -> Self {
         self.touching.friction = friction;
         self
@@ -301,6 +320,7 @@ impl BodyBuilder {
         self.material.validate()?;
         self.placement.validate()?;
         self.touching.validate()?;
+        self.fracture.iter().try_for_each(FractureOptions::validate)?;
         let (lattice, surface) = match self.shape {
             Shape::Lattice(lattice) => {
                 let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
@@ -316,7 +336,13 @@ impl BodyBuilder {
                 };
                 (
                     lattice,
-                    Some(Surface { mesh, embedding, skin: Skin::default(), flatten_table: OnceLock::new() }),
+                    Some(Surface {
+                        mesh,
+                        embedding,
+                        skin: Skin::default(),
+                        flatten_table: OnceLock::new(),
+                        pieces: None,
+                    }),
                 )
             }
         };
@@ -324,7 +350,12 @@ impl BodyBuilder {
         check_cell_mass(&self.material, &lattice)?;
         let extent = extent(&lattice);
         let half_width = initial_half_width(&self.material, &lattice, extent);
-        let masses = vertex_masses(&lattice, surface.as_ref().map(|surface| &surface.mesh));
+        let mesh = surface.as_ref().map(|surface| &surface.mesh);
+        let shares = self.fracture.is_some().then(|| cell_shares(&lattice, mesh));
+        let masses = match &shares {
+            None => vertex_masses(&lattice, mesh),
+            Some(shares) => masses_of_shares(&lattice, shares),
+        };
         let matching = Matching::new(&lattice, &masses, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
         state.set_initial_velocities(&masses, &matching.layout, &self.placement);
@@ -333,7 +364,7 @@ impl BodyBuilder {
             name: self.name,
             material: self.material,
             volume: self.volume,
-            correction: Correction::new(&lattice, volume_surface, &self.volume)?,
+            correction: Correction::new(&lattice, volume_surface, &self.volume)?.into(),
             measures: OnceLock::new(),
             scale: self.scale,
             model_to_world: self.placement.isometry(),
@@ -350,6 +381,8 @@ impl BodyBuilder {
             touching: self.touching,
             leaving: Vec::new(),
             constraints: None,
+            breaking: None,
+            has_self_contact: false,
             stiffness_factors: None,
             extent,
             size: size_of(&lattice, surface.as_ref()),
@@ -358,9 +391,14 @@ impl BodyBuilder {
             unconverged: 0,
             lattice,
             masses,
-            surface,
+            skin: if surface.is_some() { self.skin } else { SkinKind::Linear },
+            surface: surface.map(OnceLock::from),
             matching,
         };
+        body.update_plastic();
+        if let (Some(options), Some(shares)) = (self.fracture, shares) {
+            body.arm(options, shares);
+        }
         // Small bodies use the buffers of the threads of their simulation.
         if !body.is_one_task() {
             body.workspace = body.matching.cascade.workspace();

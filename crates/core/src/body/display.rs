@@ -124,7 +124,8 @@ impl Display {
         let body = body.into();
         let start = Instant::now();
         let executor = body.context().map_or_else(Executor::sequential, |context| context.executor.clone());
-        let Body { state, matching, correction, .. } = body.get();
+        let Body { state, matching, .. } = body.get();
+        let correction = body.get().correction();
         let slots = matching.layout.slots();
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
@@ -139,9 +140,9 @@ impl Display {
         if let Some(correction) = correction {
             // The field V is rotated by the region rotations at the current positions.
             self.slot_rotations.copy_from(&state.rotations);
-            let positions_rotations = (&state.positions, &mut self.slot_rotations);
+            let fitted = (&state.positions, &mut self.slot_rotations, body.get().shapes());
             let workspace = &mut self.matching_workspace;
-            matching.fit(workspace, &executor, positions_rotations, None, Purpose::Regions);
+            matching.fit(workspace, &executor, fitted, None, Purpose::Regions);
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
@@ -156,7 +157,7 @@ impl Display {
             }
         }
         self.flatten(body, &executor);
-        if body.get().correction.is_some()
+        if body.get().correction().is_some()
             || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
         {
             self.times.volume = start.elapsed();
@@ -202,9 +203,9 @@ impl Display {
         if let Some(flattener) = &mut self.flattener {
             flattener.clear();
         }
-        let (Some(surface), Some(context)) = (&body.get().surface, body.context()) else { return };
+        let (Some(surface), Some(context)) = (body.get().surface(), body.context()) else { return };
         let Self { deformed, corrected, trust, components, body_limits, correction: workspace, .. } = self;
-        let correction = body.get().correction.as_ref();
+        let correction = body.get().correction();
         let lattice = if correction.is_some() { &*corrected } else { &*deformed };
         let shapes = context.colliders.at(context.time, body.state.frame.body_frame());
         if context.colliders.is_empty() || !Flattener::is_near(shapes.clone(), lattice) {
@@ -237,7 +238,7 @@ impl Display {
         if !untangling.is_inverted(deformed) {
             return;
         }
-        if let Some(correction) = &body.get().correction {
+        if let Some(correction) = body.get().correction() {
             if let Some(smoothing) = body.get().smoothing() {
                 smoothing.update_trust(deformed, trust);
             }
@@ -247,8 +248,8 @@ impl Display {
         untangling.untangle(body.surroundings(), &mut body_limits.finder(body), deformed);
     }
 
-    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out. If the
-    /// volume cannot be restored without such a cell, the corrected lattice stays as it was.
+    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside
+    /// out. If the volume cannot be restored without such a cell, the corrected lattice stays as it was.
     fn untangle_corrected(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
         for round in 1..=ROUNDS {
             let layout = &body.matching.layout;
@@ -354,7 +355,7 @@ impl Displayed<'_> {
     /// Returns P~, or P^ without a correction, in cells from the origin of the body.
     fn lattice(&self) -> &[[f32; 3]] {
         let Display { deformed, corrected, .. } = &*self.display;
-        if self.body.correction.is_some() { corrected } else { deformed }
+        if self.body.correction().is_some() { corrected } else { deformed }
     }
 
     /// Returns the lattice positions after the volume correction, in vertex order, in world space.
@@ -394,7 +395,7 @@ impl Displayed<'_> {
     /// Runs the mesh update: writes the mesh, its normals or both to `outputs`.
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
-        if let Some(Surface { mesh, embedding, skin, .. }) = &self.body.surface {
+        if let Some(Surface { mesh, embedding, skin, .. }) = self.body.surface() {
             let mut lattice = std::mem::take(&mut self.display.xyzx);
             lattice.clear();
             lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
@@ -405,7 +406,7 @@ impl Displayed<'_> {
             }
             let trust = self.display.trust.values();
             let smooth = embedding.smoothing().map(|_| Slopes { slopes: &slopes, trust });
-            let correction = self.body.correction.as_ref();
+            let correction = self.body.correction();
             let motion =
                 correction.and_then(|correction| correction.surface_motion(&self.display.correction));
             let offsets =
@@ -420,8 +421,9 @@ impl Displayed<'_> {
     /// Returns the volumes by all measures, before and after the correction. The first call for a body builds
     /// the measures.
     pub fn volume_report(&self) -> VolumeReport {
-        let Body { lattice, surface, measures, correction, .. } = self.body;
-        let volume_surface = || surface.as_ref().map(Surface::volume_surface);
+        let Body { lattice, measures, .. } = self.body;
+        let (surface, correction) = (self.body.surface(), self.body.correction());
+        let volume_surface = || surface.map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
         let Display { deformed: start, corrected, components, untangling, flattener, .. } = &*self.display;
         let flattened = flattened_surface(flattener, self.body);
@@ -438,7 +440,7 @@ impl Displayed<'_> {
     /// Returns the results of the volume correction, one per component of the lattice; empty if the volume is
     /// not preserved.
     pub fn corrections(&self) -> &[ComponentReport] {
-        if self.body.correction.is_some() { &self.display.components } else { &[] }
+        if self.body.correction().is_some() { &self.display.components } else { &[] }
     }
 
     /// Returns the run times of the volume correction and of the last mesh update of this evaluation.
@@ -453,7 +455,7 @@ fn flattened_surface<'a>(
     body: &'a Body,
 ) -> Option<FlattenedSurface<'a>> {
     let displacements = flattener.as_ref()?.displacements();
-    let Surface { embedding, flatten_table, .. } = body.surface.as_ref()?;
+    let Surface { embedding, flatten_table, .. } = body.surface()?;
     let table = flatten_table.get().filter(|_| !displacements.is_empty())?;
     Some(FlattenedSurface { table, embedding, displacements })
 }

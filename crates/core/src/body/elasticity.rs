@@ -129,8 +129,8 @@ impl Body {
         }
     }
 
-    /// Returns the size L of the body in scene units: the cube root of the volume of the mesh, or of its bounding box if
-    /// the mesh is open. Of a bare lattice it is the cube root of the volume of its cells.
+    /// Returns the size L of the body in scene units: the cube root of the volume of the mesh, or of its bounding box
+    /// if the mesh is open. Of a bare lattice it is the cube root of the volume of its cells.
     pub(crate) fn size(&self) -> f64 {
         self.size
     }
@@ -167,19 +167,21 @@ impl Body {
     }
 
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
-    /// The first call computes the mode.
+    /// The first call computes the mode. That of a broken body is the one of the whole body, because parts that hang by
+    /// an edge, as a crack can leave them, swing freely.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
-        let Self { lattice, masses, matching, stiffness_factors, .. } = self;
+        let Self { matching, stiffness_factors, .. } = self;
         let greatest = stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force);
         let eigenvalue = *self.lowest_eigenvalue.get_or_init(|| {
+            let (lattice, masses) = self.whole();
             // Without the larger masses of constrained vertices.
-            let mut matching = Matching::new(lattice, masses, matching.regions.half_width());
+            let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
             let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
-            matching.set_factors(factors.as_deref());
+            matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));
             let damper = RegionDamper::new(&matching);
             let mut tracker =
-                MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks());
-            lowest_eigenvalue(lattice, &matching, &damper, &mut tracker, executor)
+                MomentumTracker::new(&lattice, masses, &matching.layout, matching.cascade.tasks());
+            lowest_eigenvalue(&lattice, &matching, &damper, &mut tracker, executor)
         });
         (eigenvalue * greatest * self.alpha(dt)).sqrt() / dt
     }
@@ -214,8 +216,8 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent:
     cells.clamp(1, extent.max(1))
 }
 
-/// Returns the size L of a body: the cube root of the volume of the mesh, or of its bounding box if the mesh is open; of
-/// a bare lattice it is the cube root of the volume of its cells.
+/// Returns the size L of a body: the cube root of the volume of the mesh, or of its bounding box if the mesh is open;
+/// of a bare lattice it is the cube root of the volume of its cells.
 pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
     let Some(Surface { mesh, .. }) = surface else {
         return lattice.cell_size() * (lattice.cells().len() as f64).cbrt();

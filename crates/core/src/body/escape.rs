@@ -1,9 +1,9 @@
 //! A component that begins inside colliders leaves them as a whole.
 //!
-//! The first step, and the step after positions or colliders were set, looks for components inside colliders and chooses
-//! a way out (`contact::way_out`). On this way the component is translated by a quarter of a cell per step, or more
-//! where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor contacts act on
-//! it. A component with an active pin or handle stays, and its samples are pushed out one by one.
+//! The first step, and the step after positions or colliders were set, looks for components inside colliders and
+//! chooses a way out (`contact::way_out`). On this way the component is translated by a quarter of a cell per step, or
+//! more where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor contacts act
+//! on it. A component with an active pin or handle stays, and its samples are pushed out one by one.
 
 use nalgebra::{Point3, Vector3};
 
@@ -60,8 +60,10 @@ impl Body {
 
     /// Finds the ways out of the components without active constraints that are inside colliders.
     fn find_ways_out(&mut self, colliders: &Colliders, interval: Interval, gravity: Vector3<f64>) {
-        let Self { contacts: Some(contacts), lattice, masses, matching, momentum, state, surface, .. } = self
-        else {
+        // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
+        // inside.
+        let is_solid = self.surface().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
+        let Self { contacts: Some(contacts), lattice, masses, matching, momentum, state, .. } = self else {
             return;
         };
         let shapes: Vec<_> = colliders.before(interval, state.frame.body_frame()).collect();
@@ -73,9 +75,6 @@ impl Body {
         for (vertex, position) in contacts.samples().positions(|slot| state.local(slot)) {
             points[components.of_vertex[vertex as usize] as usize].samples.push(position);
         }
-        // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
-        // inside.
-        let is_solid = surface.as_ref().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
         for (vertex, &slot) in matching.layout.slots().iter().enumerate() {
             if is_solid && masses[vertex] > 0.999 {
                 let position = Point3::from(state.local(slot));

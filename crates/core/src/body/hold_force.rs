@@ -25,9 +25,10 @@ impl BodyRef<'_> {
     /// simulation; zero if the pin or handle did not act in the last step.
     ///
     /// The reaction of the elastic damping is included, shared by the pins and handles of a connected component in
-    /// proportion to the masses that they hold. Contacts, external forces on the held vertices and region damping are not
-    /// included. Where keyframes change the velocity, the force is that of the change within one step. A call costs as
-    /// much as a step.
+    /// proportion to the masses that they hold; it is missing until the next step after a state was restored, the
+    /// damping was changed or the body broke. Contacts, external forces on the held vertices and region damping are
+    /// not included. Where keyframes change the velocity, the force is that of the change within one step. A call costs
+    /// as much as a step.
     ///
     /// * `index`: as for [`Body::release`].
     ///
@@ -65,8 +66,8 @@ impl Body {
 
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();
-        let positions_rotations = (&state.positions, &mut rotations);
-        matching.fit(&mut workspace, executor, positions_rotations, None, Purpose::Vertices);
+        let fitted = (&state.positions, &mut rotations, self.shapes());
+        matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.lattice.cell_size() / (dt * dt);
         let step = Interval { start: time, end: time + dt, dt };
@@ -100,6 +101,10 @@ impl Body {
             return;
         };
         let (damped, of_vertex) = (damper.damped(), &self.lattice.components().of_vertex);
+        // Only a step computes it.
+        if damped.rigid.is_empty() {
+            return;
+        }
         let is_held = constraints.constrained();
         // Masses that are held by this constraint, and by all of them.
         let mut held = vec![[0.0; 2]; damped.rigid.len()];

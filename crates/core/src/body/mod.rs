@@ -8,6 +8,10 @@
 //! | `elasticity` | the material in force |
 //! | `material` | changes of the material between steps |
 //! | `zones` | stiffness factors |
+//! | `plasticity` | plastic shapes |
+//! | `breaking` | fracture and cuts |
+//! | `transfer` | the state after joints broke |
+//! | `pieces` | the displayed mesh and the volume correction of a broken body |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
@@ -20,6 +24,7 @@
 
 mod body_contact;
 mod body_limits;
+mod breaking;
 mod builder;
 mod display;
 mod elasticity;
@@ -27,13 +32,16 @@ mod escape;
 mod hold_force;
 mod material;
 mod near_bodies;
+mod pieces;
 mod plan;
+mod plasticity;
 mod quantities;
 mod reference;
 mod settings;
 mod sleep;
 mod snapshot;
 mod step;
+mod transfer;
 mod untangling;
 mod zones;
 
@@ -43,12 +51,14 @@ pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
 pub(crate) use near_bodies::NearBodies;
+pub use pieces::PieceMesh;
 pub use reference::BodyRef;
 pub(crate) use reference::DisplayContext;
 pub(crate) use sleep::RestVote;
 pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::{BodyContactPart, StepContext};
 
+use breaking::Breaking;
 use escape::Leaving;
 
 use std::sync::OnceLock;
@@ -86,9 +96,12 @@ pub struct Body {
     lattice: Lattice,
     /// Mass of each vertex in units of a full cell's mass.
     masses: Vec<f32>,
-    surface: Option<Surface>,
+    /// `None` for a bare lattice. Computed when it is needed: see `pieces`.
+    surface: Option<OnceLock<Surface>>,
+    skin: SkinKind,
     volume: VolumeOptions,
-    correction: Option<Correction>,
+    /// Computed when it is needed: see `pieces`.
+    correction: OnceLock<Option<Correction>>,
     /// Built by the first volume report.
     measures: OnceLock<VolumeMeasures>,
     /// Factor by which the given mesh or lattice was scaled.
@@ -114,6 +127,10 @@ pub struct Body {
     /// Vertices of components that leave colliders in the current step: see `escape`.
     leaving: Vec<Leaving>,
     constraints: Option<Constraints>,
+    /// Present in a body that can break or was cut.
+    breaking: Option<Box<Breaking>>,
+    /// Whether parts of the body touch each other that are connected.
+    has_self_contact: bool,
     /// `None` if the stiffness does not vary.
     stiffness_factors: Option<StiffnessFactors>,
     /// Largest extent of the lattice along an axis, in cells.
@@ -154,17 +171,17 @@ impl Body {
 
     /// Returns the mesh in the model's frame, or `None` for a bare lattice.
     pub fn mesh(&self) -> Option<&Mesh> {
-        self.surface.as_ref().map(|surface| &surface.mesh)
+        self.surface().map(|surface| &surface.mesh)
     }
 
     /// Returns how the mesh follows the lattice.
     pub fn skin(&self) -> SkinKind {
-        if self.smoothing().is_some() { SkinKind::Smooth } else { SkinKind::Linear }
+        self.skin
     }
 
     /// Returns the stencils of a smooth skin; `None` if the skin is linear.
     fn smoothing(&self) -> Option<&Smoothing> {
-        self.surface.as_ref().and_then(|surface| surface.embedding.smoothing())
+        self.surface().and_then(|surface| surface.embedding.smoothing())
     }
 
     /// Returns the material.
@@ -242,8 +259,9 @@ impl Body {
     }
 
     /// Returns the masses of the vertices in the fits of the regions, one per vertex, in units of a full cell's mass.
-    /// While a vertex is constrained by a pin or handle, it weighs more in the fits, at least twice: nothing moves it, so
-    /// the rigid motions of its regions follow it. Only the fits use these masses; [`Body::masses`] returns the others.
+    /// While a vertex is constrained by a pin or handle, it weighs more in the fits, at least twice: nothing moves it,
+    /// so the rigid motions of its regions follow it. Only the fits use these masses; [`Body::masses`] returns the
+    /// others.
     pub fn fit_masses(&self) -> Vec<f64> {
         self.by_vertex(|slot| self.matching.regions.weights.get(slot)[0].into())
     }
@@ -258,7 +276,8 @@ impl Body {
         self.cell_mass() * f64::from(self.masses[vertex as usize])
     }
 
-    /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more samples.
+    /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more
+    /// samples.
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
             self.contacts = None;
@@ -281,13 +300,19 @@ impl Body {
         self.contacts.as_ref().map_or(&[], Contacts::pressures)
     }
 
-    /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary of a
-    /// bare lattice.
+    /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary
+    /// of a bare lattice.
     fn create_samples(&self, spacing: f64) -> SampleCells {
         let slots = self.matching.layout.slots();
-        match &self.surface {
-            Some(Surface { mesh, embedding, .. }) => {
-                let samples = SampleCells::of_mesh_within(spacing, mesh, &self.lattice, slots, &self.masses);
+        match self.surface() {
+            Some(Surface { mesh, embedding, pieces, .. }) => {
+                let samples = SampleCells::of_mesh_within(
+                    spacing,
+                    (mesh, pieces.as_ref().map(|_| embedding)),
+                    &self.lattice,
+                    slots,
+                    &self.masses,
+                );
                 match embedding.smoothing() {
                     None => samples,
                     Some(_) => samples.smoothed(&self.lattice, slots, &self.masses),
@@ -301,8 +326,8 @@ impl Body {
     pub fn goals(&self) -> Vec<Point3<f64>> {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
-        let positions_rotations = (&self.state.positions, &mut rotations);
-        self.matching.fit(&mut workspace, &executor, positions_rotations, None, Purpose::Vertices);
+        let fitted = (&self.state.positions, &mut rotations, self.shapes());
+        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
         let goals = self.matching.goals(&workspace, &executor);
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
     }
@@ -371,6 +396,8 @@ struct Surface {
     skin: Skin,
     /// Built when the body is first displayed near a collider.
     flatten_table: OnceLock<FlattenTable>,
+    /// `None` while the body is whole.
+    pieces: Option<Box<PieceMesh>>,
 }
 
 impl Surface {

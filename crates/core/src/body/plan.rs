@@ -9,8 +9,8 @@ use crate::volume::VolumeMeasures;
 
 impl Body {
     /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
-    /// [`Display`](crate::Display) are not included, nor are the animations that handles follow. The data that the first volume report builds are
-    /// included only if the body has a volume correction.
+    /// [`Display`](crate::Display) are not included, nor are the animations that handles follow. The data that the
+    /// first volume report builds are included only if the body has a volume correction.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
     }
@@ -37,13 +37,13 @@ impl Body {
             }
         }
         let measures = self.measures.get().map_or(0, VolumeMeasures::bytes);
-        let correction = self.correction.as_ref().map(|correction| PlannedStage {
+        let correction = self.correction().map(|correction| PlannedStage {
             when: When::Display,
             name: "volume correction",
             detail: format!("measure {}", correction.measure()),
             bytes: correction.bytes() + measures,
         });
-        let mesh_update = self.surface.as_ref().map(|surface| PlannedStage {
+        let mesh_update = self.surface().map(|surface| PlannedStage {
             when: When::Display,
             name: "mesh update",
             detail: format!("{} mesh vertices, {} skin", surface.mesh.vertices().len(), self.skin().name()),
@@ -60,7 +60,8 @@ impl Body {
         plan
     }
 
-    /// Adds contact with bodies. It is computed for all bodies together, at the beginning of the contacts with colliders.
+    /// Adds contact with bodies. It is computed for all bodies together, at the beginning of the contacts with
+    /// colliders.
     fn plan_body_contact(&self, plan: &mut BodyPlan) {
         match self.planned_body_contact() {
             Some((samples, bytes)) => {
@@ -108,12 +109,22 @@ impl Body {
             Stage::BeginContacts => ("stores the velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
+                let plastic = if self.matching.is_plastic() { ", plastic shapes" } else { "" };
                 let suffix = if limiter.is_some() { ", energy limiter" } else { "" };
                 let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
                 let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());
                 (
-                    format!("half-width {width}, window sums along x, y, z, SIMD blocks: {blocks}{suffix}"),
+                    format!(
+                        "half-width {width}, window sums along x, y, z, SIMD blocks: {blocks}{plastic}{suffix}"
+                    ),
                     bytes,
+                )
+            }
+            Stage::Fracture => {
+                let cracks = self.fracture().map_or(0, |options| options.cracks);
+                (
+                    format!("cracks that grow at a time: {cracks}, broken joints: {}", self.broken_joints()),
+                    self.breaking_bytes(),
                 )
             }
             Stage::Integration => (format!("{} lattice vertices, f32", self.lattice.len()), 0),
@@ -136,6 +147,7 @@ impl Stage {
             Self::ElasticDamping => "elastic damping",
             Self::BeginContacts => "begin contacts",
             Self::Matching => "shape matching",
+            Self::Fracture => "fracture",
             Self::Integration => "integration",
             Self::Contacts => "contacts",
             Self::Constraints => "pins and handles",

@@ -57,18 +57,22 @@ impl BodyRef<'_> {
     ///
     /// It is the potential of the accelerations towards the goal positions: alpha/(2 dt²) Σ s Σ m/n |R y + c - x|²,
     /// over the regions, with their stiffness factors s, and the vertices of each region. R y + c is the position to
-    /// which the rigid motion of the region moves a vertex. Vertices that a pin or handle holds count with the mass
-    /// that they have in the fits of the regions.
+    /// which the rigid motion of the region moves a vertex. In a region with a plastic shape S, it is R S y + c.
+    /// Vertices that a pin or handle holds count with the mass that they have in the fits of the regions.
     pub fn elastic_energy(self) -> Option<f64> {
         let context = self.context()?;
         let body = self.get();
         let Body { matching, state, .. } = body;
         let mut rotations = state.rotations.clone();
-        let positions_rotations = (&state.positions, &mut rotations);
+        let fitted = (&state.positions, &mut rotations, body.shapes());
         let mut workspace = Workspace::default();
-        matching.fit(&mut workspace, context.executor, positions_rotations, None, Purpose::Regions);
-        let misfit =
-            matching.regions.misfit(&matching.layout, |slot| state.local(slot), |slot| rotations.get(slot));
+        matching.fit(&mut workspace, context.executor, fitted, None, Purpose::Regions);
+        let misfit = matching.regions.misfit(
+            &matching.layout,
+            |slot| state.local(slot),
+            |slot| rotations.get(slot),
+            state.strains.as_ref(),
+        );
         let rate = body.lattice().cell_size() / context.dt;
         // A body at rest may be below zero by rounding errors.
         Some((0.5 * body.alpha(context.dt) * rate * rate * body.cell_mass() * misfit).max(0.0))

@@ -86,9 +86,9 @@ impl<'a> BodyRef<'a> {
         self.body.lattice()
     }
 
-    /// Returns a reference that evaluates the displayed surface on the threads of another executor. A program that evaluates
-    /// several bodies at once gives each of them [`Executor::sequential`], because handing out the parts of one body costs
-    /// more than it gains then.
+    /// Returns a reference that evaluates the displayed surface on the threads of another executor. A program that
+    /// evaluates several bodies at once gives each of them [`Executor::sequential`], because handing out the parts of
+    /// one body costs more than it gains then.
     pub fn with_executor(self, executor: &'a Executor) -> Self {
         Self { context: self.context.map(|context| DisplayContext { executor, ..context }), ..self }
     }

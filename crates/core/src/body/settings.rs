@@ -22,8 +22,8 @@ impl Body {
     /// unchanged.
     pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
         let options = volume.into();
-        let surface = self.surface.as_ref().map(Surface::volume_surface);
-        self.correction = Correction::new(&self.lattice, surface, &options)?;
+        let surface = self.surface().map(Surface::volume_surface);
+        self.correction = Correction::new(&self.lattice, surface, &options)?.into();
         self.volume = options;
         Ok(())
     }
@@ -108,8 +108,8 @@ impl Body {
         self.add(Constraint::new(self.select(&pin.selection)?, pin.window, None)?)
     }
 
-    /// Adds a handle, which moves the selected part of the body: along keyframes, relative to the pose that the part has
-    /// when the time window of the handle begins, or with an animated mesh. For selections see [`Body::select`].
+    /// Adds a handle, which moves the selected part of the body: along keyframes, relative to the pose that the part
+    /// has when the time window of the handle begins, or with an animated mesh. For selections see [`Body::select`].
     ///
     /// # Errors
     ///
@@ -142,7 +142,7 @@ impl Body {
         window: TimeWindow,
         animation: &MeshAnimation,
     ) -> Result<Constraint, Error> {
-        let Some(Surface { mesh, embedding, .. }) = &self.surface else {
+        let Some(Surface { mesh, embedding, .. }) = self.surface() else {
             return Err(ConstraintError::NoMesh.into());
         };
         let (value, limit) = (animation.greatest_coordinate() * self.scale, self.coordinate_limit());
@@ -170,7 +170,7 @@ impl Body {
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
         let (count, to_world) = (self.lattice.len(), |p: Point3<f64>| self.model_to_world * p);
-        match &self.surface {
+        match self.surface() {
             Some(surface) => {
                 let points = surface.mesh.vertices().iter().copied().map(to_world);
                 let corners = |point: u32| surface.embedding.corners(point as usize);
@@ -200,8 +200,8 @@ impl Body {
     }
 
     /// Applies forces to single lattice vertices in the next step. `forces` contains pairs of vertex and
-    /// force, in kg x length / s^2. Several forces add up. Forces that are the same in every step let a body fall asleep,
-    /// and a change wakes it.
+    /// force, in kg x length / s^2. Several forces add up. Forces that are the same in every step let a body fall
+    /// asleep, and a change wakes it.
     ///
     /// # Errors
     ///

@@ -1,23 +1,23 @@
 //! Sleep: a body at rest is not stepped.
 //!
 //! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than 1e-3
-//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider or a body, and no pin, handle or
-//! near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit
-//! is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero. A
-//! component that is exactly still needs no support.
+//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider or a body, and no pin,
+//! handle or near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the
+//! limit is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero.
+//! A component that is exactly still needs no support.
 //!
-//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second: where edges are
-//! squeezed, contacts come and go, and single vertices jump to and fro by small distances at high speeds.
+//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second: where
+//! edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high speeds.
 //!
-//! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body that
-//! another one touches wakes up.
+//! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
+//! that another one touches wakes up.
 //!
 //! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
 //! that begins or ends, a force that changes, an assigned position or velocity, and every changed setting.
 //!
 //! A force that is the same in every step lets a body sleep, as gravity does. So does one that changes by less than a
-//! thousandth of the weight under the gravity max(g, 8 L/s²) at each vertex, such as a drag that the noise of the velocities
-//! varies. Any force on a vertex without one counts as a change.
+//! thousandth of the weight under the gravity max(g, 8 L/s²) at each vertex, such as a drag that the noise of the
+//! velocities varies. Any force on a vertex without one counts as a change.
 
 use nalgebra::{Point3, Vector3};
 
@@ -37,8 +37,8 @@ const REST_SPEED: f64 = 1e-3;
 /// Limit of the change of a force on a vertex, as a fraction of m max(g, 8 L/s²).
 const REST_FORCE: f64 = 1e-3;
 
-/// Largest velocity of a vertex by rounding errors, in standard deviations: 5 for the largest of 10^6 numbers, times 3 for
-/// the rounding errors of the sums over the regions.
+/// Largest velocity of a vertex by rounding errors, in standard deviations: 5 for the largest of 10^6 numbers, times 3
+/// for the rounding errors of the sums over the regions.
 const NOISE: f64 = 15.0;
 
 /// Greatest limit of the speed for noise, as a multiple of the limit without noise.
@@ -87,8 +87,8 @@ impl Body {
         }
     }
 
-    /// Lets the body sleep, or wakes it up, at the beginning of a step. `vote` is that of the body and of all bodies that
-    /// it touches.
+    /// Lets the body sleep, or wakes it up, at the beginning of a step. `vote` is that of the body and of all bodies
+    /// that it touches.
     pub(crate) fn follow(&mut self, vote: RestVote) {
         match vote {
             RestVote::Disturbed => self.wake(),
@@ -144,9 +144,9 @@ impl Body {
 
     /// Returns the limit of the speeds of a body at rest, in cells/s.
     ///
-    /// Each step adds the rounding error of the f32 positions times alpha/dt to the velocities, and damping lets the sum
-    /// decay: the noise of a body at rest is this velocity over √(1 - keep²), where `keep` is the fraction that damping
-    /// keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
+    /// Each step adds the rounding error of the f32 positions times alpha/dt to the velocities, and damping lets the
+    /// sum decay: the noise of a body at rest is this velocity over √(1 - keep²), where `keep` is the fraction that
+    /// damping keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
     fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
         let (size, cell_size) = (self.size, self.lattice.cell_size());

@@ -1,10 +1,12 @@
 //! Saves and restores the state of a body.
 
-use super::zones::check_stiffness;
+use super::zones::{check_stiffness, checked_factors};
 use super::{Body, Surface};
 use crate::contact::Side;
 use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
 use crate::error::Error;
+use crate::fracture::Cracks;
+use crate::lattice::Layout;
 use crate::range::in_range;
 use crate::state::{State, Touches};
 use crate::volume::{Correction, VolumeOptions};
@@ -14,6 +16,8 @@ use crate::volume::{Correction, VolumeOptions};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
+    /// The cracks; `None` while the body is whole. They determine the lattice, to which all other data belong.
+    cracks: Option<Cracks>,
     state: State,
     constraints: Option<Constraints>,
     material: Material,
@@ -115,6 +119,7 @@ impl Body {
     /// Returns a copy of the current state.
     pub fn snapshot(&self) -> BodySnapshot {
         BodySnapshot {
+            cracks: self.cracks(),
             state: self.state.clone(),
             constraints: self.constraints.clone(),
             material: self.material,
@@ -146,8 +151,14 @@ impl Body {
         Ok(())
     }
 
+    /// Restores the cracks of a state that passed [`check_snapshot`](Self::check_snapshot).
+    pub(crate) fn apply_cracks(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
+        self.restore_cracks(snapshot.cracks.as_ref())
+    }
+
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
     pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
+        self.apply_cracks(snapshot)?;
         self.material = snapshot.material;
         self.youngs_modulus = snapshot.youngs_modulus;
         self.set_half_width(snapshot.half_width);
@@ -161,6 +172,7 @@ impl Body {
             self.set_volume(snapshot.volume)?;
         }
         self.state = snapshot.state.clone();
+        self.update_plastic();
         if self.body_contact.is_none() {
             self.state.touches = Touches::default();
         }
@@ -191,13 +203,21 @@ impl Body {
         if cell_size != found {
             return Err(StateError::CellSize { body: body(), cell_size, found });
         }
-        let (blocks, found) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
-        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid);
-        if !(blocks == found && are_sides_valid && snapshot.state.is_valid(blocks, self.state.momenta.len()))
-        {
+        let found = snapshot.state.positions.blocks().len();
+        let Ok(other) = self.lattice_with(snapshot.cracks.as_ref()) else {
+            return Err(StateError::Lattice { body: body(), blocks: self.matching.layout.blocks(), found });
+        };
+        let (lattice, blocks) = match &other {
+            None => (&self.lattice, self.matching.layout.blocks()),
+            Some(lattice) => (lattice, Layout::new(lattice).blocks()),
+        };
+        let components = lattice.components().count;
+        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid)
+            && snapshot.state.strains.is_some() == snapshot.material.plastic.is_some();
+        if !(blocks == found && are_sides_valid && snapshot.state.is_valid(blocks, components)) {
             return Err(StateError::Lattice { body: body(), blocks, found });
         }
-        let vertices = self.lattice.len();
+        let vertices = lattice.len();
         if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "pins and handles" });
         }
@@ -209,15 +229,15 @@ impl Body {
             return Err(StateError::Vertices { body: body(), what: "forces" });
         }
         let settings = |source| StateError::Settings { body: body(), source: Box::new(source) };
-        self.check_settings(snapshot).map_err(settings)
+        self.check_settings(snapshot, vertices).map_err(settings)
     }
 
-    /// Checks that the settings of a snapshot are valid for this body.
-    fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
+    /// Checks that the settings of a snapshot are valid for this body with `vertices` lattice vertices.
+    fn check_settings(&self, snapshot: &BodySnapshot, vertices: usize) -> Result<(), Error> {
         let &BodySnapshot { material, youngs_modulus, half_width, volume, .. } = snapshot;
         material.validate()?;
         let factors = snapshot.stiffness_factors.as_ref();
-        let factors = factors.map(|factors| self.checked_factors(factors)).transpose()?;
+        let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
         check_stiffness(&material, factors.as_ref())?;
         if let Some(modulus) = youngs_modulus {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
@@ -230,7 +250,7 @@ impl Body {
             "at least 1 and at most the extent",
         )?;
         if volume != self.volume {
-            Correction::new(&self.lattice, self.surface.as_ref().map(Surface::volume_surface), &volume)?;
+            Correction::new(&self.lattice, self.surface().map(Surface::volume_surface), &volume)?;
         }
         Ok(())
     }

@@ -25,7 +25,7 @@ use super::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::{Purpose, Regions, Workspaces};
+use crate::matching::{Purpose, Regions, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -53,6 +53,7 @@ pub(super) enum Stage {
     ElasticDamping,
     BeginContacts,
     Matching,
+    Fracture,
     Integration,
     Contacts,
     Constraints,
@@ -60,7 +61,7 @@ pub(super) enum Stage {
 
 /// The stages in execution order. A step runs this list. The plan prints the list with the memory of
 /// each stage, followed by the two stages that evaluate the displayed surface.
-pub(super) const STEP: [Stage; 10] = [
+pub(super) const STEP: [Stage; 11] = [
     Stage::BeginConstraints,
     Stage::Forces,
     Stage::Momentum,
@@ -68,6 +69,7 @@ pub(super) const STEP: [Stage; 10] = [
     Stage::ElasticDamping,
     Stage::BeginContacts,
     Stage::Matching,
+    Stage::Fracture,
     Stage::Integration,
     Stage::Contacts,
     Stage::Constraints,
@@ -83,12 +85,12 @@ pub(crate) enum BodyContactPart<'a> {
     InIsland { contacts: &'a BodyContacts, island: &'a Island, member: usize, index: u32 },
 }
 
-/// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have in
-/// common.
+/// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have
+/// in common.
 const FIRST_STAGE_AFTER_DAMPING: usize = 5;
 
 /// Index in [`STEP`] of the stage in which bodies touch each other.
-const FIRST_CONTACT_STAGE: usize = 8;
+const FIRST_CONTACT_STAGE: usize = 9;
 
 const _: () = assert!(matches!(
     (STEP[FIRST_STAGE_AFTER_DAMPING], STEP[FIRST_CONTACT_STAGE]),
@@ -96,7 +98,8 @@ const _: () = assert!(matches!(
 ));
 
 impl Body {
-    /// Begins a step: runs the existing stages of the body up to the damping, in the order of [`STEP`], unless it sleeps.
+    /// Begins a step: runs the existing stages of the body up to the damping, in the order of [`STEP`], unless it
+    /// sleeps.
     pub(crate) fn begin_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
@@ -163,6 +166,7 @@ impl Body {
             Stage::ElasticDamping => self.elastic_damping.is_some(),
             Stage::BeginContacts => self.contacts.is_some() || self.body_contact.is_some(),
             Stage::Contacts => self.contacts.is_some(),
+            Stage::Fracture => self.is_armed(),
             Stage::Momentum | Stage::Matching | Stage::Integration => true,
         }
     }
@@ -187,8 +191,12 @@ impl Body {
             // impacts of this step.
             Stage::BeginContacts => self.begin_contacts(context),
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
-            // that contain the vertex. dynamics::integration: v += alpha (g - x)/h + h a.
+            // that contain the vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and
+            // then the plastic shapes S flow. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
+            // fracture: strains of the joints at the goal positions g. The joints that exceed their limits break at the
+            // end of the step.
+            Stage::Fracture => self.find_breaking(context, executor),
             // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
             // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where
@@ -206,7 +214,8 @@ impl Body {
         self.matching.layout.blocks() <= CHUNK
     }
 
-    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single task.
+    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single
+    /// task.
     pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
         let small = bodies.iter().filter(|body| body.is_one_task());
         workspaces.reserve(threads, small.map(|body| body.matching.cascade.sizes()));
@@ -245,9 +254,9 @@ impl Body {
     /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::hold_factors`.
     ///
     /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
-    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would slip
-    /// out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the fits use
-    /// these masses, so that momenta and forces are those of the masses of the vertices.
+    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would
+    /// slip out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the
+    /// fits use these masses, so that momenta and forces are those of the masses of the vertices.
     fn update_fit_masses(&mut self) {
         let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
@@ -323,12 +332,12 @@ impl Body {
         };
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if !state.fitted {
-            let positions_rotations = (&state.positions, &mut state.rotations);
-            matching.fit(workspace, executor, positions_rotations, None, Purpose::Regions);
+            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
+            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
         }
         let fraction = material.region_damping_fraction(context.interval.dt) as f32;
-        let rotations_velocities = (&state.rotations, &mut state.velocities);
-        region_damping.apply(matching, workspace, executor, rotations_velocities, (fraction, None));
+        let shapes_velocities = (&state.rotations, state.strains.as_ref(), &mut state.velocities);
+        region_damping.apply(matching, workspace, executor, shapes_velocities, (fraction, None));
     }
 
     /// Measures the motion before the step, and computes the reference motions of the damping.
@@ -346,9 +355,7 @@ impl Body {
 
     /// Stores the velocities before the impacts of this step.
     pub(super) fn begin_contacts(&mut self, context: &StepContext) {
-        if let Some(contact) = &mut self.body_contact {
-            contact.begin(&self.state, self.matching.layout.occupied());
-        }
+        self.begin_body_contact();
         self.begin_escapes(context);
         if let Some(contacts) = &mut self.contacts {
             contacts.begin(&self.state.velocities);
@@ -368,7 +375,8 @@ impl Body {
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let Self { matching, workspace, momentum, energy, elastic_damping, lattice, state, .. } = self;
+        let Self { matching, workspace, momentum, energy, elastic_damping, lattice, material, state, .. } =
+            self;
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if let Some(damping) = elastic_damping {
             damping.finish(state, momentum);
@@ -379,16 +387,20 @@ impl Body {
             velocity_change = Vector3::zeros();
         }
 
-        let positions_rotations = (&state.positions, &mut state.rotations);
-        let unconverged = matching.fit(workspace, executor, positions_rotations, None, Purpose::Vertices);
+        let shapes = match (&mut state.strains, &material.plastic) {
+            (Some(strains), Some(plastic)) => Shapes::Flowing(strains, plastic.flow(dt)),
+            _ => Shapes::Rest,
+        };
+        let fitted = (&state.positions, &mut state.rotations, shapes);
+        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Vertices);
         self.unconverged += unconverged;
         state.fitted = true;
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
-            let positions_rotations = (&state.positions, &mut state.rotations);
+            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
             let potential = Some(limiter.potential());
-            matching.fit(workspace, executor, positions_rotations, potential, Purpose::Vertices);
+            matching.fit(workspace, executor, fitted, potential, Purpose::Vertices);
         }
         let limiter = limiter.map(|limiter| {
             limiter.begin(&state.velocities);

@@ -1,4 +1,5 @@
-//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are near.
+//! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are
+//! near.
 
 use super::Body;
 use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
@@ -87,8 +88,8 @@ impl FirstCorrection {
         }
     }
 
-    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`, or the scales of
-    /// all corrections exceed their caps, in scene units.
+    /// Returns whether the first correction was kept, and restores the volume of a component better than `last`, or the
+    /// scales of all corrections exceed their caps, in scene units.
     pub(super) fn is_better_than(&self, last: &[ComponentReport], caps: impl Iterator<Item = f64>) -> bool {
         let is_better = |(first, last): (&ComponentReport, &ComponentReport)| {
             last.capped && first.residual.abs() < last.residual.abs()
@@ -176,9 +177,9 @@ impl Untangling {
 
     /// Untangles a lattice. No sample of its surface moves into a collider or deeper into it.
     ///
-    /// Limits are searched up to a distance. If a vertex moves farther, or a sample enters a collider that is not a plane, the
-    /// lattice is untangled again from its start with more limits. If the limits are not complete after [`ROUNDS`], or when the
-    /// frame has no displacement left, the lattice stays as it was.
+    /// Limits are searched up to a distance. If a vertex moves farther, or a sample enters a collider that is not a
+    /// plane, the lattice is untangled again from its start with more limits. If the limits are not complete after
+    /// [`ROUNDS`], or when the frame has no displacement left, the lattice stays as it was.
     pub(super) fn untangle(
         &mut self,
         surroundings: Option<Surroundings<'_>>,

@@ -1,6 +1,6 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
-use super::Body;
+use super::{ArrayError, Body};
 use crate::dynamics::{Elasticity, Material, Selection, SelectionError, Stiffness, StiffnessFactors, Zone};
 use crate::error::Error;
 use crate::range::{RangeError, in_range};
@@ -20,7 +20,7 @@ impl Body {
     /// A wrong number of factors, a factor out of range, or a stiffness alpha per step whose product with the greatest
     /// factor exceeds 1. The factors are then unchanged.
     pub fn set_stiffness_factors(&mut self, factors: Option<&[f64]>) -> Result<(), Error> {
-        let factors = factors.map(|factors| self.checked_factors(factors)).transpose()?;
+        let factors = factors.map(|factors| checked_factors(factors, self.lattice.len())).transpose()?;
         check_stiffness(&self.material, factors.as_ref())?;
         self.wake();
         self.youngs_modulus = None;
@@ -31,12 +31,6 @@ impl Body {
     /// Returns the stiffness factors, one per lattice vertex, or `None` if the stiffness does not vary.
     pub fn stiffness_factors(&self) -> Option<&[f64]> {
         self.stiffness_factors.as_ref().map(StiffnessFactors::specified)
-    }
-
-    /// Checks the number and the range of stiffness factors.
-    pub(super) fn checked_factors(&self, factors: &[f64]) -> Result<StiffnessFactors, Error> {
-        self.check_length("stiffness_factors", factors.len())?;
-        Ok(StiffnessFactors::new(factors.to_vec())?)
     }
 
     /// Replaces the factors by valid ones.
@@ -78,8 +72,8 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// An empty or invalid selection, a factor or a product of factors out of range, or a stiffness alpha per step whose
-    /// product with the greatest factor exceeds 1. The factors are then unchanged.
+    /// An empty or invalid selection, a factor or a product of factors out of range, or a stiffness alpha per step
+    /// whose product with the greatest factor exceeds 1. The factors are then unchanged.
     pub fn zone(&mut self, zone: &Zone) -> Result<(), Error> {
         let factor =
             in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
@@ -120,6 +114,15 @@ impl Body {
         }
         Ok(())
     }
+}
+
+/// Checks the number and the range of the stiffness factors of `vertices` lattice vertices.
+pub(super) fn checked_factors(factors: &[f64], vertices: usize) -> Result<StiffnessFactors, Error> {
+    let (name, count) = ("stiffness_factors", factors.len());
+    if count != vertices {
+        return Err(ArrayError::Length { name, count, expected: vertices }.into());
+    }
+    Ok(StiffnessFactors::new(factors.to_vec())?)
 }
 
 /// Checks that alpha per step, where it is given as such, times the greatest stiffness factor is at most 1.

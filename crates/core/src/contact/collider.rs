@@ -60,8 +60,8 @@ impl Collider {
         Self::new(Shape::Capsule { a, b, radius })
     }
 
-    /// Creates a mesh as it is: a solid if it is closed, a thin shell if it is open. For a mesh that is scaled or placed, and
-    /// for several colliders of one mesh, see [`Shape::Mesh`].
+    /// Creates a mesh as it is: a solid if it is closed, a thin shell if it is open. For a mesh that is scaled or
+    /// placed, and for several colliders of one mesh, see [`Shape::Mesh`].
     ///
     /// # Errors
     /// [`ColliderFault::NoArea`] if no triangle has an area.

@@ -11,12 +11,12 @@ use crate::dynamics::{Drive, EulerPose, Motion, Pose};
 use crate::range::RangeError;
 use crate::state::{BodyFrame, Interval};
 
-/// Radius in cells below which a ball, a capsule or a rod is narrow. Where a fast body hits one, its cells are stretched
-/// about four times: samples that are a cell apart then leave holes with a radius of up to 2.8 cells.
+/// Radius in cells below which a ball, a capsule or a rod is narrow. Where a fast body hits one, its cells are
+/// stretched about four times: samples that are a cell apart then leave holes with a radius of up to 2.8 cells.
 const NARROW: f64 = 3.0;
 
-/// Distance of samples relative to the radius of a narrow collider. At the same stretch they leave holes with 0.7 times the
-/// radius.
+/// Distance of samples relative to the radius of a narrow collider. At the same stretch they leave holes with 0.7 times
+/// the radius.
 const SPACING: f64 = 0.25;
 
 /// Least distance of samples, in cells.
@@ -145,14 +145,14 @@ impl Colliders {
         self.0.iter().map(|collider| &collider.collider)
     }
 
-    /// Returns whether any collider is not a plane. Only planes need no paths: every point behind them is nearest to the side
-    /// from which it came.
+    /// Returns whether any collider is not a plane. Only planes need no paths: every point behind them is nearest to
+    /// the side from which it came.
     pub(super) fn any_needs_paths(&self) -> bool {
         self.0.iter().any(|collider| !matches!(collider.collider.shape, Shape::Plane { .. }))
     }
 
-    /// Returns the greatest distance of samples, in cells, at which no collider fits between them: one cell, or less for
-    /// narrow colliders. A body that falls on one is stretched there, and with it the distances of its samples.
+    /// Returns the greatest distance of samples, in cells, at which no collider fits between them: one cell, or less
+    /// for narrow colliders. A body that falls on one is stretched there, and with it the distances of its samples.
     pub(crate) fn sample_spacing(&self, cell_size: f64) -> f64 {
         let radius =
             self.list().filter_map(|collider| collider.shape.narrow_radius()).fold(f64::INFINITY, f64::min);
@@ -260,8 +260,8 @@ impl Colliders {
         }
     }
 
-    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the end of
-    /// the last step, or at the time that was set.
+    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the
+    /// end of the last step, or at the time that was set.
     pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> + Clone {
         self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
     }

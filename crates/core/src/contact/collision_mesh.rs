@@ -32,7 +32,8 @@ struct Data {
 #[derive(Clone, Debug)]
 pub(crate) struct CollisionSurface {
     tree: SurfaceTree,
-    /// 1 if the faces are counter-clockwise seen from outside, and -1 if they are clockwise; `None` if the mesh is open.
+    /// 1 if the faces are counter-clockwise seen from outside, and -1 if they are clockwise; `None` if the mesh is
+    /// open.
     outward: Option<f64>,
 }
 
@@ -45,8 +46,8 @@ impl CollisionMesh {
         Self::with(mesh, None)
     }
 
-    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and says whether it is closed.
-    /// [`Shape::signed_distance`](super::Shape::signed_distance) is that of the mesh itself.
+    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and says whether it is
+    /// closed. [`Shape::signed_distance`](super::Shape::signed_distance) is that of the mesh itself.
     ///
     /// # Errors
     /// As [`new`](Self::new). Also if the animation has another number of vertices.
@@ -155,8 +156,8 @@ impl PosedMesh<'_> {
             .unwrap_or(SignedDistance { distance: f64::INFINITY, normal: Vector3::x() })
     }
 
-    /// Returns the signed distance of a point, or `None` if it is at least `limit` from the surface or NaN. `limit` is in
-    /// cells.
+    /// Returns the signed distance of a point, or `None` if it is at least `limit` from the surface or NaN. `limit` is
+    /// in cells.
     pub(super) fn distance_below(&self, p: &Point3<f64>, limit: f64) -> Option<SignedDistance> {
         let q = self.point_in_mesh(p);
         let closest = self.surface.tree.closest(&q, limit / self.scale, |_| true)?;
@@ -183,8 +184,8 @@ impl PosedMesh<'_> {
         self.is_closed() && self.signed_distance(center).distance < 0.0
     }
 
-    /// Returns where the segment from `a` to `b` first meets the mesh: the fraction of the segment, and the unit normal of
-    /// the triangle on the side of `a`.
+    /// Returns where the segment from `a` to `b` first meets the mesh: the fraction of the segment, and the unit normal
+    /// of the triangle on the side of `a`.
     pub(super) fn first_hit(&self, a: &Point3<f64>, b: &Point3<f64>) -> Option<(f64, Vector3<f64>)> {
         let (start, end) = (self.point_in_mesh(a), self.point_in_mesh(b));
         let (fraction, triangle) = self.surface.tree.cast(&start, &(end - start))?;
@@ -192,9 +193,9 @@ impl PosedMesh<'_> {
         Some((fraction, if normal.dot(&(b - a)) > 0.0 { -normal } else { normal }))
     }
 
-    /// Adds the intervals of t for which `point` + t `direction` is inside the mesh, longer by `margin` at both ends; of an
-    /// open mesh, intervals of the half length `margin`, at least the thickness of the shell, around its triangles. A point
-    /// that is nearer than `margin` but does not leave the mesh in this direction never leaves it.
+    /// Adds the intervals of t for which `point` + t `direction` is inside the mesh, longer by `margin` at both ends;
+    /// of an open mesh, intervals of the half length `margin`, at least the thickness of the shell, around its
+    /// triangles. A point that is nearer than `margin` but does not leave the mesh in this direction never leaves it.
     pub(super) fn add_overlaps(
         &self,
         point: &Point3<f64>,
@@ -255,8 +256,8 @@ impl PosedMesh<'_> {
 }
 
 impl CollisionSurface {
-    /// Returns the nearest triangle of a point: the vertices of its corners, and the closest point with its barycentric weights.
-    /// `None` for NaN.
+    /// Returns the nearest triangle of a point: the vertices of its corners, and the closest point with its barycentric
+    /// weights. `None` for NaN.
     pub(super) fn feature(&self, q: &Point3<f64>) -> Option<([u32; 3], [f64; 3], Point3<f64>)> {
         let closest = self.tree.closest(q, f64::INFINITY, |_| true)?;
         let (corners, weights) = self.tree.barycentric(closest.triangle, &closest.point);
@@ -272,8 +273,8 @@ impl CollisionSurface {
         }
     }
 
-    /// Returns the gradient of the distance: the direction from the closest point for a point outside. On the surface it
-    /// is the normal there.
+    /// Returns the gradient of the distance: the direction from the closest point for a point outside. On the surface
+    /// it is the normal there.
     fn direction(&self, closest: &ClosestPoint, q: &Point3<f64>) -> Vector3<f64> {
         let outward = self.outward.unwrap_or(1.0);
         let away = q - closest.point;

@@ -159,8 +159,8 @@ impl ContactConstraint {
         self.friction_impulse + self.contact.normal * self.normal_impulse
     }
 
-    /// Sets the impulses: the part of `impulse` along the normal, if it pushes, and the friction in the Coulomb friction
-    /// cone.
+    /// Sets the impulses: the part of `impulse` along the normal, if it pushes, and the friction in the Coulomb
+    /// friction cone.
     pub(super) fn set_impulse(&mut self, impulse: &Vec4) {
         let Contact { normal, friction, .. } = &self.contact;
         let along = dot(impulse, normal);

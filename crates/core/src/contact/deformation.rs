@@ -57,12 +57,14 @@ impl AnimatedSurface {
         *greatest = ways.fold(0.0, f64::max);
     }
 
-    /// Returns the surface at the end of the step if `is_after`, or else at its start. They are the same if no vertex moves.
+    /// Returns the surface at the end of the step if `is_after`, or else at its start. They are the same if no vertex
+    /// moves.
     pub(super) fn surface(&self, is_after: bool) -> &CollisionSurface {
         if is_after || self.greatest == 0.0 { &self.after.surface } else { &self.before.surface }
     }
 
-    /// Returns the deformation during the step, or `None` if no vertex moves. The meshes are those before and after the step.
+    /// Returns the deformation during the step, or `None` if no vertex moves. The meshes are those before and after the
+    /// step.
     pub(super) fn deformation<'a>(
         &'a self,
         before: PosedMesh<'a>,
@@ -89,8 +91,8 @@ impl Deformation<'_> {
         self.greatest * self.after.scale
     }
 
-    /// Returns where a point that moves with the surface is after the step, if it is at `p` before it: at the same place beside
-    /// its nearest triangle.
+    /// Returns where a point that moves with the surface is after the step, if it is at `p` before it: at the same
+    /// place beside its nearest triangle.
     pub(super) fn carried(&self, p: &Point3<f64>) -> Option<Point3<f64>> {
         let q = self.before.point_in_mesh(p);
         let (corners, weights, closest) = self.before.surface.feature(&q)?;
@@ -101,7 +103,8 @@ impl Deformation<'_> {
         Some(self.after.point_in_body(&moved))
     }
 
-    /// Returns the displacement in the step of the point of the surface that is nearest to `p` after the step, in cells.
+    /// Returns the displacement in the step of the point of the surface that is nearest to `p` after the step, in
+    /// cells.
     pub(super) fn displacement_at(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         let (corners, weights, _) = self.after.surface.feature(&self.after.point_in_mesh(p))?;
         let [before, after] =

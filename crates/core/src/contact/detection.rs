@@ -94,7 +94,8 @@ impl Detection {
         self.has_slopes = false;
     }
 
-    /// Begins the paths of the samples in a step, at whose end the positions were read. `velocities` are those in the step.
+    /// Begins the paths of the samples in a step, at whose end the positions were read. `velocities` are those in the
+    /// step.
     pub(super) fn begin_paths(&mut self, velocities: &Lanes<3>, slots: &[u32], dt: f64) {
         self.paths.begin(&self.positions, velocities, slots, dt);
     }
@@ -315,8 +316,8 @@ impl Patches {
         report.contacts += count as usize;
     }
 
-    /// Collects the samples that a sweep finds into patches, as [`search`](Self::search). `is_mesh`: whether the shape is a
-    /// mesh.
+    /// Collects the samples that a sweep finds into patches, as [`search`](Self::search). `is_mesh`: whether the shape
+    /// is a mesh.
     #[inline(always)]
     fn search_paths<S: Simd>(
         &mut self,

@@ -15,8 +15,8 @@ use crate::lattice::polynomial;
 /// greatest slope along each axis.
 const SLOPE_BOUND: f64 = 0.25;
 
-/// Greatest displacement of a smooth position, relative to the greatest displacement of a lattice vertex: a slope along each
-/// axis changes by at most twice the displacement of a vertex.
+/// Greatest displacement of a smooth position, relative to the greatest displacement of a lattice vertex: a slope along
+/// each axis changes by at most twice the displacement of a vertex.
 pub(crate) const SMOOTH_DISPLACEMENT: f64 = 1.0 + 6.0 * SLOPE_BOUND;
 
 /// Signed distance of a body's samples from a shape, in cells.
@@ -268,10 +268,11 @@ pub(crate) fn smooth_may_touch<'a>(
     shape.may_touch(&center, &(half + reach), skin)
 }
 
-/// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the shape,
-/// whatever the slopes are.
+/// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the
+/// shape, whatever the slopes are.
 ///
-/// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half extents.
+/// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half
+/// extents.
 pub(crate) fn may_touch_for_any_slopes<'a>(
     shape: &PosedShape<'_>,
     positions: impl Iterator<Item = &'a Vec4>,

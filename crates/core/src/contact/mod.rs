@@ -15,6 +15,7 @@
 //! | `colliders` | the validated colliders of a simulation, at rest, along keyframes or driven |
 //! | `posed_collider` | a collider during a step: its shapes, and the motion of its surface |
 //! | `surface_points` | points of a mesh that are samples |
+//! | `piece_points` | points of the surface of a body that broke |
 //! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
 //! | `sides` | the side of a shape from which a sample came, and its contact there |
@@ -60,6 +61,7 @@ mod fault;
 mod field;
 mod interpolant;
 mod patch;
+mod piece_points;
 mod posed_collider;
 mod rows;
 mod samples;

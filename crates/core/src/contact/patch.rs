@@ -7,8 +7,8 @@
 //! of the skin (skin thickness minus signed distance). The contact point of a patch is the mean of the
 //! positions of its samples, weighted by `s_i`. The position of a sample is a sum over the corners k of its
 //! cell: the position of the corner times the trilinear coefficient `t_ik`. The contact point is therefore a
-//! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`. With a smooth skin, these
-//! weights spread the impulses, and only the distances are those of the smooth positions.
+//! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`. With a smooth
+//! skin, these weights spread the impulses, and only the distances are those of the smooth positions.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 use nalgebra::Vector3;
@@ -163,7 +163,8 @@ impl Patch {
         }
     }
 
-    /// Adds the sides of the touching samples of a block. `is_mesh`: whether the patch uses the mean normal in any case.
+    /// Adds the sides of the touching samples of a block. `is_mesh`: whether the patch uses the mean normal in any
+    /// case.
     pub(super) fn add_sides(
         &mut self,
         contacts: &[Option<SidedContact>; LANES],

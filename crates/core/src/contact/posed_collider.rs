@@ -57,7 +57,8 @@ impl PosedCollider<'_> {
         })
     }
 
-    /// Returns where a point that moves with the collider is at the end of the step, if it is at `p` at its start, in cells.
+    /// Returns where a point that moves with the collider is at the end of the step, if it is at `p` at its start, in
+    /// cells.
     pub(super) fn carried(&self, p: &Point3<f64>) -> Point3<f64> {
         if let Some(moved) = self.deformation.and_then(|deformation| deformation.carried(p)) {
             return moved;
@@ -85,8 +86,8 @@ impl PosedCollider<'_> {
         deformed + (0..8).map(|k| displacement(corner(k))).fold(0.0, f64::max)
     }
 
-    /// Converts a point in the given position of the collider before the step, in scene units, to the point that it becomes
-    /// at the end of the step, in the frame of the body, in cells.
+    /// Converts a point in the given position of the collider before the step, in scene units, to the point that it
+    /// becomes at the end of the step, in the frame of the body, in cells.
     pub(super) fn posed_point(&self, p: &Point3<f64>) -> Point3<f64> {
         let posed = |pose: &Pose| {
             Point3::from((pose.apply(&self.center, p) - self.frame.origin) / self.frame.cell_size)

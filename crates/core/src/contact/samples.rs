@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
+use super::piece_points::PieceSurface;
 use super::surface_points::{MAX_SAMPLES, surface_points};
 use crate::lattice::{Embedding, Lattice, Stencil, trilinear_weights};
 use crate::mesh::Mesh;
@@ -141,23 +142,45 @@ impl SampleCells {
         self.stencils.as_deref()
     }
 
-    /// Creates the samples of a mesh in its lattice, at most one cell apart: see [`of_mesh_within`](Self::of_mesh_within).
+    /// Creates the samples of a mesh in its lattice, at most one cell apart: see
+    /// [`of_mesh_within`](Self::of_mesh_within).
     pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
-        Self::of_mesh_within(1.0, mesh, lattice, slots, masses)
+        Self::of_mesh_within(1.0, (mesh, None), lattice, slots, masses)
     }
 
     /// Creates the samples of a mesh in its lattice: points of the surface that are at most `spacing` cells apart, or
     /// farther if that gives more than [`MAX_SAMPLES`].
     ///
     /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex, and `masses` its mass in
-    /// units of a full cell's mass.
+    /// units of a full cell's mass. `hosts`: the embedding of the mesh of a body that broke. A piece of a few cells can
+    /// be without a surface: the centers of its cells are samples, so that it does not fall through colliders.
     pub(crate) fn of_mesh_within(
         spacing: f64,
-        mesh: &Mesh,
+        (mesh, hosts): (&Mesh, Option<&Embedding>),
         lattice: &Lattice,
         slots: &[u32],
         masses: &[f32],
     ) -> Self {
+        let samples = |embedding: &Embedding, centers: &[u32]| {
+            let on_surface = (0..embedding.len()).map(|i| (embedding.cell(i), embedding.local(i)));
+            let centers = centers.iter().map(|&cell| (cell, [0.5; 3]));
+            let (cells, local): (Vec<_>, Vec<_>) = on_surface.chain(centers).unzip();
+            Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
+        };
+        if let Some(hosts) = hosts {
+            let hosts = &|vertex| hosts.cell(vertex as usize);
+            let (vertices, triangles, weld) = (mesh.vertices(), mesh.triangles(), mesh.weld());
+            let surface = PieceSurface {
+                vertices,
+                triangles,
+                weld,
+                scale: PieceSurface::SCALE / lattice.cell_size(),
+                hosts,
+            };
+            let limits = (spacing * lattice.cell_size(), MAX_SAMPLES * lattice.len());
+            let (_, embedding) = surface.points(lattice, limits, |point| *point);
+            return samples(&embedding, &cells_without_points(lattice, &embedding));
+        }
         let points = surface_points(
             mesh.vertices(),
             mesh.triangles(),
@@ -165,10 +188,7 @@ impl SampleCells {
             spacing * lattice.cell_size(),
             MAX_SAMPLES * lattice.len(),
         );
-        let embedding = Embedding::new(lattice, &points);
-        let (cells, local): (Vec<_>, Vec<_>) =
-            (0..embedding.len()).map(|i| (embedding.cell(i), embedding.local(i))).unzip();
-        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
+        samples(&Embedding::new(lattice, &points), &[])
     }
 
     /// Creates the samples of a bare lattice (without a mesh), one cell apart: see
@@ -177,20 +197,21 @@ impl SampleCells {
         Self::of_lattice_within(1.0, lattice, slots, masses)
     }
 
-    /// Creates the samples of a bare lattice: its vertices with fewer than eight occupied cells, which lie on the surface of
-    /// the lattice, and points of the faces of its cells there, at most `spacing` cells apart.
+    /// Creates the samples of a bare lattice: its vertices with fewer than eight occupied cells, which lie on the
+    /// surface of the lattice, and points of the faces of its cells there, at most `spacing` cells apart.
     ///
     /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass.
     pub(crate) fn of_lattice_within(spacing: f64, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let (mut cells, mut local) = (Vec::new(), Vec::new());
-        let boundary =
-            lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
-        for (_, index) in boundary {
+        let boundary = (0..)
+            .zip(lattice.occupied_cells().iter().zip(lattice.indices()))
+            .filter(|(_, (count, _))| **count < 8);
+        for (vertex, (_, index)) in boundary {
             // Any of the vertex's occupied cells serves, because the vertex has the weight 1 in each of them.
             let found = (0..8).find_map(|k| {
-                let offset: [i32; 3] = std::array::from_fn(|a| k >> a & 1);
-                let cell = lattice.cell_at(std::array::from_fn(|a| index[a] - offset[a]))?;
-                Some((cell, offset.map(|o| o as f32)))
+                let cell = lattice.cell_around(*index, 7 - k)?;
+                let is_corner = lattice.cell_corners(cell)[k] == vertex;
+                is_corner.then(|| (cell, std::array::from_fn(|a| (k >> a & 1) as f32)))
             });
             if let Some((cell, position)) = found {
                 cells.push(cell);
@@ -198,11 +219,9 @@ impl SampleCells {
             }
         }
         let steps = (1.0 / spacing).ceil() as u32;
-        for (cell, index) in (0..).zip(lattice.cells()) {
+        for cell in 0..lattice.cells().len() as u32 {
             for (axis, side) in (0..6).map(|k| (k / 2, k % 2)).filter(|_| steps > 1) {
-                let mut beyond = *index;
-                beyond[axis] += 2 * side as i32 - 1;
-                if lattice.cell_at(beyond).is_some() {
+                if lattice.joined_cell(cell, 2 * axis + side).is_some() {
                     continue;
                 }
                 // Points on edges that two faces share occur twice, which does no harm: weights are relative.
@@ -249,8 +268,8 @@ impl SampleCells {
         self.strips.iter().map(Vec::as_slice).zip(cells)
     }
 
-    /// Returns the trilinear position of each sample, with a lattice vertex of its cell. `position` returns the position of
-    /// a slot. A sample at equal distance from several corners occurs several times.
+    /// Returns the trilinear position of each sample, with a lattice vertex of its cell. `position` returns the
+    /// position of a slot. A sample at equal distance from several corners occurs several times.
     pub(crate) fn positions(
         &self,
         position: impl Fn(u32) -> Vector3<f64>,
@@ -302,4 +321,14 @@ fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
     vertices.dedup();
     vertices.shrink_to_fit();
     vertices
+}
+
+/// Returns the cells of the pieces without an embedded point.
+fn cells_without_points(lattice: &Lattice, embedding: &Embedding) -> Vec<u32> {
+    let mut has_points = vec![false; lattice.components().count];
+    for point in 0..embedding.len() {
+        has_points[lattice.component_of_cell(embedding.cell(point)) as usize] = true;
+    }
+    let cells = 0..lattice.cells().len() as u32;
+    cells.filter(|&cell| !has_points[lattice.component_of_cell(cell) as usize]).collect()
 }

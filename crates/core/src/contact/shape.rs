@@ -56,8 +56,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. That of a mesh is
-    /// the center of its bounding box before it is rotated.
+    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. That of a
+    /// mesh is the center of its bounding box before it is rotated.
     pub fn center(&self) -> Point3<f64> {
         match self {
             Self::Plane { point, .. } => Point3::from(*point),
@@ -70,8 +70,8 @@ impl Shape {
         }
     }
 
-    /// Returns the radius of a ball or a rod that samples of a surface can pass on all sides, in scene units: that of a sphere
-    /// or a capsule, or the second half extent of a box. `None` for other shapes.
+    /// Returns the radius of a ball or a rod that samples of a surface can pass on all sides, in scene units: that of a
+    /// sphere or a capsule, or the second half extent of a box. `None` for other shapes.
     pub(super) fn narrow_radius(&self) -> Option<f64> {
         match self {
             Self::Plane { .. } | Self::Mesh { .. } => None,
@@ -80,7 +80,8 @@ impl Shape {
         }
     }
 
-    /// Returns the signed distance of a world-space point from the shape at time 0. That of an open mesh is not negative.
+    /// Returns the signed distance of a world-space point from the shape at time 0. That of an open mesh is not
+    /// negative.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
         let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         self.posed(&Pose::identity(), world).signed_distance(&Point3::from(point))
@@ -194,11 +195,11 @@ impl<'a> PosedShape<'a> {
         }
     }
 
-    /// Returns false only if no point of the AABB `center ± half` is within `skin`, in cells. May return true in this case
-    /// as well.
+    /// Returns false only if no point of the AABB `center ± half` is within `skin`, in cells. May return true in this
+    /// case as well.
     ///
-    /// The test is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB the distance is at
-    /// least the distance at its center minus half its diagonal.
+    /// The test is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB the distance
+    /// is at least the distance at its center minus half its diagonal.
     pub(crate) fn may_touch(&self, center: &Point3<f64>, half: &Vector3<f64>, skin: f64) -> bool {
         let spread = match self {
             Self::Plane { normal, .. } => normal.abs().dot(half),

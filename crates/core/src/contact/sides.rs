@@ -17,12 +17,12 @@ const LIFT: f64 = 1e-3;
 /// Least depth in cells of a sample with a side point: greater than the depth that is tolerated without a push-out.
 const LEAST_DEPTH: f64 = 1e-3;
 
-/// Least product of the normal where a path meets the surface and the normal of the nearest surface, for which the nearest
-/// surface is the right one.
+/// Least product of the normal where a path meets the surface and the normal of the nearest surface, for which the
+/// nearest surface is the right one.
 const AGREEMENT: f64 = 0.3;
 
-/// Half thickness of a shape in cells below which the side always counts, because the push-out of a single step or a slow
-/// motion may pass the middle.
+/// Half thickness of a shape in cells below which the side always counts, because the push-out of a single step or a
+/// slow motion may pass the middle.
 const THIN: f64 = 0.5;
 
 /// Greatest motion in a step, relative to the half thickness, for which the nearest surface is the right one.
@@ -61,8 +61,8 @@ pub(super) struct SidedContact {
 }
 
 impl PosedShape<'_> {
-    /// Returns whether contacts need the sides of the samples, if samples move by at most `motion` cells relative to the
-    /// shape.
+    /// Returns whether contacts need the sides of the samples, if samples move by at most `motion` cells relative to
+    /// the shape.
     pub(super) fn needs_sides(&self, motion: f64) -> bool {
         let half_thickness = match self {
             Self::Plane { .. } => return false,
@@ -73,7 +73,8 @@ impl PosedShape<'_> {
         half_thickness < THIN || motion > SAFE_MOTION * half_thickness
     }
 
-    /// Returns the contact of a sample that moved from `start` to `end` relative to the shape, or `None` if it does not touch.
+    /// Returns the contact of a sample that moved from `start` to `end` relative to the shape, or `None` if it does not
+    /// touch.
     pub(super) fn sided_contact(
         &self,
         start: &Point3<f64>,
@@ -123,8 +124,8 @@ impl PosedShape<'_> {
         Some(if is_same_side { point - near.normal * (near.distance - LIFT) } else { point })
     }
 
-    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface: the fraction of the segment, and
-    /// the unit normal on the side of `a`.
+    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface: the fraction of the
+    /// segment, and the unit normal on the side of `a`.
     fn first_hit(&self, a: &Point3<f64>, b: &Point3<f64>) -> Option<(f64, Vector3<f64>)> {
         if let Self::Mesh(mesh) = self {
             return mesh.first_hit(a, b);
@@ -139,8 +140,8 @@ impl PosedShape<'_> {
         })
     }
 
-    /// Returns a point of a path outside a solid: the point itself, or the point outside the surface of a point slightly
-    /// inside. `None` if the point is deeper.
+    /// Returns a point of a path outside a solid: the point itself, or the point outside the surface of a point
+    /// slightly inside. `None` if the point is deeper.
     fn lifted(&self, point: &Point3<f64>) -> Option<Point3<f64>> {
         let near = self.signed_distance(point);
         if near.distance < -2.0 * LIFT {

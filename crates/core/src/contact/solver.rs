@@ -25,9 +25,9 @@
 //! or slip make the impulses exceed the solution, `limit_energy` scales all impulses down until they add no
 //! energy.
 //!
-//! In the code below, a *row* is not a row of the matrix A but the number of a vertex in the problem, as the caller counts
-//! them, and the index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in place
-//! of velocities.
+//! In the code below, a *row* is not a row of the matrix A but the number of a vertex in the problem, as the caller
+//! counts them, and the index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with
+//! displacements in place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, buffer_bytes};
@@ -69,8 +69,8 @@ pub(super) struct Units {
     pub(super) mobility: f32,
 }
 
-/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow
-/// if there are more contacts than before.
+/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and
+/// grow if there are more contacts than before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     constraints: Vec<ContactConstraint>,
@@ -128,9 +128,9 @@ impl Solver {
         }
     }
 
-    /// Adds a contact. `vertices`: the contact point as a mean of vertices: row, weight, and inverse mass. If the contact
-    /// is one between two points, its velocity is the difference of theirs, and the weights of the second one are
-    /// negative.
+    /// Adds a contact. `vertices`: the contact point as a mean of vertices: row, weight, and inverse mass. If the
+    /// contact is one between two points, its velocity is the difference of theirs, and the weights of the second one
+    /// are negative.
     pub(super) fn add(&mut self, contact: Contact, vertices: impl Iterator<Item = (u32, f32, f32)>) {
         let start = self.links.len();
         for (row, weight, mobility) in vertices {
@@ -142,9 +142,9 @@ impl Solver {
         self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
-    /// Sets the impulses with which [`solve`](Self::solve) begins: those of the step before, one for each contact, without
-    /// the parts that no contact can have. Contacts that were faster than `slow` before the step begin without an impulse:
-    /// that of an impact is another one in each step, and would add energy.
+    /// Sets the impulses with which [`solve`](Self::solve) begins: those of the step before, one for each contact,
+    /// without the parts that no contact can have. Contacts that were faster than `slow` before the step begin without
+    /// an impulse: that of an impact is another one in each step, and would add energy.
     pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
         let Self { constraints, links, changes, .. } = self;
         for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
@@ -240,8 +240,8 @@ impl Solver {
         self.constraints.iter().map(|constraint| (constraint.normal_impulse, constraint.friction_impulse))
     }
 
-    /// Replaces the impulses by those of a problem to which these contacts were [appended](Self::append) with `units`, and
-    /// the velocity changes by those that these impulses cause.
+    /// Replaces the impulses by those of a problem to which these contacts were [appended](Self::append) with `units`,
+    /// and the velocity changes by those that these impulses cause.
     pub(super) fn set_impulses(&mut self, impulses: &[(f32, Vec4)], units: Units) {
         let scale = units.mobility / units.velocity;
         self.changes.fill(Vec4::zeros());
@@ -254,8 +254,8 @@ impl Solver {
         }
     }
 
-    /// Begins another problem with the same contact points: without impulses, and with the contacts that `contact` returns
-    /// for the index of a constraint, its contact and the change of its velocity.
+    /// Begins another problem with the same contact points: without impulses, and with the contacts that `contact`
+    /// returns for the index of a constraint, its contact and the change of its velocity.
     pub(super) fn restart(&mut self, mut contact: impl FnMut(usize, &Contact, &Vec4) -> Contact) {
         let Self { constraints, links, changes, .. } = self;
         for (index, constraint) in constraints.iter_mut().enumerate() {

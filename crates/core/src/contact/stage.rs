@@ -33,9 +33,9 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
 
-/// Depth in cells up to which a push-out is soft: it has one round, which moves the samples by [`SOFT_PART`] of the way. A
-/// resting body sinks slowly within the tolerance of the impulses. If it were lifted at once, single steps would move its
-/// surface visibly.
+/// Depth in cells up to which a push-out is soft: it has one round, which moves the samples by [`SOFT_PART`] of the
+/// way. A resting body sinks slowly within the tolerance of the impulses. If it were lifted at once, single steps would
+/// move its surface visibly.
 const SOFT_DEPTH: f64 = 0.01;
 
 /// Part of the way by which a soft push-out moves the samples.
@@ -59,8 +59,8 @@ pub(crate) struct Pressure {
     pub(crate) impulse: f64,
     /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
     pub(crate) friction: Vector3<f64>,
-    /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact moved
-    /// like the contact point.
+    /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact
+    /// moved like the contact point.
     pub(crate) depth: f64,
     /// Contact point, in cells from the body's origin.
     pub(crate) point: Vector3<f64>,
@@ -367,7 +367,8 @@ impl Contacts {
         std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
     }
 
-    /// Returns to the contacts that were [kept](Self::keep_pressures), as the body still sleeps. Does nothing if none were.
+    /// Returns to the contacts that were [kept](Self::keep_pressures), as the body still sleeps. Does nothing if none
+    /// were.
     pub(crate) fn restore_pressures(&mut self) {
         if !self.kept_pressures.is_empty() {
             std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
@@ -437,9 +438,10 @@ impl SampleCells {
         patch.vertices().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
     }
 
-    /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact point:
-    /// contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin is linear,
-    /// which uses the distance of the contact point, and if the patch has a side. `position`: contact point of the patch.
+    /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact
+    /// point: contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin
+    /// is linear, which uses the distance of the contact point, and if the patch has a side. `position`: contact point
+    /// of the patch.
     fn offset(&self, patch: &Patch, shape: &PosedShape<'_>, position: &Point3<f64>) -> f64 {
         match self.stencils().filter(|_| patch.side().is_none()) {
             None => 0.0,

@@ -76,8 +76,8 @@ impl Paths {
         }
     }
 
-    /// Returns the greatest displacement of a sample relative to a collider, in cells, or `None` if the collider does not need
-    /// the sides of the samples. `positions`: of the rows.
+    /// Returns the greatest displacement of a sample relative to a collider, in cells, or `None` if the collider does
+    /// not need the sides of the samples. `positions`: of the rows.
     pub(super) fn motion(&self, index: u32, collider: &PosedCollider<'_>, positions: &[Vec4]) -> Option<f64> {
         if collider.shape.plane().is_some() || self.starts.is_empty() {
             return None;
@@ -134,8 +134,8 @@ impl Paths {
 }
 
 impl Sweep<'_> {
-    /// Calls `visit` for each block with touching samples, in order: with the rows of the corners of its cell, its index, the
-    /// block, the positions of its samples, and the contacts.
+    /// Calls `visit` for each block with touching samples, in order: with the rows of the corners of its cell, its
+    /// index, the block, the positions of its samples, and the contacts.
     #[inline(always)]
     pub(super) fn search<S: Simd>(
         &self,

@@ -1,8 +1,8 @@
 //! Finds the way on which a body that begins inside colliders leaves them as a whole.
 //!
-//! A sample alone is pushed out through the nearest surface. The samples of a body in the middle of a box would so leave
-//! through all of its faces, and the body would tear. A way out is one translation of a whole connected component. It is
-//! the least one in a set of directions: the normals of the colliders, their axes, and up.
+//! A sample alone is pushed out through the nearest surface. The samples of a body in the middle of a box would so
+//! leave through all of its faces, and the body would tear. A way out is one translation of a whole connected
+//! component. It is the least one in a set of directions: the normals of the colliders, their axes, and up.
 //!
 //! The points of a component are its samples, and balls around the vertices inside it, so that a collider within the
 //! body is found too. In a direction, each pair of a point and a collider gives the interval of translations for which
@@ -17,8 +17,8 @@ use super::stage::{ALLOWED_DEPTH, PUSH_LIMIT};
 /// Radius in cells of the ball around a vertex inside the body. Such a vertex is at least one cell from the surface.
 const INNER_RADIUS: f64 = 0.5;
 
-/// Depth in cells at which a sample counts as free in the choice of the direction. So a body that lies on a collider can
-/// move along it.
+/// Depth in cells at which a sample counts as free in the choice of the direction. So a body that lies on a collider
+/// can move along it.
 const FREE_DEPTH: f64 = 0.02;
 
 /// Greatest gap in cells between two intervals that counts as overlap.
@@ -135,8 +135,8 @@ fn perpendicular(first: Vector3<f64>, second: Vector3<f64>) -> [Vector3<f64>; 3]
 }
 
 impl PosedShape<'_> {
-    /// Adds the intervals of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with the
-    /// shape; those of a mesh belong to the center of the ball, and are longer by the radius at both ends.
+    /// Adds the intervals of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
+    /// the shape; those of a mesh belong to the center of the ball, and are longer by the radius at both ends.
     fn add_overlaps(
         &self,
         point: &Point3<f64>,
@@ -151,7 +151,8 @@ impl PosedShape<'_> {
     }
 
     /// Returns the interval of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
-    /// the shape other than a mesh, or `None`. A box is enlarged by the radius at each face. `direction` is a unit vector.
+    /// the shape other than a mesh, or `None`. A box is enlarged by the radius at each face. `direction` is a unit
+    /// vector.
     pub(super) fn overlap_along(
         &self,
         point: &Point3<f64>,

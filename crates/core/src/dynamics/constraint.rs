@@ -58,8 +58,8 @@ impl Constraint {
         Ok(Self { index: 0, vertices, window, motion, follow: None, capture: None, active: false })
     }
 
-    /// Creates a handle on `vertices` that follows the mesh vertices `part` of an animation. Both are in increasing order,
-    /// without duplicates and not empty.
+    /// Creates a handle on `vertices` that follows the mesh vertices `part` of an animation. Both are in increasing
+    /// order, without duplicates and not empty.
     ///
     /// # Errors
     /// An invalid time window, or an animation with another number of vertices than the mesh.
@@ -91,6 +91,21 @@ impl Constraint {
         &self.vertices
     }
 
+    /// Transfers the constraint to a lattice whose vertices were split: see `Constraints::transfer`.
+    pub(super) fn transfer(&mut self, parents: &[u32]) {
+        if self.follow.is_some() {
+            return;
+        }
+        let held = (0..).zip(parents).filter_map(|(vertex, parent)| {
+            self.vertices.binary_search(parent).ok().map(|place| (vertex, place))
+        });
+        let (vertices, places): (Vec<u32>, Vec<usize>) = held.unzip();
+        if let Some(capture) = &mut self.capture {
+            capture.positions = places.into_iter().map(|place| capture.positions[place]).collect();
+        }
+        self.vertices = vertices;
+    }
+
     /// Returns the time window.
     pub fn window(&self) -> TimeWindow {
         self.window
@@ -101,13 +116,14 @@ impl Constraint {
         self.motion.as_ref().map(Motion::keys)
     }
 
-    /// Returns the animation that a handle follows, and the selection that it was created with; `None` for a pin and for a
-    /// handle with keyframes.
+    /// Returns the animation that a handle follows, and the selection that it was created with; `None` for a pin and
+    /// for a handle with keyframes.
     pub fn followed(&self) -> Option<(&MeshAnimation, &Selection)> {
         self.follow.as_ref().and_then(Follow::source)
     }
 
-    /// Replaces the motion by keyframes. If the constraint followed an animation, it captures positions in the next step.
+    /// Replaces the motion by keyframes. If the constraint followed an animation, it captures positions in the next
+    /// step.
     pub(super) fn set_motion(&mut self, motion: Motion) {
         self.motion = Some(motion);
         self.follow = None;
@@ -126,7 +142,8 @@ impl Constraint {
         self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
-    /// Returns the interpolation between the keyframes of a handle; `None` for a pin, and for a handle that follows an animation.
+    /// Returns the interpolation between the keyframes of a handle; `None` for a pin, and for a handle that follows an
+    /// animation.
     pub fn interpolation(&self) -> Option<Interpolation> {
         self.motion.as_ref().map(Motion::interpolation)
     }
@@ -189,8 +206,8 @@ impl Constraint {
         step.start >= self.window.start - slack && step.end <= self.window.end + slack
     }
 
-    /// Begins a step: captures positions if the constraint becomes active for the first time, or computes the targets of
-    /// an animation. Returns whether the constraint becomes active or inactive.
+    /// Begins a step: captures positions if the constraint becomes active for the first time, or computes the targets
+    /// of an animation. Returns whether the constraint becomes active or inactive.
     pub(super) fn begin(
         &mut self,
         step: Interval,
@@ -296,7 +313,8 @@ pub enum ConstraintError {
     /// The animation that a handle follows is invalid for the body.
     #[error("the animation is invalid: {0}")]
     Animation(#[from] AnimationError),
-    /// A position of the animation is so far away that the positions of neighboring vertices would round to the same number.
+    /// A position of the animation is so far away that the positions of neighboring vertices would round to the same
+    /// number.
     #[error("the animation has a coordinate of {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
     AnimationTooFar {
         /// The coordinate.

@@ -121,6 +121,18 @@ impl Constraints {
         self.constraints.iter().find(missing).map(Constraint::index)
     }
 
+    /// Transfers the constraints to a lattice whose vertices were split: `parents` has the vertex before of each
+    /// vertex. Copies are held like the vertices before, except by handles that follow an animation.
+    pub(crate) fn transfer(&mut self, parents: &[u32]) {
+        for constraint in &mut self.constraints {
+            constraint.transfer(parents);
+        }
+        let active = self.constraints.iter().filter(|constraint| constraint.is_active());
+        let mut held = vec![false; parents.len()];
+        active.flat_map(Constraint::vertices).for_each(|&vertex| held[vertex as usize] = true);
+        self.held = held;
+    }
+
     /// Returns the constraints in the order in which they were added, also released ones until the next step
     /// begins.
     pub fn list(&self) -> &[Constraint] {

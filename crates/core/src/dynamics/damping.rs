@@ -4,13 +4,14 @@
 //! As in Rivers & James (2007, section 5), the rigid velocity of a region is fitted with the region weights
 //! of shape matching. Here the local-moment cascade sums the velocities times the lattice offsets from the
 //! center vertex, so that no digits cancel far from the origin. The inertia of a region is its rest inertia,
-//! rotated by the rotation of the region, so that it is never singular.
+//! rotated by the rotation of the region, so that it is never singular. A region with a plastic shape has the lever
+//! arms and the inertia of this shape.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
 use crate::matching::{
     Factors, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
-    scale,
+    full, inverse, scale, shape, shaped, times,
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
@@ -36,23 +37,24 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching. With stiffness `factors`, v̄ is
-    /// weighted by them, and the fraction of each vertex is multiplied by its own factor.
+    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching, and `strains` S - 1 of the
+    /// plastic shapes S. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is multiplied
+    /// by its own factor.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
-        (rotations, velocities): (&Lanes<4>, &mut Lanes<3>),
+        (rotations, strains, velocities): (&Lanes<4>, Option<&Lanes<6>>, &mut Lanes<3>),
         (fraction, factors): (f32, Option<&Factors>),
     ) {
         let Matching { layout, regions, cascade } = matching;
-        let Regions { constants, weights, .. } = regions;
+        let Regions { constants, weights, inverse_spreads, .. } = regions;
         let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
-        let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations, factors };
-        // A vector of `()` does not allocate.
-        let memory = &mut vec![(); layout.blocks()];
-        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Vertices);
+        let plastic = inverse_spreads.as_ref().zip(strains);
+        let inverse_inertia = &self.inverse_inertia;
+        let fit = FitVelocities { constants, inverse_inertia, rotations, plastic, factors };
+        cascade.forward(layout, executor, workspace, field, (&fit, ()), Purpose::Vertices);
         let update = Damp { weights, fraction, factors };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }
@@ -66,14 +68,14 @@ struct FitVelocities<'a> {
     /// As in [`RegionDamper`].
     inverse_inertia: &'a Lanes<6>,
     rotations: &'a Lanes<4>,
+    /// [`Regions::inverse_spreads`], and S - 1 of the plastic shapes S.
+    plastic: Option<(&'a Lanes<6>, &'a Lanes<6>)>,
     factors: Option<&'a Factors>,
 }
 
-impl RegionTransform for FitVelocities<'_> {
-    type Memory = ();
-
+impl RegionTransform<()> for FitVelocities<'_> {
     #[inline(always)]
-    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], _: &mut [()]) {
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], (): ()) {
         for (block, sums) in (first..).zip(sums) {
             let motion = self.fit(simd, block, load(simd, sums));
             store(motion, sums);
@@ -92,7 +94,8 @@ impl FitVelocities<'_> {
     /// its rotation, and J its rest inertia divided by M. v = S/M is the mean velocity. The columns Bⱼ of
     /// B = [Sx Sy Sz]/M - v dᵀ are the first moments of the velocities with respect to the rest offsets
     /// y = (i, j, k) - d. So the angular momentum divided by M is l = Σⱼ (R eⱼ) × Bⱼ, and the angular
-    /// velocity is ω = R J⁻¹ Rᵀ l.
+    /// velocity is ω = R J⁻¹ Rᵀ l. With a plastic shape S, the lever arms are R S y: R S takes the place of R where it
+    /// multiplies eⱼ, and the inertia of S y that of J.
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
@@ -100,14 +103,23 @@ impl FitVelocities<'_> {
         let Means { mean: v, central, d } = Means::new(constants, sums);
         let r: [f32x8<S>; 9] = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
+        let (inverse_inertia, arms) = match self.plastic {
+            None => (load(simd, &self.inverse_inertia.blocks()[block]), axes),
+            Some((inverse_spreads, strains)) => {
+                let t = load(simd, &strains.blocks()[block]);
+                let g = shaped(&r, t);
+                let inertia = plastic_inertia(simd, load(simd, &inverse_spreads.blocks()[block]), t);
+                (inverse(simd, inertia), [[g[0], g[1], g[2]], [g[3], g[4], g[5]], [g[6], g[7], g[8]]])
+            }
+        };
 
         let mut angular = [zero; 3];
         for j in 0..3 {
             let moment = [central[3 * j], central[3 * j + 1], central[3 * j + 2]];
-            let [x, y, z] = cross(axes[j], moment);
+            let [x, y, z] = cross(arms[j], moment);
             angular = [angular[0] + x, angular[1] + y, angular[2] + z];
         }
-        let [xx, yy, zz, xy, xz, yz] = load(simd, &self.inverse_inertia.blocks()[block]);
+        let [xx, yy, zz, xy, xz, yz] = inverse_inertia;
         let (a, b, c) = (dot(axes[0], angular), dot(axes[1], angular), dot(axes[2], angular));
         let rest_omega = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
         let mut omega = [zero; 3];
@@ -116,13 +128,23 @@ impl FitVelocities<'_> {
         }
 
         // The changes of the rigid velocity per link along x, y and z.
-        let (x, y, z) = (cross(omega, axes[0]), cross(omega, axes[1]), cross(omega, axes[2]));
+        let (x, y, z) = (cross(omega, arms[0]), cross(omega, arms[1]), cross(omega, arms[2]));
         let mut b = v;
         for c in 0..3 {
             b[c] -= x[c] * d[0] + y[c] * d[1] + z[c] * d[2];
         }
         [b[0], b[1], b[2], x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]]
     }
+}
+
+/// Computes the inertia divided by the mass of regions in plastic shapes S: tr(S C S) - S C S, with the rest spread C
+/// and S = 1 + `t`.
+#[inline(always)]
+fn plastic_inertia<S: Simd>(simd: S, inverse_spread: [f32x8<S>; 6], t: [f32x8<S>; 6]) -> [f32x8<S>; 6] {
+    let c = inverse(simd, inverse_spread);
+    let s = shape(simd, t);
+    let p = times(&times(&full(s), c), s);
+    [p[4] + p[8], p[0] + p[8], p[0] + p[4], -p[3], -p[6], -p[7]]
 }
 
 /// The vertex update v += `fraction` (v̄ - v), where v̄ is 1/n times the sum of the rigid velocities of the n

@@ -8,13 +8,13 @@
 //! that flight and spin are undamped.
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
-//! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by the
-//! way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
+//! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by
+//! the way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
 //! reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the reference
 //! motion does not take part; at the limit it does, in the direction of the deflection. So a body that rolls or slides
-//! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one that sways is damped
-//! after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection), and a long way in one direction lowers it
-//! again, so that oscillations over short ways are damped most.
+//! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one
+//! that sways is damped after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection),
+//! and a long way in one direction lowers it again, so that oscillations over short ways are damped most.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -27,9 +27,9 @@ use super::momentum::{
 use crate::simd::lanes::Lanes;
 use crate::state::{State, Support};
 
-/// The elastic-damping stage. It computes the reference motions at the beginning of a step, and the acceleration towards
-/// the goal positions applies them to the velocities before the step. So damping acts neither on the gravity of the step
-/// nor on the impulses that carry the body.
+/// The elastic-damping stage. It computes the reference motions at the beginning of a step, and the acceleration
+/// towards the goal positions applies them to the velocities before the step. So damping acts neither on the gravity of
+/// the step nor on the impulses that carry the body.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ElasticDamper {
     /// Sums over the constrained vertices of each component, with unit masses, and their number.
@@ -59,8 +59,8 @@ pub(crate) struct Damped {
 }
 
 impl Damped {
-    /// Returns the change of the velocity of a vertex of a component, in cells/s. `position` and `velocity` are in cells
-    /// and cells/s from the origin of the body.
+    /// Returns the change of the velocity of a vertex of a component, in cells/s. `position` and `velocity` are in
+    /// cells and cells/s from the origin of the body.
     pub(crate) fn change(
         &self,
         component: usize,
@@ -108,8 +108,8 @@ impl ElasticDamper {
         (self.references, self.keep) = (references, keep);
     }
 
-    /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is the
-    /// size of the body in scene units.
+    /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
+    /// the size of the body in scene units.
     pub(crate) fn coupled(
         &self,
         side: (u32, u32),

@@ -15,8 +15,8 @@
 /// The elastic law of shape matching: E = ρ (alpha/dt²) h² w (w + 1)/3.
 ///
 /// It relates Young's modulus E of a body to the half-width w of its regions in cells and to alpha, the fraction of the
-/// distance to its goal position that a vertex covers in a step ([`Stiffness::PerStep`](crate::Stiffness::PerStep)). The
-/// fields are the parameters that do not depend on the regions. All of them must be > 0.
+/// distance to its goal position that a vertex covers in a step ([`Stiffness::PerStep`](crate::Stiffness::PerStep)).
+/// The fields are the parameters that do not depend on the regions. All of them must be > 0.
 ///
 /// ```
 /// use supple::ElasticLaw;
@@ -44,8 +44,8 @@ impl ElasticLaw {
     }
 
     /// Computes alpha for Young's modulus `modulus` > 0, in scene units of force per area, and regions of half-width
-    /// `half_width` >= 1 in cells. It exceeds 1, which no body can have, if the regions are too small or the step is too
-    /// long.
+    /// `half_width` >= 1 in cells. It exceeds 1, which no body can have, if the regions are too small or the step is
+    /// too long.
     pub fn alpha(&self, half_width: usize, modulus: f64) -> f64 {
         modulus / self.greatest_modulus(half_width)
     }

@@ -8,7 +8,8 @@ use crate::lattice::Lattice;
 use crate::state::{Interval, State};
 
 /// The external-force stage: the forces of the next step, those with which the body came to rest, and the displacements
-/// that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no duplicate vertices.
+/// that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no duplicate
+/// vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {

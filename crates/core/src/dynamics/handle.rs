@@ -34,9 +34,10 @@ pub enum HandleMotion {
     /// the coordinates of the mesh that the body was built from, so that the scale and the placement of the body apply
     /// to it also.
     ///
-    /// Each lattice vertex has a rigid fit to the mesh vertices around it, of those that the selection contains (of all,
-    /// if it is a list of lattice vertices). The vertices are at the positions of the animation at each time, wherever the
-    /// body was before: they jump in the first step if the animation does not begin in the pose of the body.
+    /// Each lattice vertex has a rigid fit to the mesh vertices around it, of those that the selection contains (of
+    /// all, if it is a list of lattice vertices). The vertices are at the positions of the animation at each time,
+    /// wherever the body was before: they jump in the first step if the animation does not begin in the pose of the
+    /// body.
     Follow(MeshAnimation),
 }
 

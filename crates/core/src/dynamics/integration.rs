@@ -15,9 +15,9 @@ use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
-/// The vertex update v += alpha (g - x)/h + h a, after damping. The goal position g of a vertex is 1/n times a sum over the
-/// n regions that contain the vertex; the adjoint of the cascade computes this sum. With stiffness factors, g is the mean
-/// weighted by them, and alpha is multiplied by the factor of the vertex.
+/// The vertex update v += alpha (g - x)/h + h a, after damping. The goal position g of a vertex is 1/n times a sum over
+/// the n regions that contain the vertex; the adjoint of the cascade computes this sum. With stiffness factors, g is
+/// the mean weighted by them, and alpha is multiplied by the factor of the vertex.
 pub(crate) struct Accelerate<'a> {
     /// m and 1/n of each vertex.
     pub(crate) weights: &'a Lanes<2>,

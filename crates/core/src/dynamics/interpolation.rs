@@ -9,8 +9,8 @@ pub enum Interpolation {
     Linear,
     /// From rest to rest: the velocity is zero at each keyframe. The share s of the way is 3 s² - 2 s³.
     Smooth,
-    /// Through the keyframes with a continuous velocity. A coordinate rests at the first and the last keyframe, and where it
-    /// turns back or did not change; it stays between its values at the two keyframes.
+    /// Through the keyframes with a continuous velocity. A coordinate rests at the first and the last keyframe, and
+    /// where it turns back or did not change; it stays between its values at the two keyframes.
     Cubic,
 }
 
@@ -39,15 +39,16 @@ pub(super) fn smooth(s: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
-/// Returns the cubic Hermite polynomial from `a` at s = 0 to `b` at s = 1, with the slopes `[start, end]` in units of s.
+/// Returns the cubic Hermite polynomial from `a` at s = 0 to `b` at s = 1, with the slopes `[start, end]` in units of
+/// s.
 pub(super) fn hermite(a: f64, b: f64, [start, end]: [f64; 2], s: f64) -> f64 {
     let rest = 1.0 - s;
     a + (b - a) * smooth(s) + s * rest * (rest * start - s * end)
 }
 
-/// Returns the slope at a keyframe between two intervals of the lengths `lengths`, in which a value changes by `changes`:
-/// a weighted harmonic mean of the slopes of the two (Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5, 300), zero if
-/// they differ in sign. With it the Hermite cubics of both intervals are monotone.
+/// Returns the slope at a keyframe between two intervals of the lengths `lengths`, in which a value changes by
+/// `changes`: a weighted harmonic mean of the slopes of the two (Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5,
+/// 300), zero if they differ in sign. With it the Hermite cubics of both intervals are monotone.
 pub(super) fn slope(changes: [f64; 2], lengths: [f64; 2]) -> f64 {
     let [before, after] = [changes[0] / lengths[0], changes[1] / lengths[1]];
     if before * after <= 0.0 {

@@ -1,5 +1,6 @@
 //! Defines the material of a body.
 
+use super::plasticity::Plasticity;
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
 
@@ -82,8 +83,8 @@ impl Preset {
     }
 }
 
-/// Returns max(g, 8 L/s²): the gravity g, but at least that under which a body of the size L falls its own size in half a
-/// second.
+/// Returns max(g, 8 L/s²): the gravity g, but at least that under which a body of the size L falls its own size in half
+/// a second.
 pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
     gravity.max(8.0 * size)
 }
@@ -130,6 +131,8 @@ pub struct Material {
     pub region_damping: RegionDamping,
     /// Density: mass per volume in scene units, > 0; default 1000.
     pub density: f64,
+    /// Plasticity; `None`, the default, is an elastic body.
+    pub plastic: Option<Plasticity>,
 }
 
 impl Default for Material {
@@ -139,6 +142,7 @@ impl Default for Material {
             damping: None,
             region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,
+            plastic: None,
         }
     }
 }
@@ -241,7 +245,8 @@ impl Material {
             RegionDamping::PerStep(d) => in_range("region_damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
             RegionDamping::Rate(r) => in_range("region_damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
         }?;
-        in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
+        in_range("density", self.density, self.density > 0.0, "> 0")?;
+        self.plastic.map_or(Ok(()), |plastic| plastic.validate())
     }
 
     /// Returns the damping, with the default of the material if none is set.

@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `material` | region size, stiffness, damping and density |
+//! | `plasticity` | yield strain, creep and greatest plastic strain |
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
 //! | `stiffness_factors` | the factors with which the stiffness varies over a body |
 //! | `interpolation` | interpolation between keyframes |
@@ -41,6 +42,7 @@ mod lowest_mode;
 mod material;
 mod momentum;
 mod motion;
+mod plasticity;
 mod selection;
 mod stiffness_factors;
 
@@ -64,6 +66,7 @@ pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionS
 pub(crate) use momentum::MomentumTracker;
 pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
+pub use plasticity::Plasticity;
 pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError};
 pub(crate) use stiffness_factors::StiffnessFactors;

@@ -12,8 +12,8 @@ const CORNER: f32 = 0.5;
 /// Greatest length of a displacement, in cells.
 pub(super) const GREATEST_LENGTH: f32 = (1.0 + 0.5 * CORNER) * GREATEST_GAP;
 
-/// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer it is, the
-/// less a motion of the surface is enlarged: see [`approach`].
+/// Length over which the displacement fades out beyond the corner, as a multiple of the gap that is closed. The longer
+/// it is, the less a motion of the surface is enlarged: see [`approach`].
 const SPAN: f32 = 14.0;
 
 /// Gap from which on points do not move, as a multiple of the gap that is closed.
@@ -25,8 +25,8 @@ pub(super) const FADED: f32 = 0.5;
 /// Distance in cells up to which a component touches a collider. A search for the nearest point can end there.
 pub(super) const TOUCHING: f32 = 0.01;
 
-/// Cosines of the angle at rest between the outward normal of the surface and the direction to the collider between which the
-/// effect fades in. The walls of a body that stands on a plane do not move.
+/// Cosines of the angle at rest between the outward normal of the surface and the direction to the collider between
+/// which the effect fades in. The walls of a body that stands on a plane do not move.
 pub(super) const FACING: [f32; 2] = [0.1, 0.4];
 
 /// Compression up to which the flattened surface follows the volume correction in part.
@@ -37,16 +37,17 @@ const HELD: f32 = 0.01;
 pub(super) struct Approach {
     /// Displacement towards the collider, in cells; at least 0.
     pub(super) length: f32,
-    /// Share of a later displacement along the normal of the collider that is held back, from 0 to 1: 1 minus the derivative
-    /// of the remaining gap.
+    /// Share of a later displacement along the normal of the collider that is held back, from 0 to 1: 1 minus the
+    /// derivative of the remaining gap.
     pub(super) hold: f32,
 }
 
 /// Returns how a point comes closer to a collider.
 ///
-/// The component of the body is at a distance `least` from the collider, and gaps are measured from there: a point at this
-/// distance does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to their own value, with
-/// continuous derivatives, and in the same order. The derivative is at most 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.13.
+/// The component of the body is at a distance `least` from the collider, and gaps are measured from there: a point at
+/// this distance does not move. Gaps up to `c`, the gap that is closed, become 0. From there to `END c` they rise to
+/// their own value, with continuous derivatives, and in the same order. The derivative is at most
+/// 1 + 1.5 (1 + CORNER / 2) / SPAN = 1.13.
 ///
 /// * `gap`: distance from the collider, in cells. Points nearer than `least` do not move.
 /// * `least`: distance of the component, at least 0; see [`least_gap`].

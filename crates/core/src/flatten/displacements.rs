@@ -87,8 +87,8 @@ impl Displacements {
         *offset = [x, y, z, x];
     }
 
-    /// Multiplies displacements by factors. `factor` has the corners of the cell of a mesh vertex and its displacement as
-    /// arguments.
+    /// Multiplies displacements by factors. `factor` has the corners of the cell of a mesh vertex and its displacement
+    /// as arguments.
     pub(crate) fn scale(
         &mut self,
         (table, embedding): (&FlattenTable, &Embedding),

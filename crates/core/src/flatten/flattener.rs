@@ -12,8 +12,8 @@ use crate::contact::PosedShape;
 use crate::lattice::{monomials, polynomial};
 use crate::simd::xyzx::{Xyzx, xyzx};
 
-/// Gradient of the distance below which the effect fades out: where the lattice is crushed, the direction to the collider is not
-/// certain.
+/// Gradient of the distance below which the effect fades out: where the lattice is crushed, the direction to the
+/// collider is not certain.
 const LEAST_GRADIENT: f32 = 0.25;
 
 /// Marks cells whose mesh vertices move towards several planes.
@@ -72,8 +72,9 @@ impl Flattener {
 
     /// Finds the displacements at planes. `shapes`: the shapes of all colliders in the frame of the body.
     ///
-    /// Only the distance from a plane is linear, so that its derivatives are those of the lattice: those of other distances
-    /// change within a cell at edges, at the back, and where the shape is curved, also where the lattice is not compressed.
+    /// Only the distance from a plane is linear, so that its derivatives are those of the lattice: those of other
+    /// distances change within a cell at edges, at the back, and where the shape is curved, also where the lattice is
+    /// not compressed.
     pub(crate) fn flatten<'a>(
         &mut self,
         surface: Unflattened<'_>,
@@ -178,9 +179,9 @@ impl Flattener {
         }
     }
 
-    /// Shortens displacements by which a mesh vertex would enter a collider by more than [`TOUCHING`] while it moves towards a
-    /// plane. The tolerance makes them continuous where a vertex moves along a collider. `greatest`: greatest length of a
-    /// displacement.
+    /// Shortens displacements by which a mesh vertex would enter a collider by more than [`TOUCHING`] while it moves
+    /// towards a plane. The tolerance makes them continuous where a vertex moves along a collider. `greatest`: greatest
+    /// length of a displacement.
     fn restrain<'a>(
         &mut self,
         surface: Unflattened<'_>,
@@ -220,8 +221,8 @@ impl Flattener {
     }
 }
 
-/// Returns false only if no surface in a cell faces the collider. `normals`: least and greatest components of the normals in the
-/// cell.
+/// Returns false only if no surface in a cell faces the collider. `normals`: least and greatest components of the
+/// normals in the cell.
 fn faces(gradients: &[Vector3<f32>; 8], normals: &[[f32; 3]; 2]) -> bool {
     let [least, greatest] = normals;
     // The greatest product with a normal is a convex function of the gradient, so that it is greatest at a corner.
@@ -231,8 +232,8 @@ fn faces(gradients: &[Vector3<f32>; 8], normals: &[[f32; 3]; 2]) -> bool {
     gradients.iter().any(|gradient| greatest_product(gradient) > FACING[0] * LEAST_GRADIENT)
 }
 
-/// Returns a bound of the compression in a cell, from the gradients of the distance at its corners: the length of a mean is at
-/// least the least component along any direction.
+/// Returns a bound of the compression in a cell, from the gradients of the distance at its corners: the length of a
+/// mean is at least the least component along any direction.
 fn greatest_compression(gradients: &[Vector3<f32>; 8]) -> f32 {
     let sum: Vector3<f32> = gradients.iter().sum();
     let direction = sum.try_normalize(0.0).unwrap_or_default();

@@ -1,9 +1,9 @@
 //! Flattens the displayed surface of a body where it is pressed onto planes.
 //!
-//! The regions of the lattice resist bending at wavelengths below twice their size, so that a pressed surface touches a plane
-//! at few points only. The stage moves the mesh vertices near a plane towards it, the more so the more the lattice is
-//! compressed there towards the plane. Where it is not compressed, nothing moves. The displacements are continuous functions
-//! of the positions of the lattice, so that nothing jumps when a contact begins or ends.
+//! The regions of the lattice resist bending at wavelengths below twice their size, so that a pressed surface touches a
+//! plane at few points only. The stage moves the mesh vertices near a plane towards it, the more so the more the
+//! lattice is compressed there towards the plane. Where it is not compressed, nothing moves. The displacements are
+//! continuous functions of the positions of the lattice, so that nothing jumps when a contact begins or ends.
 //!
 //! The *rank* of a mesh vertex is its index in the order of [`Embedding::by_cell`](crate::lattice::Embedding::by_cell).
 //!

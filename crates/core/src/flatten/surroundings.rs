@@ -10,7 +10,8 @@ use crate::simd::xyzx::Xyzx;
 pub(super) struct Surroundings {
     /// Signed distance of each lattice vertex.
     pub(super) distances: Vec<f32>,
-    /// Derivatives of the distance along the axes of the rest shape at each lattice vertex, or NaN if they are not known.
+    /// Derivatives of the distance along the axes of the rest shape at each lattice vertex, or NaN if they are not
+    /// known.
     gradients: Vec<[f32; 3]>,
 }
 

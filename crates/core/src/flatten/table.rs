@@ -48,7 +48,8 @@ impl FlattenTable {
         let rank = |corner: u32| ranks[mesh.weld()[corner as usize] as usize];
         let corners: Vec<_> = mesh.triangles().iter().map(|triangle| triangle.map(rank)).collect();
         let at_ranks = (0..).zip(&corners).flat_map(|(triangle, ranks)| ranks.map(|rank| (rank, triangle)));
-        // The position continues linearly outside a cell; along each axis, the lattice is stretched to less than twice its size.
+        // The position continues linearly outside a cell; along each axis, the lattice is stretched to less than twice
+        // its size.
         let outside = (0..ranks.len()).map(|point| {
             embedding.local(point).iter().map(|x| 2.0 * (x - x.clamp(0.0, 1.0)).abs()).sum::<f32>()
         });

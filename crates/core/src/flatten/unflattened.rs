@@ -12,8 +12,8 @@ use crate::skin::{ComponentMotion, SurfaceMotion};
 /// Distance of a mesh vertex from its cell, in cells, up to which its gap is computed by the polynomial of the cell.
 const OUTSIDE: f32 = 0.01;
 
-/// Distance in cells by which a smooth surface may leave the box of its cell: along each axis, at most 4/27 of the differences
-/// between both slopes and the chord, which are at most 1 where the slopes are trusted.
+/// Distance in cells by which a smooth surface may leave the box of its cell: along each axis, at most 4/27 of the
+/// differences between both slopes and the chord, which are at most 1 where the slopes are trusted.
 pub(super) const SMOOTH_MARGIN: f32 = 1.0;
 
 /// The surface of a body before it is flattened.
@@ -72,8 +72,8 @@ pub(super) struct CellGaps<'a> {
 /// What determines the gaps in a cell.
 #[expect(clippy::large_enum_variant, reason = "a value is short-lived and stays on the stack")]
 enum GapPoints<'a> {
-    /// The distance from a plane, which is trilinear in the cell; and the corners and the lattice, for mesh vertices outside the
-    /// cell.
+    /// The distance from a plane, which is trilinear in the cell; and the corners and the lattice, for mesh vertices
+    /// outside the cell.
     Distance { terms: [f32; 8], normal: [f32; 3], corners: &'a [u32; 8], lattice: &'a [Xyzx] },
     /// The positions in the cell.
     Map(PointMap),

@@ -47,6 +47,7 @@ pub(super) fn lattice(
         cell_set: cells,
         components,
         report,
+        broken: None,
     })
 }
 

@@ -88,6 +88,16 @@ impl Embedding {
         Self::grouped(lattice, &cell_of, local)
     }
 
+    /// Embeds points in given cells, which need not contain them: a point outside its cell follows the cell by
+    /// extrapolation.
+    pub(crate) fn in_cells(lattice: &Lattice, points: &[Point3<f64>], cells: &[u32]) -> Self {
+        let local = |(point, &cell): (&Point3<f64>, &u32)| {
+            let position = (point - lattice.origin) / lattice.cell_size;
+            std::array::from_fn(|a| (position[a] - f64::from(lattice.cells[cell as usize][a])) as f32)
+        };
+        Self::grouped(lattice, cells, points.iter().zip(cells).map(local).collect())
+    }
+
     /// Builds the embedding from the cell and the local coordinates of each point.
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
         let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
@@ -215,8 +225,8 @@ pub(crate) enum PointMap {
 }
 
 impl PointMap {
-    /// Builds the map of a cell. `corners`: lattice vertices at the corners of the cell. `lattice`: the positions of the
-    /// lattice vertices. `slopes`: their slopes, or `None` for the trilinear map.
+    /// Builds the map of a cell. `corners`: lattice vertices at the corners of the cell. `lattice`: the positions of
+    /// the lattice vertices. `slopes`: their slopes, or `None` for the trilinear map.
     pub(crate) fn new(corners: &[u32; 8], lattice: &[Xyzx], slopes: Option<Slopes<'_>>) -> Self {
         let xyz = |[x, y, z, _]: Xyzx| [x, y, z];
         let positions = corners.map(|corner| xyz(lattice[corner as usize]));

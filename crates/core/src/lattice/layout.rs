@@ -1,7 +1,8 @@
-//! Assigns lattice vertices to blocks: cubes of 2 × 2 × 2 vertices, one vertex in each lane. Blocks without a vertex are not
-//! stored.
+//! Assigns lattice vertices to blocks: cubes of 2 × 2 × 2 vertices, one vertex in each lane. Blocks without a vertex
+//! are not stored.
 //!
-//! The *slot* of a vertex is `8 * block + lane`, its index in the storage; see `simd::lanes`, which also numbers the lanes.
+//! The *slot* of a vertex is `8 * block + lane`, its index in the storage; see `simd::lanes`, which also numbers the
+//! lanes.
 //!
 //! ```text
 //! plane  all blocks with the same x         planes are stored in the order of x
@@ -9,12 +10,15 @@
 //! block  2 × 2 × 2 vertices                 blocks of a line are stored in the order of z
 //! ```
 //!
-//! The moment cascade begins and ends with x, so that all of its other passes stay within a plane. The boundaries of the
-//! blocks are shifted along each axis by an offset of 0 or 1. Of the eight offsets, the one with the fewest blocks is used.
+//! The moment cascade begins and ends with x, so that all of its other passes stay within a plane. The boundaries of
+//! the blocks are shifted along each axis by an offset of 0 or 1. Of the eight offsets, the one with the fewest blocks
+//! is used.
 
 use std::ops::Range;
 
 use super::Lattice;
+use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::charts::Chart;
 use crate::simd::lanes::{LANES, LOWER, lane_stride};
 
 /// The blocks of a lattice, and the links between their vertices.
@@ -32,24 +36,12 @@ pub(crate) struct Layout {
     planes: Vec<u32>,
 }
 
-/// Grid index of a block: that of its vertex in lane 0, plus the offset, divided by two. Blocks are stored in the order of
-/// their keys.
-type BlockKey = [i32; 3];
-
-/// Returns the block and the lane of the vertex at a grid index.
-fn block_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
-    let (mut key, mut lane) = ([0; 3], 0);
-    for axis in 0..3 {
-        let shifted = index[axis] + offset[axis];
-        key[axis] = shifted.div_euclid(2);
-        lane += lane_stride(axis) * shifted.rem_euclid(2) as usize;
-    }
-    (key, lane)
-}
-
 impl Layout {
     /// Builds the layout of a lattice, with the offset that gives the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
+        if let Some(chart) = lattice.chart() {
+            return Self::of_chart(lattice, chart);
+        }
         let (offset, keys) = fewest_blocks(lattice.indices());
         let mut slots = Vec::with_capacity(lattice.len());
         let mut occupied = vec![0; keys.len()];
@@ -74,10 +66,31 @@ impl Layout {
             axis += 1;
             axis_links
         });
-        let lines = starts(&keys, |a, b| a[..2] != b[..2]);
-        let line_keys: Vec<BlockKey> =
-            lines[..lines.len() - 1].iter().map(|&block| keys[block as usize]).collect();
-        let planes = starts(&line_keys, |a, b| a[0] != b[0]);
+        let (lines, planes) = lines_and_planes(&keys);
+        Self { slots, occupied, axes, lines, planes }
+    }
+
+    /// Builds the layout of a lattice with broken joints.
+    fn of_chart(lattice: &Lattice, chart: &Chart) -> Self {
+        let places: Vec<_> =
+            lattice.indices().iter().map(|&index| block_and_lane(chart.offset, index)).collect();
+        let mut blocks: Vec<(BlockKey, u32)> =
+            places.iter().zip(&chart.sheets).map(|((key, _), &sheet)| (*key, sheet)).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let mut occupied = vec![0; blocks.len()];
+        let slots: Vec<u32> = places
+            .iter()
+            .zip(&chart.sheets)
+            .map(|(&(key, lane), &sheet)| {
+                let block = blocks.binary_search(&(key, sheet)).expect("each vertex has a block");
+                occupied[block] |= 1 << lane;
+                (block * LANES + lane) as u32
+            })
+            .collect();
+        let axes = [0, 1, 2].map(|axis| AxisLinks::of_slots(axis, lattice, (&slots, blocks.len())));
+        let keys: Vec<BlockKey> = blocks.into_iter().map(|(key, _)| key).collect();
+        let (lines, planes) = lines_and_planes(&keys);
         Self { slots, occupied, axes, lines, planes }
     }
 
@@ -128,6 +141,16 @@ impl Layout {
     }
 }
 
+/// Returns the first block of each line, then the number of blocks, and the first line of each plane, then the number
+/// of lines. `keys`: the sorted keys of the blocks.
+fn lines_and_planes(keys: &[BlockKey]) -> (Vec<u32>, Vec<u32>) {
+    let lines = starts(keys, |a, b| a[..2] != b[..2]);
+    let line_keys: Vec<BlockKey> =
+        lines[..lines.len() - 1].iter().map(|&block| keys[block as usize]).collect();
+    let planes = starts(&line_keys, |a, b| a[0] != b[0]);
+    (lines, planes)
+}
+
 /// Returns the index of the first item of each group, then the number of items.
 ///
 /// A group ends at an item if `separates` returns true for the item and the next item.
@@ -135,47 +158,6 @@ fn starts<T>(items: &[T], separates: impl Fn(&T, &T) -> bool) -> Vec<u32> {
     let ends = items.windows(2).enumerate().filter(|(_, pair)| separates(&pair[0], &pair[1]));
     let inner_starts = ends.map(|(end, _)| end as u32 + 1);
     std::iter::once(0).chain(inner_starts).chain([items.len() as u32]).collect()
-}
-
-/// Returns the offset with the fewest blocks, the first one if several have equally many, and the keys of the blocks.
-fn fewest_blocks(indices: &[[i32; 3]]) -> ([i32; 3], Vec<BlockKey>) {
-    // The occupied lanes of each block without an offset. The blocks of the other offsets follow from them.
-    let mut unshifted: Vec<_> = indices
-        .iter()
-        .map(|&index| block_and_lane([0; 3], index))
-        .map(|(key, lane)| (key, lane as u8))
-        .collect();
-    unshifted.sort_unstable();
-    let mut best = ([0; 3], blocks_with_offset([0; 3], &unshifted));
-    for number in 1..LANES as i32 {
-        let offset = [number >> 2, number >> 1 & 1, number & 1];
-        let keys = blocks_with_offset(offset, &unshifted);
-        if keys.len() < best.1.len() {
-            best = (offset, keys);
-        }
-    }
-    best
-}
-
-/// Returns the keys of the blocks with an offset, sorted. `unshifted`: the block and the lane of each vertex without an offset,
-/// sorted.
-fn blocks_with_offset(offset: [i32; 3], unshifted: &[(BlockKey, u8)]) -> Vec<BlockKey> {
-    let mut keys: Vec<BlockKey> = Vec::with_capacity(unshifted.len() / 4);
-    for block in unshifted.chunk_by(|a, b| a.0 == b.0) {
-        let first = keys.len();
-        for &(key, lane) in block {
-            // An offset moves the vertices with an odd coordinate to the next block.
-            let moved = std::array::from_fn(|axis| {
-                key[axis] + (offset[axis] & (i32::from(lane) / lane_stride(axis) as i32))
-            });
-            if !keys[first..].contains(&moved) {
-                keys.push(moved);
-            }
-        }
-    }
-    keys.sort_unstable();
-    keys.dedup();
-    keys
 }
 
 /// The links along one axis.
@@ -213,14 +195,32 @@ impl AxisLinks {
         Self { axis, links, next, previous }
     }
 
+    /// Finds the links and the neighbors of blocks along an axis from the links of a lattice whose links join each
+    /// block to one next block at most. `slots`: the slot of each vertex; `blocks`: the number of blocks.
+    fn of_slots(axis: usize, lattice: &Lattice, (slots, blocks): (&[u32], usize)) -> Self {
+        let mut next: Vec<u32> = (0..blocks as u32).collect();
+        let mut previous = next.clone();
+        let mut links = vec![0; blocks];
+        for (vertex, &slot) in (0..).zip(slots) {
+            let Some(other) = lattice.neighbors(vertex)[2 * axis + 1] else { continue };
+            let (block, other) = (slot as usize / LANES, slots[other as usize] as usize / LANES);
+            links[block] |= 1 << (slot as usize % LANES);
+            if other != block {
+                next[block] = other as u32;
+                previous[other] = block as u32;
+            }
+        }
+        Self { axis, links, next, previous }
+    }
+
     /// Returns the next block along the axis, or the block itself if there is no next block.
     #[inline(always)]
     pub(crate) fn next(&self, block: usize) -> usize {
         self.next[block] as usize
     }
 
-    /// Returns the previous block along the axis and the bit mask of its lanes that are linked to their next vertices. If
-    /// there is no previous block, it is the block itself, and no lane is linked.
+    /// Returns the previous block along the axis and the bit mask of its lanes that are linked to their next vertices.
+    /// If there is no previous block, it is the block itself, and no lane is linked.
     #[inline(always)]
     pub(crate) fn previous(&self, block: usize) -> (usize, u8) {
         let previous = self.previous[block] as usize;

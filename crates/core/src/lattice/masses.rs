@@ -19,14 +19,34 @@ const MAX_TESTS: f64 = 3e7;
 /// cells.
 ///
 /// The share is 1 for a bare lattice (`mesh` is `None`) and for an open mesh. For a closed mesh it is the mean over the
-/// cell of the winding number of the mesh, limited to the range from [`LEAST_SHARE`] to 1. The mean is exact along x and
-/// sampled along y and z.
+/// cell of the winding number of the mesh, limited to the range from [`LEAST_SHARE`] to 1. The mean is exact along x
+/// and sampled along y and z.
 pub(crate) fn vertex_masses(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f32> {
     let Some(mesh) = mesh.filter(|mesh| mesh.is_closed()) else {
         return lattice.occupied_cells.iter().map(|&cells| f32::from(cells) / 8.0).collect();
     };
+    masses_of_shares(lattice, &filled_shares(lattice, mesh))
+}
+
+/// Returns the filled share of each cell, shape `(m,)`, rounded to multiples of [`SHARE_UNIT`]: see [`vertex_masses`].
+/// The masses of vertices that break apart then have exactly the mass of the vertex before, in f32.
+pub(crate) fn cell_shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f64> {
+    match mesh.filter(|mesh| mesh.is_closed()) {
+        None => vec![1.0; lattice.cells.len()],
+        Some(mesh) => filled_shares(lattice, mesh)
+            .into_iter()
+            .map(|share| (share / SHARE_UNIT).round() * SHARE_UNIT)
+            .collect(),
+    }
+}
+
+/// The unit of shares that break apart: an eighth of it is 2^-23, so that sums up to 1 are exact in f32.
+const SHARE_UNIT: f64 = 1.0 / (1 << 20) as f64;
+
+/// Computes the mass of each vertex from the filled share of each cell: see [`vertex_masses`].
+pub(crate) fn masses_of_shares(lattice: &Lattice, shares: &[f64]) -> Vec<f32> {
     let mut masses = vec![0.0; lattice.len()];
-    for (cell, share) in (0..).zip(filled_shares(lattice, mesh)) {
+    for (cell, share) in (0..).zip(shares) {
         for corner in lattice.cell_corners(cell) {
             masses[corner as usize] += share / 8.0;
         }

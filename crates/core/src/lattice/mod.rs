@@ -10,17 +10,23 @@
 //! * [`components`], [`nearest`]: find the parts of the cells and the bridges that join them.
 //! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
-//! * [`layout`]: storage of the vertices in blocks of eight.
+//! * [`blocks`], [`layout`]: storage of the vertices in blocks of eight.
+//! * [`tables`]: the neighbors of all vertices, and the corners of all cells.
+//! * [`joints`]: joints between cells.
+//! * [`split`], [`split_links`], [`charts`]: lattices with broken joints, their links and their blocks.
 //! * [`masses`]: the masses of the vertices.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
 //! * [`smooth`], [`slopes`]: interpolation that is smooth across the faces of the cells.
 
 mod assemble;
+mod blocks;
 mod candidate;
+mod charts;
 mod components;
 mod construct;
 mod embedding;
 mod error;
+mod joints;
 mod layout;
 mod masses;
 mod memory;
@@ -29,21 +35,28 @@ mod options;
 mod resolution;
 mod slopes;
 mod smooth;
+mod split;
+mod split_links;
+mod tables;
 mod trilinear;
 
 use nalgebra::Point3;
 
 use crate::voxel::GridSet;
+use charts::NO_NEIGHBOR;
+use joints::Broken;
 
 pub use components::Components;
 pub use embedding::{CellPoints, Embedding};
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
+pub use joints::Joint;
 pub(crate) use layout::{AxisLinks, Layout};
-pub(crate) use masses::vertex_masses;
+pub(crate) use masses::{cell_shares, masses_of_shares, vertex_masses};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};
 pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};
+pub(crate) use tables::corners_from;
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
@@ -66,6 +79,9 @@ pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilin
 /// edge of an occupied cell. Two vertices on opposite sides of a gap are not neighbors, however close they
 /// are.
 ///
+/// Where a body breaks, its lattice gets broken [joints](Joint). Several vertices can then have the same grid index.
+/// They follow the others in the vertex order ([`Lattice::whole_len`]).
+///
 /// Rivers & James 2007 put the particles at the centers of the cells. Here the vertices are at the corners.
 /// Each vertex is then a corner of at least one cell, so that every region spans three dimensions even where
 /// the shape is one cell thick.
@@ -81,6 +97,8 @@ pub struct Lattice {
     cell_set: GridSet,
     components: Components,
     report: LatticeReport,
+    /// `None` if no joint is broken.
+    broken: Option<Box<Broken>>,
 }
 
 impl Lattice {
@@ -131,6 +149,9 @@ impl Lattice {
     ///
     /// If there is no such cell.
     pub fn cell_corners(&self, cell: u32) -> [u32; 8] {
+        if let Some(broken) = &self.broken {
+            return broken.corners[cell as usize];
+        }
         let [x, y, z] = self.cells[cell as usize];
         let mut corners = [0; 8];
         for (pair, corner) in corners.chunks_exact_mut(2).enumerate() {
@@ -142,7 +163,7 @@ impl Lattice {
         corners
     }
 
-    /// Returns the vertex at a grid index, if there is one.
+    /// Returns the vertex at a grid index, if there is one; of several, the one with the lowest number.
     pub fn vertex_at(&self, index: [i32; 3]) -> Option<u32> {
         self.vertex_set.find(index)
     }
@@ -150,6 +171,13 @@ impl Lattice {
     /// Returns the occupied cell at a grid index, if there is one.
     pub fn cell_at(&self, index: [i32; 3]) -> Option<u32> {
         self.cell_set.find(index)
+    }
+
+    /// Returns the occupied cell in an octant around a grid index of vertices, if there is one. Octant `k` lies in the
+    /// direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the negative side of an axis: a vertex at `index` is
+    /// corner `7 - k` of the cell.
+    pub(crate) fn cell_around(&self, index: [i32; 3], octant: usize) -> Option<u32> {
+        self.cell_at(std::array::from_fn(|a| index[a] - 1 + (octant >> a & 1) as i32))
     }
 
     /// Returns the links of each vertex as a bit mask, shape `(n,)`. Bits 0 to 5 are set iff the vertex is
@@ -164,6 +192,9 @@ impl Lattice {
     ///
     /// If there is no such vertex.
     pub fn neighbors(&self, vertex: u32) -> [Option<u32>; 6] {
+        if let Some(broken) = &self.broken {
+            return broken.neighbors[vertex as usize].map(|other| (other != NO_NEIGHBOR).then_some(other));
+        }
         let index = self.indices[vertex as usize];
         let links = self.links[vertex as usize];
         std::array::from_fn(|n| match n {
@@ -203,6 +234,7 @@ impl Lattice {
             + self.cells.len() * size_of::<[i32; 3]>()
             + self.vertex_set.bytes()
             + self.cell_set.bytes()
+            + self.broken.as_ref().map_or(0, |broken| broken.bytes())
             + size_of::<Self>()
     }
 }

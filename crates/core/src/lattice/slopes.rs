@@ -1,12 +1,12 @@
 //! Slopes of a deformed lattice: its derivatives at the vertices, by differences along the links.
 //!
-//! The smooth skin ([`smooth`](super::smooth)) is limited, as the slopes of finite-volume schemes are: where the links of a
-//! vertex differ from its slopes by half of them or more, it changes to the trilinear skin. The *trust* in the slopes of a
-//! vertex, in `[0, 1]`, is the factor of the smooth skin.
+//! The smooth skin ([`smooth`](super::smooth)) is limited, as the slopes of finite-volume schemes are: where the links
+//! of a vertex differ from its slopes by half of them or more, it changes to the trilinear skin. The *trust* in the
+//! slopes of a vertex, in `[0, 1]`, is the factor of the smooth skin.
 //!
 //! Only vertices with a stencil have a bend, and only their bends count for the trust of their neighbors. They are the
-//! corners of the cells that contain mesh vertices, or for contact, samples. So where the mesh is coarser than the cells, the
-//! trust for contact may be less than the trust for the display.
+//! corners of the cells that contain mesh vertices, or for contact, samples. So where the mesh is coarser than the
+//! cells, the trust for contact may be less than the trust for the display.
 
 use std::ops::{Mul, Sub};
 use std::sync::Arc;
@@ -21,8 +21,8 @@ use crate::simd::xyzx::Xyzx;
 
 /// Bend up to which the slopes are trusted fully. See [`Stencil::bend`].
 ///
-/// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with 0.6
-/// and 1.2 some have more folds.
+/// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with
+/// 0.6 and 1.2 some have more folds.
 const TRUSTED: f32 = 0.5;
 
 /// Bend from which the slopes are not used.
@@ -71,13 +71,13 @@ impl Stencil {
         [(value(x1) - value(x0)) * x, (value(y1) - value(y0)) * y, (value(z1) - value(z0)) * z]
     }
 
-    /// Returns the bend, in `[0, ∞]`: half of the greatest difference between the two links along an axis, relative to the
-    /// slopes.
+    /// Returns the bend, in `[0, ∞]`: half of the greatest difference between the two links along an axis, relative to
+    /// the slopes.
     ///
-    /// The difference is taken back to the rest shape by the inverse of the slopes, so that an affine motion of the whole
-    /// lattice does not change the bend. It is infinite if the slopes are inverted or flat. Along one axis, the
-    /// derivative of the smooth skin at the middle of a cell is at least 1 minus 3/2 of the bend, so that it does not fold up
-    /// to a bend of 2/3.
+    /// The difference is taken back to the rest shape by the inverse of the slopes, so that an affine motion of the
+    /// whole lattice does not change the bend. It is infinite if the slopes are inverted or flat. Along one axis, the
+    /// derivative of the smooth skin at the middle of a cell is at least 1 minus 3/2 of the bend, so that it does not
+    /// fold up to a bend of 2/3.
     #[inline(always)]
     pub(crate) fn bend(&self, position: impl Fn(u32) -> Vector3<f32>) -> f32 {
         let [x, y, z] = self.slopes(&position);

@@ -1,8 +1,8 @@
 //! Interpolation in a cell that is smooth across the faces of the cells.
 //!
-//! Corner i has the position `x_i` and the slopes `G_ia`, one vector per axis a ([`slopes`](super::slopes)). At the local
-//! coordinates `t` of a cell, the position is the cubic Hermite interpolant along each axis, without the terms of mixed
-//! derivatives (Ferguson 1964 has it for surfaces):
+//! Corner i has the position `x_i` and the slopes `G_ia`, one vector per axis a ([`slopes`](super::slopes)). At the
+//! local coordinates `t` of a cell, the position is the cubic Hermite interpolant along each axis, without the terms of
+//! mixed derivatives (Ferguson 1964 has it for surfaces):
 //!
 //! ```text
 //! sum over i of N_i x_i + sum over i and axes a of K_ia G_ia
@@ -10,17 +10,17 @@
 //! K_ia = K(t_a) times the H of other axes, K = t (1 - t)² or -t² (1 - t)
 //! ```
 //!
-//! with the second form of H and the first form of K for a corner whose local coordinate along the axis is 0. On a face, the
-//! derivatives of H vanish and those of K are 1 or 0. The position and its first derivatives are therefore continuous
-//! across the faces. Affine motions, and quadratic ones along each axis with central slopes, are exact. The position is
-//! linear in the positions of the lattice vertices.
+//! with the second form of H and the first form of K for a corner whose local coordinate along the axis is 0. On a
+//! face, the derivatives of H vanish and those of K are 1 or 0. The position and its first derivatives are therefore
+//! continuous across the faces. Affine motions, and quadratic ones along each axis with central slopes, are exact. The
+//! position is linear in the positions of the lattice vertices.
 //!
 //! As a polynomial: the offset from corner 0 is trilinear in `s` ([`polynomial`]), and the terms of axis a are
 //! `e_a A + k_a B`, with `e = t - s`, `k = -t² (1 - t)`, and A and B bilinear in the `s` of the other axes. The
 //! [`polynomial`] of the slopes has the coefficients of both.
 //!
-//! Where the slopes are not trusted, the position is trilinear: it is `L + T (S - L)` with the trilinear position `L`, the
-//! smooth position `S`, and the interpolated trust `T = sum over i of N_i T_i`.
+//! Where the slopes are not trusted, the position is trilinear: it is `L + T (S - L)` with the trilinear position `L`,
+//! the smooth position `S`, and the interpolated trust `T = sum over i of N_i T_i`.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -85,8 +85,8 @@ impl<T: Copy + Sub<Output = T>> SmoothTerms<T> {
     }
 }
 
-/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates. A coefficient is a
-/// number for each lane, or one for all of them.
+/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates. A coefficient is
+/// a number for each lane, or one for all of them.
 #[inline(always)]
 pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S> + Sub<Output = C>>(
     terms: &SmoothTerms<C>,

@@ -70,40 +70,74 @@ pub(crate) struct FitRotations<'a> {
     pub(crate) potential: Option<&'a PotentialSums>,
 }
 
-impl RegionTransform for FitRotations<'_> {
-    type Memory = Block<4>;
-
+impl RegionTransform<&mut [Block<4>]> for FitRotations<'_> {
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
         for index in (0..sums.len()).step_by(2) {
-            // If the number of blocks is odd, the last block is paired with itself.
-            let indices = [index, (index + 1).min(sums.len() - 1)];
-            self.fit(simd, indices.map(|index| first + index), indices, sums, quaternions);
+            let pair = Pair::new(first, index, sums.len());
+            let (inverse_mass, means) = self.means(simd, pair, sums);
+            let q = self.rotate(simd, pair, (means.mean, means.central), quaternions);
+            let r = columns(simd, q);
+            if let Some(potential) = self.potential {
+                let twice_trace = twice_trace(&means.central, &r);
+                potential.store(
+                    pair.blocks,
+                    self.occupied(pair),
+                    (inverse_mass, self.factors),
+                    means.mean,
+                    twice_trace,
+                );
+            }
+            self.store(simd, pair, (means.mean, means.d), r, sums);
         }
     }
 }
 
-impl FitRotations<'_> {
-    /// Fits the regions of two blocks: computes c = S/M, A = [Sx Sy Sz]/M - c dᵀ and the rotation R of A.
-    /// Replaces the sums by b = c - R d and the columns of R, so that the rigid motion moves the vertex at
-    /// the rest offset (i, j, k) to b + R (i, j, k).
-    ///
-    /// `blocks` has the indices of the two blocks in the layout, `indices` their indices in `sums` and
-    /// `quaternions`.
+/// Two blocks that are computed at once.
+#[derive(Clone, Copy)]
+pub(super) struct Pair {
+    /// Indices of the blocks in the layout.
+    pub(super) blocks: [usize; 2],
+    /// Indices of the blocks in the arrays of a call.
+    pub(super) indices: [usize; 2],
+}
+
+impl Pair {
+    /// Returns the pair of the blocks at `index` and behind it. If the number of blocks is odd, the last block is
+    /// paired with itself. `first` is the index in the layout of the first of `count` blocks.
     #[inline(always)]
-    fn fit<S: Simd>(
+    pub(super) fn new(first: usize, index: usize, count: usize) -> Self {
+        let indices = [index, (index + 1).min(count - 1)];
+        Self { blocks: [first + indices[0], first + indices[1]], indices }
+    }
+}
+
+impl FitRotations<'_> {
+    /// Returns 1/M and the means c = S/M, A = [Sx Sy Sz]/M - c dᵀ and d of the regions of two blocks.
+    #[inline(always)]
+    pub(super) fn means<S: Simd>(
         &self,
         simd: S,
-        blocks: [usize; 2],
-        indices: [usize; 2],
-        sums: &mut [Block<12>],
-        quaternions: &mut [Block<4>],
-    ) {
+        pair: Pair,
+        sums: &[Block<12>],
+    ) -> (f32x16<S>, Means<f32x16<S>>) {
+        let [first, second] = pair.blocks;
         let constants = self.constants.blocks();
-        let constants = load_two(simd, [&constants[blocks[0]], &constants[blocks[1]]]);
-        let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
+        let constants = load_two(simd, [&constants[first], &constants[second]]);
+        let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
+        (constants[0], Means::new(constants, moments))
+    }
+
+    /// Computes the rotation R of A of the regions of two blocks. `quaternions` has the warm start, and receives R.
+    #[inline(always)]
+    pub(super) fn rotate<S: Simd>(
+        &self,
+        simd: S,
+        Pair { blocks, indices }: Pair,
+        (mean, a): ([f32x16<S>; 3], [f32x16<S>; 9]),
+        quaternions: &mut [Block<4>],
+    ) -> [f32x16<S>; 4] {
         let warm = load_two(simd, [&quaternions[indices[0]], &quaternions[indices[1]]]);
-        let Means { mean, central: a, d } = Means::new(constants, moments);
         // A region that is collapsed to a point has no rotation. Its |A| is at the level of rounding errors,
         // at most |c| eps half_width times a margin of 8.
         let noise_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
@@ -120,22 +154,34 @@ impl FitRotations<'_> {
         if unconverged != 0 {
             self.unconverged.fetch_add(unconverged.count_ones() as usize, Ordering::Relaxed);
         }
-        let r = columns(simd, q);
-        if let Some(potential) = self.potential {
-            let occupied = blocks.map(|block| self.occupied[block]);
-            potential.store(blocks, occupied, (constants[0], self.factors), mean, [&a, &r]);
-        }
-        let mut b = d;
-        for row in 0..3 {
-            b[row] = mean[row] - r[row].mul_add(d[0], r[3 + row].mul_add(d[1], r[6 + row] * d[2]));
-        }
-        let motions = [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]];
-        let (motions, q) = (split_two(simd, motions), split_two(simd, q));
         // The first block is stored last: if a block is paired with itself, only the lanes of the first copy
         // are active.
+        let halves = split_two(simd, q);
+        store(halves[1], &mut quaternions[indices[1]]);
+        store(halves[0], &mut quaternions[indices[0]]);
+        q
+    }
+
+    /// Replaces the sums of the regions of two blocks by b = c - G d and the columns of G, so that the motion of a
+    /// region moves the vertex at the rest offset (i, j, k) to b + G (i, j, k). G is the rotation R, or R S with a
+    /// plastic shape.
+    #[inline(always)]
+    pub(super) fn store<S: Simd>(
+        &self,
+        simd: S,
+        Pair { blocks, indices }: Pair,
+        (mean, d): ([f32x16<S>; 3], [f32x16<S>; 3]),
+        g: [f32x16<S>; 9],
+        sums: &mut [Block<12>],
+    ) {
+        let mut b = d;
+        for row in 0..3 {
+            b[row] = mean[row] - g[row].mul_add(d[0], g[3 + row].mul_add(d[1], g[6 + row] * d[2]));
+        }
+        let motions = [b[0], b[1], b[2], g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8]];
+        let motions = split_two(simd, motions);
         for half in [1, 0] {
             store(motions[half], &mut sums[indices[half]]);
-            store(q[half], &mut quaternions[indices[half]]);
             if let Some(factors) = self.factors
                 && (half == 0 || blocks[0] != blocks[1])
             {
@@ -143,6 +189,22 @@ impl FitRotations<'_> {
             }
         }
     }
+
+    /// Returns the bit masks of the lanes with a vertex of two blocks.
+    #[inline(always)]
+    pub(super) fn occupied(&self, pair: Pair) -> [u8; 2] {
+        [self.occupied[pair.blocks[0]], self.occupied[pair.blocks[1]]]
+    }
+}
+
+/// Computes 2 tr(Rᵀ A).
+#[inline(always)]
+pub(super) fn twice_trace<S: Simd>(a: &[f32x16<S>; 9], r: &[f32x16<S>; 9]) -> f32x16<S> {
+    let mut trace = r[0] * a[0];
+    for i in 1..9 {
+        trace = r[i].mul_add(a[i], trace);
+    }
+    trace + trace
 }
 
 /// Multiplies the motion of each region of a block by the stiffness factor of the region.
@@ -198,23 +260,20 @@ impl PotentialSums {
         size_of_val(self.0.as_slice())
     }
 
-    /// Stores, for each of two blocks, Σ s M (|c|² + 2 tr(Rᵀ A)) over the regions of the block. `mean` is c.
-    /// `occupied` has the bit mask of the lanes with a vertex of each block, and `factors` s of each region.
+    /// Stores, for each of two blocks, Σ s M (|c|² + u) over the regions of the block. `mean` is c, and `u` is
+    /// 2 tr(Rᵀ A). `occupied` has the bit mask of the lanes with a vertex of each block, and `factors` s of each
+    /// region.
     #[inline(always)]
-    fn store<S: Simd>(
+    pub(super) fn store<S: Simd>(
         &self,
         blocks: [usize; 2],
         occupied: [u8; 2],
         (inverse_mass, factors): (f32x16<S>, Option<&Factors>),
         mean: [f32x16<S>; 3],
-        [a, r]: [&[f32x16<S>; 9]; 2],
+        u: f32x16<S>,
     ) {
-        let mut trace = r[0] * a[0];
-        for i in 1..9 {
-            trace = r[i].mul_add(a[i], trace);
-        }
         let center_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
-        let values = (center_squared + (trace + trace)).to_array();
+        let values = (center_squared + u).to_array();
         let inverse_masses = inverse_mass.to_array();
         // The first block is stored last, as in the fit.
         for half in [1, 0] {

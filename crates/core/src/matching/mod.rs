@@ -7,12 +7,14 @@
 //! | `factors` | the stiffness factors of the regions, for a body whose stiffness varies |
 //! | `windows` | sums over windows of linked vertices along one axis |
 //! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
-//! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test; fallback: an eigenvalue problem |
+//! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test, or else an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
+//! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
 
 mod cascade;
 mod factors;
 mod goals;
+mod plastic;
 mod regions;
 mod rotation;
 mod windows;
@@ -20,7 +22,8 @@ mod windows;
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
-pub(crate) use regions::Regions;
+pub(crate) use plastic::{Flow, full, inverse, shape, shaped, times};
+pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
 pub(crate) use rotation::{ROTATIONS, rotations_near};
@@ -32,6 +35,25 @@ use crate::lattice::{Lattice, Layout};
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};
+use plastic::{FitFlowing, FitPlastic};
+
+/// The shapes in which regions are fitted. Plastic shapes are given as T = S - 1: see [`plastic`].
+#[derive(Debug)]
+pub(crate) enum Shapes<'a> {
+    /// The rest shapes.
+    Rest,
+    /// Plastic shapes.
+    Plastic(&'a Lanes<6>),
+    /// Plastic shapes that flow after the fit.
+    Flowing(&'a mut Lanes<6>, Flow),
+}
+
+impl<'a> Shapes<'a> {
+    /// Returns the plastic shapes if there are any.
+    pub(crate) fn of(strains: Option<&'a Lanes<6>>) -> Self {
+        strains.map_or(Self::Rest, Self::Plastic)
+    }
+}
 
 /// The shape-matching stage: the regions of a lattice, and the cascade that sums over them. A [`Workspace`]
 /// has the buffers of the stage.
@@ -53,17 +75,26 @@ impl Matching {
     /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
         let factors = self.regions.factors.take();
+        let is_plastic = self.regions.inverse_spreads.is_some();
         *self = Self::with_layout(masses, self.layout.clone(), half_width);
         if let Some(factors) = factors {
             self.regions.set_factors(&self.layout, factors.regions);
         }
+        self.set_plastic(is_plastic);
     }
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
         let factors = self.regions.factors.take();
+        let is_plastic = self.regions.inverse_spreads.is_some();
         self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
         self.regions.factors = factors;
+        self.set_plastic(is_plastic);
+    }
+
+    /// Creates or removes the constants for regions in plastic shapes.
+    pub(crate) fn set_plastic(&mut self, is_plastic: bool) {
+        self.regions.inverse_spreads = is_plastic.then(|| self.regions.inverse_spreads(&self.layout));
     }
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
@@ -78,6 +109,11 @@ impl Matching {
         }
     }
 
+    /// Returns whether there are constants for regions in plastic shapes.
+    pub(crate) fn is_plastic(&self) -> bool {
+        self.regions.inverse_spreads.is_some()
+    }
+
     fn with_layout(masses: &[f32], layout: Layout, half_width: usize) -> Self {
         let regions = Regions::new(masses, &layout, half_width);
         let cascade = Cascade::new(&layout, half_width);
@@ -85,8 +121,8 @@ impl Matching {
     }
 
     /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
-    /// fitted rotations. `potential` receives the sums of the elastic potential. With [`Purpose::Vertices`],
-    /// [`Matching::goals`] can then compute the goal positions.
+    /// fitted rotations. `shapes` are the plastic shapes of the regions. `potential` receives the sums of the elastic
+    /// potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
     ///
     /// Returns the number of rotations for which Newton's method did not converge. They are computed by the
     /// fallback: an eigenvalue problem in f64.
@@ -94,7 +130,7 @@ impl Matching {
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        (positions, rotations): (&Lanes<3>, &mut Lanes<4>),
+        (positions, rotations, shapes): (&Lanes<3>, &mut Lanes<4>, Shapes),
         potential: Option<&PotentialSums>,
         purpose: Purpose,
     ) -> usize {
@@ -108,17 +144,35 @@ impl Matching {
             unconverged: &unconverged,
             potential,
         };
-        let memory = rotations.blocks_mut();
-        self.cascade.forward(&self.layout, executor, workspace, field, (&fit, memory), purpose);
+        let quaternions = rotations.blocks_mut();
+        match (shapes, &self.regions.inverse_spreads) {
+            (Shapes::Rest, _) | (_, None) => {
+                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, quaternions), purpose);
+            }
+            (Shapes::Plastic(strains), Some(inverse_spreads)) => {
+                let fit = FitPlastic { fit, inverse_spreads, strains };
+                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, quaternions), purpose);
+            }
+            (Shapes::Flowing(strains, flow), Some(inverse_spreads)) => {
+                let fit = FitFlowing { fit, inverse_spreads, flow };
+                let memory = (quaternions, strains.blocks_mut());
+                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, memory), purpose);
+            }
+        }
         unconverged.into_inner()
     }
 
     /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
+        self.goals_into(workspace, executor, &mut goals);
+        goals
+    }
+
+    /// As [`Matching::goals`], in existing memory.
+    pub(crate) fn goals_into(&self, workspace: &Workspace, executor: &Executor, goals: &mut Lanes<3>) {
         let update = WriteGoals { weights: self.regions.mean_weights() };
         self.cascade.adjoint(&self.layout, executor, workspace, &update, goals.blocks_mut(), &mut []);
-        goals
     }
 
     /// Returns the memory of the layout, the regions and the cascade's tables, in bytes.

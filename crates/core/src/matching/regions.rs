@@ -10,8 +10,8 @@ use crate::simd::lanes::{LANES, Lanes};
 /// The regions of a lattice: one around each vertex, its center vertex. The module
 /// [`cascade`](super::cascade) defines which vertices a region contains.
 ///
-/// Masses are in units of a full cell's mass: m is an eighth of the filled shares of the cells of the vertex. A vertex of
-/// mass m has the region weight m/n in each region that contains it, where n is the number of these regions.
+/// Masses are in units of a full cell's mass: m is an eighth of the filled shares of the cells of the vertex. A vertex
+/// of mass m has the region weight m/n in each region that contains it, where n is the number of these regions.
 /// So Σ m g = Σ m x for the positions x and the goal positions g, and shape matching conserves linear
 /// momentum.
 ///
@@ -26,6 +26,9 @@ pub(crate) struct Regions {
     pub(crate) constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<Factors>,
+    /// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
+    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex. `None` without plasticity.
+    pub(crate) inverse_spreads: Option<Lanes<6>>,
     half_width: usize,
 }
 
@@ -56,7 +59,7 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, factors: None, half_width }
+        Self { weights, constants, factors: None, inverse_spreads: None, half_width }
     }
 
     /// Sets the stiffness factors. `factors` has the factor of the region around each vertex.
@@ -81,15 +84,15 @@ impl Regions {
     }
 
     /// Returns the factor of the mass of each vertex in the fits: 1 of a free vertex, and of a constrained one
-    /// w N^(2/3)/k, but at least 2, with the half-width w, the number N of regions that contain the vertex, and the number
-    /// k of constrained ones among their center vertices.
+    /// w N^(2/3)/k, but at least 2, with the half-width w, the number N of regions that contain the vertex, and the
+    /// number k of constrained ones among their center vertices.
     ///
-    /// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a layer
-    /// is proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to d + w.
-    /// Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w) times. The
-    /// mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more the regions
-    /// at the hold would be stiffer than the others, and with less the body would slip out of its hold. A layer of a
-    /// region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together.
+    /// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a
+    /// layer is proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to
+    /// d + w. Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w)
+    /// times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more
+    /// the regions at the hold would be stiffer than the others, and with less the body would slip out of its hold. A
+    /// layer of a region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together.
     ///
     /// `constrained` has one entry per vertex, or none if no vertex is constrained.
     pub(crate) fn hold_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
@@ -116,8 +119,8 @@ impl Regions {
         self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
     }
 
-    /// Returns the mass of the vertex in a slot in the fits, in units of a full cell's mass, times its stiffness factor:
-    /// the strength with which its regions pull it to its goal position.
+    /// Returns the mass of the vertex in a slot in the fits, in units of a full cell's mass, times its stiffness
+    /// factor: the strength with which its regions pull it to its goal position.
     pub(crate) fn pull(&self, slot: u32) -> f64 {
         let factor = self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.vertices.get(slot)[0]));
         f64::from(self.weights.get(slot)[0]) * factor
@@ -126,7 +129,8 @@ impl Regions {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes);
-        self.weights.bytes() + self.constants.bytes() + factors
+        let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, Lanes::bytes);
+        self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads
     }
 
     /// Returns the half-width of the regions, in cells.
@@ -151,12 +155,14 @@ impl Regions {
     /// region, R its rotation, all in cells, and s the factor of the region.
     ///
     /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
-    /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough.
+    /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough. `strains` are
+    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y.
     pub(crate) fn misfit(
         &self,
         layout: &Layout,
         position: impl Fn(u32) -> Vector3<f64>,
         rotation: impl Fn(u32) -> [f32; 4],
+        strains: Option<&Lanes<6>>,
     ) -> f64 {
         let m_over_n = self.region_weights(layout);
         let weighted = |value: &dyn Fn(Vector3<f64>) -> f64| {
@@ -168,7 +174,8 @@ impl Regions {
         };
         let windows = LineWindows::new(layout, self.half_width);
         let [mass, rest @ ..] = windows.first_moments(&m_over_n);
-        let [yy0, yy1, yy2, ..] = windows.second_moments(&m_over_n);
+        let second = windows.second_moments(&m_over_n);
+        let [yy0, yy1, yy2, ..] = &second;
         let [x, y, z] = [0, 1, 2].map(|c| windows.first_moments(&weighted(&|x| x[c])));
         let xx = windows.sums(&weighted(&|x| x.norm_squared()));
         let misfit_of = |&slot: &u32| {
@@ -181,7 +188,13 @@ impl Regions {
             let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
             // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
             let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
-            self.factor(slot) * (spread + rest_spread - 2.0 * product)
+            let change = strains.map_or(0.0, |strains| {
+                let t = symmetric(strains.get(slot));
+                let c = self::spread(second.each_ref().map(|moment| moment[i] / mass[i]), d) * mass[i];
+                let a = Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row]);
+                (c * (t * 2.0 + t * t)).trace() - 2.0 * (r.matrix().transpose() * a * t).trace()
+            });
+            self.factor(slot) * (spread + rest_spread - 2.0 * product + change)
         };
         layout.slots().iter().map(misfit_of).sum()
     }
@@ -206,25 +219,42 @@ impl Regions {
     /// mass. y is the rest offset of a vertex from the rest centroid, in cells, and I is the identity. The
     /// entries of a matrix are in the order xx, yy, zz, xy, xz, yz.
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
+        self.inverses(layout, |spread| Matrix3::identity() * spread.trace() - spread)
+    }
+
+    /// Computes [`Regions::inverse_spreads`].
+    pub(super) fn inverse_spreads(&self, layout: &Layout) -> Lanes<6> {
+        self.inverses(layout, |spread| spread)
+    }
+
+    /// Computes, for each region, the inverse of a matrix that depends on its rest spread. Every region contains the
+    /// corners of a cell, so that its spread and its inertia are invertible.
+    fn inverses(&self, layout: &Layout, matrix: impl Fn(Matrix3<f64>) -> Matrix3<f64>) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in layout.slots() {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
-            lanes.set(slot, inverse_inertia(moments, Vector3::new(x, y, z)));
+            let spread = spread(moments, Vector3::new(x, y, z));
+            let inverse = matrix(spread).try_inverse().unwrap_or_else(Matrix3::zeros);
+            lanes.set(slot, SYMMETRIC.map(|at| inverse[at] as f32));
         }
         lanes
     }
 }
 
-/// Computes the inverse of the inertia divided by the mass. The arguments are the second moments about the
-/// center vertex, divided by the mass, and the rest centroid `d` relative to the center vertex. Every region
-/// contains the corners of a cell, so that its inertia is invertible.
-fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32; 6] {
-    let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose();
-    let inertia = Matrix3::identity() * spread.trace() - spread;
-    let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
-    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| inverse[at] as f32)
+/// The order of the entries of a symmetric matrix: xx, yy, zz, xy, xz, yz.
+const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Computes the spread of a region. The arguments are the second moments about the center vertex, divided by the mass,
+/// and the rest centroid `d` relative to the center vertex.
+fn spread([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose()
+}
+
+/// Returns the symmetric matrix with the entries xx, yy, zz, xy, xz, yz.
+pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).map(f64::from)
 }
 
 /// Window sums in f64 over arrays by slot, for constants that are computed once.

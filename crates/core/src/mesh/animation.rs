@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use thiserror::Error;
 
-/// Positions of the vertices of a mesh at equal intervals of time. Between two samples the positions are linear in time; before
-/// the first and after the last one they are constant. Cloning is cheap: the positions are shared.
+/// Positions of the vertices of a mesh at equal intervals of time. Between two samples the positions are linear in
+/// time; before the first and after the last one they are constant. Cloning is cheap: the positions are shared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshAnimation {
     samples: Arc<Samples>,
@@ -75,7 +75,8 @@ pub enum AnimationError {
 impl MeshAnimation {
     /// Creates an animation.
     ///
-    /// * `positions`: positions of all vertices, sample by sample, in the coordinates of the mesh; shape `(samples * vertices, 3)`.
+    /// * `positions`: positions of all vertices, sample by sample, in the coordinates of the mesh; shape
+    ///   `(samples * vertices, 3)`.
     /// * `vertices`: number of vertices of the mesh.
     /// * `start`: time of the first sample in seconds.
     /// * `interval`: seconds between samples, > 0.
@@ -202,7 +203,8 @@ impl MeshAnimation {
     }
 }
 
-/// Adds a word to a hash: FNV-1a with words in place of bytes, and with a rotation, because a product carries no bit downwards.
+/// Adds a word to a hash: FNV-1a with words in place of bytes, and with a rotation, because a product carries no bit
+/// downwards.
 pub(crate) fn mix(hash: u64, word: u64) -> u64 {
     ((hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)).rotate_left(23)
 }

@@ -13,6 +13,7 @@ mod csr;
 mod duplicates;
 mod error;
 mod measure;
+mod needles;
 mod surface_tree;
 mod topology;
 mod union_find;
@@ -27,6 +28,7 @@ pub use animation::{AnimationError, MeshAnimation};
 pub(crate) use csr::Csr;
 pub use error::MeshError;
 pub(crate) use measure::{RelativeMeasure, signed_volume};
+pub(crate) use needles::flip_needles;
 pub(crate) use surface_tree::{ClosestPoint, SurfaceTree};
 pub use topology::{Component, Topology};
 pub(crate) use union_find::UnionFind;
@@ -46,7 +48,8 @@ pub(crate) use union_find::UnionFind;
 pub struct Mesh {
     vertices: Arc<[Point3<f64>]>,
     faces: Arc<Faces>,
-    /// For each vertex, the first vertex at the same position.
+    /// For each vertex, the first vertex with which it is welded: the first vertex at the same position, except in a
+    /// mesh that is cut.
     weld: Arc<[u32]>,
     bounds: (Point3<f64>, Point3<f64>),
     topology: Arc<OnceLock<Topology>>,
@@ -103,12 +106,34 @@ impl Mesh {
         offsets: Vec<u32>,
         corners: Vec<u32>,
     ) -> Result<Self, MeshError> {
-        let polygons = Csr::from_parts(offsets, corners);
+        Self::build(vertices, Csr::from_parts(offsets, corners), None)
+    }
+
+    /// Builds a mesh as [`Mesh::from_flat`] does, with the given weld in place of that of equal positions: vertices at
+    /// one position can be distinct, such as those on the two sides of a crack.
+    ///
+    /// * `weld`: for each vertex, the lowest vertex with which it is welded, shape `(n,)`.
+    pub(crate) fn from_welded(
+        vertices: Vec<Point3<f64>>,
+        offsets: Vec<u32>,
+        corners: Vec<u32>,
+        weld: Vec<u32>,
+    ) -> Result<Self, MeshError> {
+        assert_eq!(weld.len(), vertices.len(), "one welded vertex per vertex");
+        Self::build(vertices, Csr::from_parts(offsets, corners), Some(weld))
+    }
+
+    /// Builds a mesh. Vertices at equal positions are welded unless `weld` is given.
+    fn build(
+        vertices: Vec<Point3<f64>>,
+        polygons: Csr<u32>,
+        weld: Option<Vec<u32>>,
+    ) -> Result<Self, MeshError> {
         check_count("vertices", vertices.len())?;
         check_finite(&vertices)?;
         check_indices(&polygons, vertices.len())?;
         let bounds = bounds(&vertices, polygons.items());
-        let weld = weld::weld(&vertices);
+        let weld = weld.unwrap_or_else(|| weld::weld(&vertices));
         let triangles = fan(&polygons);
         let no_faces = MeshError::NoFaces { faces: polygons.len(), vertices: vertices.len() };
         let (Some(bounds), false) = (bounds, triangles.is_empty()) else { return Err(no_faces) };
@@ -158,7 +183,7 @@ impl Mesh {
     }
 
     /// Returns, for each vertex, the first vertex at exactly the same position (`-0.0` equals `0.0`), shape
-    /// `(n,)`.
+    /// `(n,)`. In a mesh that a crack cuts, vertices on different sides of the crack are distinct.
     pub fn weld(&self) -> &[u32] {
         &self.weld
     }

@@ -13,6 +13,9 @@ use parry3d_f64::shape::{TriMesh, TriMeshFlags, TrianglePointLocation};
 /// Barycentric coordinate of a corner below which a point is on the opposite edge.
 const ON_EDGE: f64 = 1e-9;
 
+/// Direction of the line by which points are found inside. Edges of meshes are hardly ever in a plane with it.
+const CROSSING: [f64; 3] = [0.301, 0.912, 0.279];
+
 /// A triangle mesh for queries of closest points.
 #[derive(Clone)]
 pub(crate) struct SurfaceTree {
@@ -62,6 +65,11 @@ impl SurfaceTree {
         self.normals[triangle as usize]
     }
 
+    /// Returns the vertices of a triangle. Triangles without area were left out.
+    pub(crate) fn triangle(&self, triangle: u32) -> [u32; 3] {
+        self.mesh.indices()[triangle as usize]
+    }
+
     /// Returns the number of triangles.
     pub(crate) fn len(&self) -> usize {
         self.normals.len()
@@ -93,9 +101,20 @@ impl SurfaceTree {
         Some(ClosestPoint { point: from_parry(closest).into(), distance, normal, triangle })
     }
 
+    /// Returns whether a closed surface encloses a point: a line from it crosses the surface an odd number of times. In
+    /// contrast to [`ClosestPoint::is_inside`], small folds of the surface have no effect on points that are farther
+    /// away.
+    pub(crate) fn encloses(&self, point: &Point3<f64>) -> bool {
+        let ray = Ray::new(to_parry(point), to_parry(&Point3::from(CROSSING)));
+        let leaves = self.mesh.bvh().leaves(|node| node.cast_ray(&ray, f64::MAX) != f64::MAX);
+        let crosses =
+            |triangle: &u32| self.mesh.triangle(*triangle).cast_local_ray(&ray, f64::MAX, false).is_some();
+        leaves.filter(crosses).count() % 2 == 1
+    }
+
     /// Returns the vertices of a triangle, and the barycentric weights of a point in it.
     pub(crate) fn barycentric(&self, triangle: u32, point: &Point3<f64>) -> ([u32; 3], [f64; 3]) {
-        let corners = self.mesh.indices()[triangle as usize];
+        let corners = self.triangle(triangle);
         let [a, b, c] = corners.map(|v| from_parry(self.mesh.vertices()[v as usize]));
         let normal = (b - a).cross(&(c - a));
         let part = |u: Vector3<f64>, v: Vector3<f64>| u.cross(&v).dot(&normal) / normal.norm_squared();
@@ -110,8 +129,8 @@ impl SurfaceTree {
         (bounds.mins - target).max(target - bounds.maxs).max(Vector::ZERO).length()
     }
 
-    /// Returns where the segment from `start` to `start` + `way` first meets the surface, from either side: the fraction
-    /// of `way` in [0, 1], and the triangle.
+    /// Returns where the segment from `start` to `start` + `way` first meets the surface, from either side: the
+    /// fraction of `way` in [0, 1], and the triangle.
     pub(crate) fn cast(&self, start: &Point3<f64>, way: &Vector3<f64>) -> Option<(f64, u32)> {
         let ray = Ray::new(to_parry(start), to_parry(&Point3::from(*way)));
         // Accepts the end of the segment.
@@ -215,6 +234,27 @@ mod tests {
             assert!((found.point - closest).norm() < 1e-15, "{point}: {found:?}");
             assert!((found.normal - Vector3::from(normal)).norm() < 1e-12, "{point}: {found:?}");
             assert!((found.distance - (point - closest).norm()).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn fold_at_an_edge_has_no_effect_on_which_points_are_enclosed() {
+        // A flap beside the cube, of two triangles on top of each other that face each other.
+        let vertices: Vec<_> = (0..8)
+            .map(|k| Point3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
+            .chain([Point3::new(1.3, 0.5, 0.5)])
+            .collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let tree = SurfaceTree::new(&vertices, triangles.chain([[1, 7, 8], [7, 1, 8]])).unwrap();
+        for (point, is_inside) in [
+            ([0.9, 0.5, 0.5], true),
+            ([0.2, 0.1, 0.7], true),
+            ([1.4, 0.45, 0.52], false),
+            ([1.1, -0.8, 0.3], false),
+            ([-0.1, 0.4, 0.4], false),
+        ] {
+            assert_eq!(tree.encloses(&point.into()), is_inside, "{point:?}");
         }
     }
 

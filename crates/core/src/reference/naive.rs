@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Regions, Weights, region, rotation, weights};
+use super::{Regions, Weights, flowed, region, rotation, weights};
+use crate::dynamics::Plasticity;
 use crate::lattice::Lattice;
 
 /// The reference method on one lattice, with the data that repeated evaluations need.
@@ -16,6 +17,8 @@ pub struct Naive<'a> {
     weights: Weights,
     /// The stiffness factor of the region around each vertex. `None` if all are 1.
     factors: Option<Vec<f64>>,
+    /// The plastic shape of the region around each vertex. `None` if all are the identity.
+    shapes: Option<Vec<Matrix3<f64>>>,
     /// The vertices of each region. `None` if they are found again at each use.
     listed: Option<Vec<Vec<u32>>>,
 }
@@ -31,12 +34,17 @@ pub struct RegionMotion {
     pub centroid: Vector3<f64>,
     /// Rotation from the rest pose.
     pub rotation: Matrix3<f64>,
+    /// Deformation gradient: the matrix F for which F y is closest to the position relative to `centroid`, where y is
+    /// the rest position relative to `rest_centroid`.
+    pub gradient: Matrix3<f64>,
+    /// Plastic shape S: the region is fitted with S y in place of y.
+    pub shape: Matrix3<f64>,
 }
 
 impl RegionMotion {
     /// Returns the rotated lever arm of a rest position. `rest`: relative to the lattice's origin.
     fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.rotation * (rest - self.rest_centroid)
+        self.rotation * self.shape * (rest - self.rest_centroid)
     }
 
     /// Returns the position to which the motion moves a rest position. `rest`: relative to the lattice's
@@ -53,7 +61,7 @@ impl<'a> Naive<'a> {
     /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
-        Self { lattice, half_width, regions, weights, factors: None, listed: None }
+        Self { lattice, half_width, regions, weights, factors: None, shapes: None, listed: None }
     }
 
     /// Uses other masses than those of a bare lattice: `masses` has the mass of each vertex in masses of a full cell,
@@ -88,6 +96,35 @@ impl<'a> Naive<'a> {
     pub fn with_factors(self, factors: Vec<f64>) -> Self {
         assert_eq!(factors.len(), self.lattice.len(), "`factors` must match the lattice vertices");
         Self { factors: Some(factors), ..self }
+    }
+
+    /// Uses plastic shapes: `shapes` has the plastic shape of the region around each vertex, a symmetric matrix of
+    /// determinant 1, as [`Body::plastic_shapes`](crate::Body::plastic_shapes).
+    ///
+    /// # Panics
+    ///
+    /// If the number of shapes is not the number of lattice vertices.
+    #[must_use]
+    pub fn with_shapes(mut self, shapes: Vec<Matrix3<f64>>) -> Self {
+        self.set_shapes(shapes);
+        self
+    }
+
+    /// Changes the plastic shapes: see [`Naive::with_shapes`].
+    ///
+    /// # Panics
+    ///
+    /// If the number of shapes is not the number of lattice vertices.
+    pub fn set_shapes(&mut self, shapes: Vec<Matrix3<f64>>) {
+        assert_eq!(shapes.len(), self.lattice.len(), "`shapes` must match the lattice vertices");
+        self.shapes = Some(shapes);
+    }
+
+    /// Returns the plastic shapes after a step of `dt` seconds in which the regions have the given motions.
+    pub fn flowed(&self, motions: &[RegionMotion], plasticity: &Plasticity, dt: f64) -> Vec<Matrix3<f64>> {
+        let flowed =
+            |motion: &RegionMotion| flowed([motion.rotation, motion.gradient, motion.shape], plasticity, dt);
+        motions.iter().map(flowed).collect()
     }
 
     /// Returns the stiffness factor of the region around a vertex.
@@ -146,26 +183,36 @@ impl<'a> Naive<'a> {
     /// If the number of positions is not the number of lattice vertices.
     pub fn motions(&self, positions: &[Vector3<f64>]) -> Vec<RegionMotion> {
         assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
-        self.vertices().map(|vertex| self.motion(&self.members(vertex), positions)).collect()
+        let shape = |vertex: u32| {
+            self.shapes.as_ref().map_or_else(Matrix3::identity, |shapes| shapes[vertex as usize])
+        };
+        self.vertices().map(|vertex| self.motion(&self.members(vertex), shape(vertex), positions)).collect()
     }
 
-    /// Computes the motion of the region with the vertices `members`.
-    fn motion(&self, members: &[u32], positions: &[Vector3<f64>]) -> RegionMotion {
+    /// Computes the motion of the region with the vertices `members` and a plastic shape.
+    fn motion(&self, members: &[u32], shape: Matrix3<f64>, positions: &[Vector3<f64>]) -> RegionMotion {
         let mass: f64 = members.iter().map(|&i| self.weights.of(i)).sum();
         let mean = |value: &dyn Fn(u32) -> Vector3<f64>| -> Vector3<f64> {
             members.iter().map(|&i| value(i) * self.weights.of(i)).sum::<Vector3<f64>>() / mass
         };
         let rest_centroid = mean(&|i| self.rest(i));
         let centroid = mean(&|i| positions[i as usize]);
-        let moments: Matrix3<f64> = members
-            .iter()
-            .map(|&i| {
-                (positions[i as usize] - centroid)
-                    * (self.rest(i) - rest_centroid).transpose()
-                    * self.weights.of(i)
-            })
-            .sum();
-        RegionMotion { mass, rest_centroid, centroid, rotation: rotation(&moments) }
+        let (mut moments, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
+        for &i in members {
+            let y = self.rest(i) - rest_centroid;
+            moments += (positions[i as usize] - centroid) * y.transpose() * self.weights.of(i);
+            spread += y * y.transpose() * self.weights.of(i);
+        }
+        // The spread is singular only for a region of one vertex, which has no gradient.
+        let gradient = moments * spread.try_inverse().unwrap_or_else(Matrix3::zeros);
+        RegionMotion {
+            mass,
+            rest_centroid,
+            centroid,
+            rotation: rotation(&(moments * shape)),
+            gradient,
+            shape,
+        }
     }
 
     /// Computes the goal position of each vertex: the mean of the positions to which the motions of all
@@ -236,8 +283,8 @@ impl<'a> Naive<'a> {
     /// vertex to its rest position moved by the motion of the region, times the stiffness factor of the region.
     ///
     /// The gradient of this sum with respect to the position x_i of vertex i is `s_i m_i (x_i - g_i)`, where m_i
-    /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and the mass of a full cell, the
-    /// sum is the elastic energy of the body.
+    /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and
+    /// the mass of a full cell, the sum is the elastic energy of the body.
     ///
     /// # Panics
     ///

@@ -5,8 +5,8 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch, f32x8, mask32x8}
 use super::lanes::{Lanes, load};
 use super::level;
 
-/// Returns the least and the greatest value of each number over all lattice vertices; infinity and minus infinity if there
-/// is none. `occupied` has, for each block, the bit mask of the lanes with a vertex.
+/// Returns the least and the greatest value of each number over all lattice vertices; infinity and minus infinity if
+/// there is none. `occupied` has, for each block, the bit mask of the lanes with a vertex.
 pub(crate) fn bounds<const N: usize>(lanes: &Lanes<N>, occupied: &[u8]) -> ([f32; N], [f32; N]) {
     dispatch!(level(), simd => bounds_of::<_, N, false>(simd, lanes, lanes, occupied))
 }

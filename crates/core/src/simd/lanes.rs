@@ -1,9 +1,9 @@
 //! Stores numbers of lattice vertices in blocks of eight vertices, one vertex in each lane of an `f32x8`.
 //!
-//! The eight vertices of a block form a cube of 2 × 2 × 2 vertices of the lattice. A row has one number of each of these
-//! vertices. Lane 4 x + 2 y + z has the vertex at (x, y, z), where each coordinate is 0 (lower) or 1 (upper). Kernels load and
-//! store whole rows. They are written as plain loops, because a closure passed to `map` or `from_fn` can be compiled as a
-//! separate function without the SIMD level of its caller.
+//! The eight vertices of a block form a cube of 2 × 2 × 2 vertices of the lattice. A row has one number of each of
+//! these vertices. Lane 4 x + 2 y + z has the vertex at (x, y, z), where each coordinate is 0 (lower) or 1 (upper).
+//! Kernels load and store whole rows. They are written as plain loops, because a closure passed to `map` or `from_fn`
+//! can be compiled as a separate function without the SIMD level of its caller.
 
 use std::ops::{Deref, DerefMut};
 
@@ -21,8 +21,8 @@ pub(crate) const fn lane_stride(axis: usize) -> usize {
 }
 
 /// Returns the row of the vertices halfway between two consecutive blocks along an axis: the upper half of the block
-/// `before` in the lower lanes, and the lower half of the block `after` in the upper lanes. These are the vertices one link
-/// after those of `before`, and one link before those of `after`.
+/// `before` in the lower lanes, and the lower half of the block `after` in the upper lanes. These are the vertices one
+/// link after those of `before`, and one link before those of `after`.
 #[inline(always)]
 pub(crate) fn between<S: Simd, const AXIS: usize>(simd: S, before: f32x8<S>, after: f32x8<S>) -> f32x8<S> {
     match AXIS {

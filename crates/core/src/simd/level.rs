@@ -17,8 +17,9 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// Returns whether an instruction of the SIMD level can leave out lanes. The selection from the result of an operation and its
-/// first operand is then a single instruction. Otherwise it is faster to replace the values in these lanes by zeros before.
+/// Returns whether an instruction of the SIMD level can leave out lanes. The selection from the result of an operation
+/// and its first operand is then a single instruction. Otherwise it is faster to replace the values in these lanes by
+/// zeros before.
 #[inline(always)]
 pub(crate) fn has_masked_arithmetic<S: Simd>(simd: S) -> bool {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

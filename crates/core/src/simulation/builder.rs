@@ -84,15 +84,16 @@ impl SimulationBuilder {
         self
     }
 
-    /// Sets the number of steps per frame; default 1. [`Substeps::Auto`] needs [`fps`](Self::fps). The volume correction
-    /// of the displayed surface uses the contacts and external forces of all steps since the frame began.
+    /// Sets the number of steps per frame; default 1. [`Substeps::Auto`] needs [`fps`](Self::fps). The volume
+    /// correction of the displayed surface uses the contacts and external forces of all steps since the frame began.
     #[must_use]
     pub fn substeps(mut self, substeps: Substeps) -> Self {
         self.substeps = substeps;
         self
     }
 
-    /// Sets whether bodies touch each other; default true. Without it, contact between bodies takes no time and no memory.
+    /// Sets whether bodies touch each other; default true. Without it, contact between bodies takes no time and no
+    /// memory.
     #[must_use]
     pub fn contact(mut self, contact: bool) -> Self {
         self.contact.between = contact;

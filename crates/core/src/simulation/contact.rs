@@ -19,31 +19,63 @@ pub(super) struct ContactSettings {
 
 /// Creates the contacts between bodies, or returns `None` if no body can touch another one or itself.
 pub(super) fn create(bodies: &mut [Body], settings: ContactSettings) -> Option<BodyContacts> {
+    let filter = filter(bodies, settings);
+    for (index, body) in (0..).zip(&mut *bodies) {
+        let with_itself = connected_parts_touch(body, settings);
+        body.set_body_contact(
+            filter.between || filter.with_itself.binary_search(&index).is_ok(),
+            with_itself,
+        );
+    }
+    (filter.between || !filter.with_itself.is_empty()).then(|| BodyContacts::new(filter))
+}
+
+/// Updates the contacts between bodies after bodies broke into pieces, which touch each other.
+pub(super) fn update(bodies: &mut [Body], settings: ContactSettings, contacts: &mut Option<BodyContacts>) {
+    let filter = filter(bodies, settings);
+    for (index, body) in (0..).zip(&mut *bodies) {
+        body.update_body_contact(filter.between || filter.with_itself.binary_search(&index).is_ok());
+    }
+    if !filter.between && filter.with_itself.is_empty() {
+        *contacts = None;
+        return;
+    }
+    match contacts {
+        Some(contacts) => contacts.set_filter(filter),
+        None => *contacts = Some(BodyContacts::new(filter)),
+    }
+}
+
+/// Returns whether connected parts of a body touch each other.
+fn connected_parts_touch(body: &Body, settings: ContactSettings) -> bool {
+    body.touching().self_contact.unwrap_or(settings.with_itself)
+}
+
+/// Returns which bodies touch each other or themselves. The pieces of a body touch each other as bodies do.
+fn filter(bodies: &[Body], settings: ContactSettings) -> ContactFilter {
     let between = settings.between && bodies.len() > 1;
-    let touches_itself = |body: &Body| body.touching().self_contact.unwrap_or(settings.with_itself);
+    let touches_itself =
+        |body: &Body| connected_parts_touch(body, settings) || settings.between && body.is_in_pieces();
     let with_itself: Vec<u32> =
-        (0..).zip(&*bodies).filter(|(_, body)| touches_itself(body)).map(|(index, _)| index).collect();
+        (0..).zip(bodies).filter(|(_, body)| touches_itself(body)).map(|(index, _)| index).collect();
     let mut ignored = Vec::new();
-    for (index, body) in (0..).zip(&*bodies) {
+    for (index, body) in (0..).zip(bodies) {
         for (other, _) in
-            (0..).zip(&*bodies).filter(|(_, b)| body.touching().ignored.iter().any(|n| n == b.name()))
+            (0..).zip(bodies).filter(|(_, b)| body.touching().ignored.iter().any(|n| n == b.name()))
         {
             ignored.push((index.min(other), index.max(other)));
         }
     }
     ignored.sort_unstable();
-    for (index, body) in (0..).zip(&mut *bodies) {
-        body.set_body_contact(between || with_itself.binary_search(&index).is_ok());
-    }
-    let filter = ContactFilter { between, with_itself, ignored };
-    (filter.between || !filter.with_itself.is_empty()).then(|| BodyContacts::new(filter))
+    ContactFilter { between, with_itself, ignored }
 }
 
 /// Buffers for what touching bodies decide and compute together.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     sets: UnionFind,
-    /// The vote of each group of touching bodies, by its lowest body, and whether something holds or supports the group.
+    /// The vote of each group of touching bodies, by its lowest body, and whether something holds or supports the
+    /// group.
     votes: Vec<(RestVote, bool)>,
     sides: Vec<(u32, u32)>,
     coupling: Coupling,
@@ -129,7 +161,7 @@ impl Simulation {
         if has_pairs {
             executor.for_each_indexed(bodies, |index, body| {
                 if contacts.region(index).is_some() {
-                    body.prepare_body_contact(context);
+                    body.prepare_body_contact(context, !contacts.has_partner(index));
                 }
             });
             let view = |index: u32| bodies[index as usize].contact_view();
@@ -163,9 +195,10 @@ impl Simulation {
         contacts.record(|body| bodies[body as usize].is_asleep(), dt);
     }
 
-    /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in scene
-    /// units if it is more than 0.1 cells of the smaller cell size. Bodies that do not touch each other
-    /// ([`BodyBuilder::ignore`](crate::BodyBuilder::ignore)) are no pairs. Bodies that overlap at first are pushed apart.
+    /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in
+    /// scene units if it is more than 0.1 cells of the smaller cell size. Bodies that do not touch each other
+    /// ([`BodyBuilder::ignore`](crate::BodyBuilder::ignore)) are no pairs. Bodies that overlap at first are pushed
+    /// apart.
     pub fn overlapping_bodies(&mut self) -> Vec<(usize, usize, f64)> {
         let Self { bodies, contacts, .. } = self;
         let Some(contacts) = contacts else { return Vec::new() };

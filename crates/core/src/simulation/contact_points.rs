@@ -13,8 +13,8 @@ pub enum Touched {
     Collider(usize),
 }
 
-/// A contact of the last step, in scene units. The surface samples of a body that are near the same lattice vertex, or the
-/// same point of a grid of half the cell size between two bodies, are one contact.
+/// A contact of the last step, in scene units. The surface samples of a body that are near the same lattice vertex, or
+/// the same point of a grid of half the cell size between two bodies, are one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPoint {

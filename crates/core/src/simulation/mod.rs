@@ -84,6 +84,7 @@ impl Simulation {
         };
         Body::reserve_workspaces(&mut self.workspaces, &self.bodies, executor.threads());
         executor.enter(|| {
+            self.update_pieces();
             for _ in 0..count {
                 self.step_bodies(&executor);
             }
@@ -123,8 +124,19 @@ impl Simulation {
                 Self::finish_bodies(bodies, (contacts, pair_supports), &context, executor);
             }
         }
+        for body in &mut *bodies {
+            body.break_joints();
+        }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
+        self.update_pieces();
+    }
+
+    /// Lets pieces that broke or were cut off touch each other.
+    fn update_pieces(&mut self) {
+        if self.bodies.iter_mut().map(Body::take_new_pieces).fold(false, std::ops::BitOr::bitor) {
+            contact::update(&mut self.bodies, self.contact, &mut self.contacts);
+        }
     }
 
     /// Returns the stages of a step and of the evaluation of the displayed surface, with their memory.

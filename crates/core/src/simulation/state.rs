@@ -7,9 +7,10 @@ use crate::error::Error;
 use crate::state::PairSupports;
 
 /// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which
-/// bodies rest on each other and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin, momenta,
-/// forces, pins and handles with their captured poses, and the settings that can change between steps. Descriptions of
-/// colliders are not included. A state can be restored in any simulation that was built with the same bodies and colliders.
+/// bodies rest on each other and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin,
+/// momenta, forces, pins and handles with their captured poses, and the settings that can change between steps.
+/// Descriptions of colliders are not included. A state can be restored in any simulation that was built with the same
+/// bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
@@ -74,6 +75,11 @@ impl Simulation {
             }
         }
         self.set_gravity(state.gravity)?;
+        for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
+            body.apply_cracks(snapshot)?;
+        }
+        // Before the states, because pieces that can touch each other keep their contacts.
+        self.update_pieces();
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_snapshot(snapshot)?;
         }

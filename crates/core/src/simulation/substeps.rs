@@ -4,19 +4,19 @@
 //! greatest speed that is expected, and L the size of the body:
 //!
 //! * [`StepReason::Material`]: a body with a Young's modulus reaches it (alpha <= 1) with regions of at most the length
-//!   max(2.45 h, 0.15 L), so half-width 2, or more where the cells are small. Larger regions would make the body stiffer
-//!   in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is t. A body with a `frequency` f has at
-//!   least six steps per period: alpha = 2 (1 - cos(2 π f dt)) is then at most 1.
+//!   max(2.45 h, 0.15 L), so half-width 2, or more where the cells are small. Larger regions would make the body
+//!   stiffer in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is t. A body with a `frequency`
+//!   f has at least six steps per period: alpha = 2 (1 - cos(2 π f dt)) is then at most 1.
 //! * [`StepReason::Motion`]: the fastest handle or collider crosses at most one cell in a step.
 //! * [`StepReason::Fall`]: the body crosses at most one cell in a step at the speed u after a fall to the farthest
 //!   collider below it: u² = v0² + 2 g d, with its greatest initial speed v0, and the depth d.
 //! * [`StepReason::Slip`]: a layer of vertices that is held, or rests on a collider, slips by at most half a cell under
 //!   the weight of the body: 2 w (w + 1)/3 ρ g L/E <= 1/2.
-//! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a fifth of a
-//!   cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a column of the body's
-//!   material that has the mass of the body and of those above it, and the body's mean cross section. Of
-//!   a body above, the part counts that covers the body, seen along gravity. Contact would have to take back a longer way in
-//!   each step.
+//! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a
+//!   fifth of a cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a
+//!   column of the body's material that has the mass of the body and of those above it, and the body's mean cross
+//!   section. Of a body above, the part counts that covers the body, seen along gravity. Contact would have to take
+//!   back a longer way in each step.
 
 use nalgebra::{Point3, Vector3};
 
@@ -191,8 +191,8 @@ fn load_rate(body: &Body, stacked_mass: f64, gravity: f64) -> f64 {
     (2.0 * gravity * height / MAX_LOAD_WAY).sqrt() / body.lattice().cell_size()
 }
 
-/// Returns the distance along `down` from a point to a plane, to the center of a sphere, box or mesh, or to the lower end of
-/// the axis of a capsule.
+/// Returns the distance along `down` from a point to a plane, to the center of a sphere, box or mesh, or to the lower
+/// end of the axis of a capsule.
 fn depth_below(shape: &Shape, start: &Point3<f64>, down: &Vector3<f64>) -> f64 {
     let depth_of = |point: [f64; 3]| (Point3::from(point) - start).dot(down);
     match *shape {

@@ -16,8 +16,8 @@ use crate::simd::moving::{Moving, position_at};
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
 
 /// Largest product of the distances of a point from its cell along two axes (for a smooth skin, largest square of a
-/// distance), in squared cells, for which the polynomial of the cell is used. The polynomial and the linear continuation of the cell then differ by less
-/// than the rounding error of `f32`.
+/// distance), in squared cells, for which the polynomial of the cell is used. The polynomial and the linear
+/// continuation of the cell then differ by less than the rounding error of `f32`.
 const MAX_OUTSIDE: f32 = 1e-8;
 
 /// Points in the order of their interpolation: by chunk, and within a chunk by cell.
@@ -31,8 +31,8 @@ pub(super) struct EmbeddedPoints {
     ends: Vec<Ends>,
     /// The cells of each chunk.
     runs: Vec<CellRun>,
-    /// Local coordinates of each pair of points in their cell, and the rank of each point: `(u, v, w, r)` of both points,
-    /// with the rank as [`lane_of_rank`].
+    /// Local coordinates of each pair of points in their cell, and the rank of each point: `(u, v, w, r)` of both
+    /// points, with the rank as [`lane_of_rank`].
     coords: Vec<Pair>,
     /// Ranks of each pair of points, for a smooth skin; see `SurfaceMotion`.
     sources: Vec<[u32; 2]>,
@@ -217,7 +217,8 @@ fn displace(offsets: SkinOffsets<'_>, runs: &[CellRun], coords: &[Pair], pairs: 
     }
 }
 
-/// Bits of the number 1. Numbers near 1 do not slow down the computations with whole registers, as subnormal numbers would.
+/// Bits of the number 1. Numbers near 1 do not slow down the computations with whole registers, as subnormal numbers
+/// would.
 const BITS_OF_ONE: u32 = 1.0_f32.to_bits();
 
 /// Returns the number whose bits have a rank.
@@ -352,8 +353,8 @@ fn interpolate_smooth_cell<S: Simd>(
     }
 }
 
-/// Returns the local coordinates of a pair of points, and the functions of each of them. All four lanes of a half contain
-/// the number of the point in that half.
+/// Returns the local coordinates of a pair of points, and the functions of each of them. All four lanes of a half
+/// contain the number of the point in that half.
 #[inline(always)]
 fn local_coordinates<S: Simd>(simd: S, local: &Pair) -> ([f32x8<S>; 3], [SmoothCoordinate<f32x8<S>>; 3]) {
     let local = f32x8::load_array_ref(simd, local);

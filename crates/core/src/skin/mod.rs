@@ -34,12 +34,12 @@ use evaluate::{Normals, Positions};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SkinKind {
-    /// Trilinear in each cell (Takamatsu & Kanai 2009). Where the body is strongly deformed, the surface has a crease at
-    /// each face of a cell. The default.
+    /// Trilinear in each cell (Takamatsu & Kanai 2009). Where the body is strongly deformed, the surface has a crease
+    /// at each face of a cell. The default.
     #[default]
     Linear,
-    /// Smooth across the faces of the cells: the first derivatives are continuous. Where the lattice is bent or crushed so
-    /// strongly that a smooth surface could fold, it is trilinear.
+    /// Smooth across the faces of the cells: the first derivatives are continuous. Where the lattice is bent or crushed
+    /// so strongly that a smooth surface could fold, it is trilinear.
     Smooth,
 }
 
@@ -92,8 +92,8 @@ pub(crate) struct Pose<'a> {
     pub(crate) frame: &'a BodyFrame,
 }
 
-/// Displacements that are added to the interpolated mesh vertices. The rank of a mesh vertex is its index in the order of
-/// [`Embedding::by_cell`].
+/// Displacements that are added to the interpolated mesh vertices. The rank of a mesh vertex is its index in the order
+/// of [`Embedding::by_cell`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SkinOffsets<'a> {
     /// Displacement of each rank, in cells.

@@ -1,4 +1,5 @@
-//! Computes rotation matrices from Euler angles in degrees, bit-identical on every machine, and Euler angles from matrices.
+//! Computes rotation matrices from Euler angles in degrees, bit-identical on every machine, and Euler angles from
+//! matrices.
 
 use nalgebra::Matrix3;
 

@@ -49,6 +49,9 @@ pub(crate) struct State {
     pub(crate) velocities: Lanes<3>,
     /// Rotation of the region around each vertex, relative to the rest pose: unit quaternions (x, y, z, w).
     pub(crate) rotations: Lanes<4>,
+    /// Plastic strain S - 1 of the region around each vertex, with its plastic shape S: xx, yy, zz, xy, xz, yz in the
+    /// rest pose. `None` without plasticity.
+    pub(crate) strains: Option<Lanes<6>>,
     /// Whether the rotations are up to date. `false` after a caller has set positions or changed the regions,
     /// until the next step fits the rotations.
     pub(crate) fitted: bool,
@@ -97,6 +100,7 @@ impl State {
             compensation: Lanes::zeros(layout.blocks()),
             velocities: Lanes::zeros(layout.blocks()),
             rotations: Lanes::filled(layout.blocks(), IDENTITIES),
+            strains: None,
             fitted: true,
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
@@ -117,7 +121,7 @@ impl State {
     /// Checks deserialized data. Returns whether each array has `blocks` blocks of eight vertices and the
     /// momenta have `components` entries.
     pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
-        let Self { positions, compensation, velocities, rotations, .. } = self;
+        let Self { positions, compensation, velocities, rotations, strains, .. } = self;
         let supports_match =
             self.supports.list().iter().all(|support| (support.component as usize) < components);
         let vectors_match =
@@ -127,14 +131,15 @@ impl State {
             && self.touches.is_valid(blocks, components)
             && self.escapes.is_valid(components)
             && rotations.blocks().len() == blocks
+            && strains.as_ref().is_none_or(|strains| are_strains_valid(strains, blocks))
             && self.momenta.len() == components
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { positions, compensation, velocities, rotations, .. } = self;
+        let Self { positions, compensation, velocities, rotations, strains, .. } = self;
         let lanes = positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes();
-        lanes + self.touches.bytes()
+        lanes + strains.as_ref().map_or(0, Lanes::bytes) + self.touches.bytes()
     }
 
     /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the
@@ -156,8 +161,8 @@ impl State {
 
     /// Returns how far the body moved since its contacts with other bodies were searched: see
     /// [`Touches::search_distance`].
-    pub(crate) fn search_distance(&mut self, occupied: &[u8], limit: f64) -> f64 {
-        self.touches.search_distance((&self.positions, self.frame.shift), occupied, limit)
+    pub(crate) fn search_distance(&mut self, occupied: &[u8], limit: f64, is_relative: bool) -> f64 {
+        self.touches.search_distance((&self.positions, self.frame.shift), occupied, (limit, is_relative))
     }
 
     /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.
@@ -252,6 +257,12 @@ impl State {
         }
         self.supports.shift(-offset);
     }
+}
+
+/// Checks deserialized plastic strains. Returns whether they are finite and have `blocks` blocks.
+fn are_strains_valid(strains: &Lanes<6>, blocks: usize) -> bool {
+    strains.blocks().len() == blocks
+        && strains.blocks().as_flattened().iter().all(|row| row.iter().all(|strain| strain.is_finite()))
 }
 
 /// The momenta of one connected component. Masses are in units of a full cell's mass, lengths in cells, and

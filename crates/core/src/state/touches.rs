@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use crate::simd::bounds::difference_bounds;
 use crate::simd::lanes::Lanes;
 
-/// The contacts of a body with other bodies, and with itself, in the last step. Contact between bodies uses them to tell
-/// from which side a sample came.
+/// The contacts of a body with other bodies, and with itself, in the last step. Contact between bodies uses them to
+/// tell from which side a sample came.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Touches {
@@ -22,7 +22,8 @@ pub(crate) struct Touches {
     searched: SearchedPositions,
 }
 
-/// The positions of a body in the last step in which its contacts with other bodies were searched, because it had moved.
+/// The positions of a body in the last step in which its contacts with other bodies were searched, because it had
+/// moved.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct SearchedPositions {
@@ -73,11 +74,12 @@ pub(crate) struct SampleTouch {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Foot {
     pub(crate) cell: u32,
-    /// Local coordinates in the cell, in [0, 1].
+    /// Local coordinates in the cell: in [0, 1], at the smooth surface of a crack in [-1, 2].
     pub(crate) local: [f32; 3],
     /// Unit normal at rest, on the side of the sample.
     pub(crate) normal: [f32; 3],
-    /// Distance from the surface at which a sample touches it, in cells.
+    /// Distance from the surface at which a sample touches it, in cells. Negative where pieces of a body overlapped
+    /// when it broke.
     pub(crate) shell: f32,
 }
 
@@ -95,14 +97,17 @@ impl SearchedPositions {
         self.shift = [0.0; 3];
     }
 
-    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since the positions were stored;
-    /// infinity if there are none.
-    fn distance(&self, positions: &Lanes<3>, shift: [f64; 3], occupied: &[u8]) -> f64 {
+    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since the positions were
+    /// stored, apart from a common translation if `is_relative`; infinity if there are none.
+    fn distance(&self, (positions, shift): (&Lanes<3>, [f64; 3]), occupied: &[u8], is_relative: bool) -> f64 {
         if self.positions.blocks().is_empty() {
             return f64::INFINITY;
         }
         let (low, high) = difference_bounds(positions, &self.positions, occupied);
         let greatest = |a: usize| {
+            if is_relative {
+                return 0.5 * (f64::from(high[a]) - f64::from(low[a]));
+            }
             let shift = shift[a] - self.shift[a];
             (f64::from(low[a]) + shift).abs().max((f64::from(high[a]) + shift).abs())
         };
@@ -150,17 +155,18 @@ impl Touches {
         self.searched.forget();
     }
 
-    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since its contacts were searched;
-    /// infinity if that is more than `limit`, so that they have to be searched. The positions are then stored as the searched
-    /// ones. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied` has the bit mask of the
-    /// lanes with a vertex, for each block.
+    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since its contacts were
+    /// searched; infinity if that is more than `limit`, so that they have to be searched. The positions are then stored
+    /// as the searched ones. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied`
+    /// has the bit mask of the lanes with a vertex, for each block. `is_relative`: a common translation does not count,
+    /// as the body touches itself only.
     pub(super) fn search_distance(
         &mut self,
         (positions, shift): (&Lanes<3>, [f64; 3]),
         occupied: &[u8],
-        limit: f64,
+        (limit, is_relative): (f64, bool),
     ) -> f64 {
-        let distance = self.searched.distance(positions, shift, occupied);
+        let distance = self.searched.distance((positions, shift), occupied, is_relative);
         if distance <= limit {
             return distance;
         }
@@ -189,8 +195,8 @@ impl Touches {
         self.forces.clear();
     }
 
-    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects. `bodies`:
-    /// pairs of connected component and body.
+    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects.
+    /// `bodies`: pairs of connected component and body.
     pub(crate) fn set(
         &mut self,
         keep: impl Fn(u32) -> bool,
@@ -211,14 +217,16 @@ impl Touches {
         self.forces.sort_unstable_by_key(|force| force.key);
     }
 
-    /// Returns whether the touches can belong to a body with this number of blocks of positions and connected components.
+    /// Returns whether the touches can belong to a body with this number of blocks of positions and connected
+    /// components.
     pub(super) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let sorted = self.samples.is_sorted_by_key(|touch| (touch.other, touch.sample))
             && self.forces.is_sorted_by_key(|force| force.key);
         let is_valid_touch = |touch: &SampleTouch| {
             let Foot { local, normal, shell, .. } = touch.foot;
             let is_unit = |vector: [f32; 3]| (0.5..2.0).contains(&Vector3::from(vector).norm());
-            let is_inside = local.iter().all(|u| (0.0..=1.0).contains(u)) && (0.0..=1.0).contains(&shell);
+            // The smooth surface of a crack lies outside the cells of its piece in part.
+            let is_inside = local.iter().all(|u| (-1.0..=2.0).contains(u)) && (-1.0..=1.0).contains(&shell);
             is_inside && is_unit(touch.normal) && is_unit(normal)
         };
         let are_valid = self.samples.iter().all(is_valid_touch)
@@ -279,7 +287,7 @@ mod tests {
             touches.is_valid(0, 1)
         };
         assert!(valid(|_| {}));
-        assert!(!valid(|touch| touch.foot.local[1] = 1.5));
+        assert!(!valid(|touch| touch.foot.local[1] = 2.5));
         assert!(!valid(|touch| touch.foot.normal = [f32::NAN, 0.0, 0.0]));
         assert!(!valid(|touch| touch.normal = [0.0; 3]));
         assert!(!valid(|touch| touch.foot.shell = f32::INFINITY));

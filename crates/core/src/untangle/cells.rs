@@ -3,13 +3,15 @@
 use nalgebra::Vector3;
 
 use super::determinants::{Corners, least_determinant};
-use crate::lattice::Lattice;
+use crate::lattice::{Joint, Lattice};
 
 /// The corners of the cells of a lattice, and the cells around its vertices.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     /// Grid indices of the cells of the lattice for which the tables were built.
     indices: Vec<[i32; 3]>,
+    /// Its broken joints.
+    broken: Vec<Joint>,
     /// Vertices at the corners of each cell.
     vertices: Vec<[u32; 8]>,
     /// First entry of each vertex in `around`, then the number of entries.
@@ -22,14 +24,16 @@ impl Cells {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.indices) + size_of_val(&*self.vertices);
-        cells + size_of_val(&*self.first) + size_of_val(&*self.around)
+        cells + size_of_val(&*self.broken) + size_of_val(&*self.first) + size_of_val(&*self.around)
     }
 
     /// Builds the tables of a lattice, if they are of another lattice.
     pub(super) fn prepare(&mut self, lattice: &Lattice) {
-        if self.indices == lattice.cells() {
+        if self.indices == lattice.cells() && self.broken == lattice.broken_joints() {
             return;
         }
+        self.broken.clear();
+        self.broken.extend_from_slice(lattice.broken_joints());
         self.indices.clear();
         self.indices.extend_from_slice(lattice.cells());
         self.vertices.clear();

@@ -21,8 +21,8 @@ pub(super) fn least_determinant(corners: &Corners) -> f64 {
     (0..8).map(|k| determinant(edges(corners, k))).fold(determinant(mean_edges(corners)), f64::min)
 }
 
-/// Returns the determinants that depend on a corner of a cell: those of its three neighbors, of the corner, and of the center of
-/// the cell.
+/// Returns the determinants that depend on a corner of a cell: those of its three neighbors, of the corner, and of the
+/// center of the cell.
 pub(super) fn determinants_of(corners: &Corners, corner: usize) -> [LinearDeterminant; 5] {
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { 1.0 } else { -1.0 };
     let (own, mean) = (edges(corners, corner), mean_edges(corners));
@@ -59,8 +59,9 @@ fn areas([x, y, z]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     [y.cross(z), z.cross(x), x.cross(y)]
 }
 
-/// Returns a gradient that is changed so that it is not inside out and no thinner than [`LEAST_STRETCH`]: the singular values are
-/// raised, after the least one was negated if the gradient is inside out. `None` if it has no singular values in f64.
+/// Returns a gradient that is changed so that it is not inside out and no thinner than [`LEAST_STRETCH`]: the singular
+/// values are raised, after the least one was negated if the gradient is inside out. `None` if it has no singular
+/// values in f64.
 pub(super) fn opened(gradient: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     // The least singular value is above a bound if GᵀG, less the square of the bound, is positive definite.
     let rest = gradient.tr_mul(gradient) - Matrix3::from_diagonal_element(LEAST_STRETCH * LEAST_STRETCH);

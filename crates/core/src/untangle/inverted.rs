@@ -7,15 +7,15 @@ use crate::simd::lanes::{Block, Lanes, between, bits_between, load};
 use crate::simd::level;
 use crate::simd::vector::{cross, dot_fused};
 
-/// Determinant up to which a cell may be inside out. It is above the rounding errors of the determinants of edges with lengths
-/// of up to 3 cells.
+/// Determinant up to which a cell may be inside out. It is above the rounding errors of the determinants of edges with
+/// lengths of up to 3 cells.
 const DOUBTFUL: f32 = 1e-5;
 
-/// Returns whether three links at a vertex, one along each axis, have a determinant of at most [`DOUBTFUL`]. `positions`: the
-/// positions of the vertices in cells, in the first three rows of each block.
+/// Returns whether three links at a vertex, one along each axis, have a determinant of at most [`DOUBTFUL`].
+/// `positions`: the positions of the vertices in cells, in the first three rows of each block.
 ///
-/// The result is true if a determinant at a corner of a cell with edges of up to 3 cells is not positive. It can also be true for three links that are not
-/// edges of one cell.
+/// The result is true if a determinant at a corner of a cell with edges of up to 3 cells is not positive. It can also
+/// be true for three links that are not edges of one cell.
 pub(crate) fn may_be_inverted<const N: usize>(layout: &Layout, positions: &Lanes<N>) -> bool {
     dispatch!(level(), simd => any_inverted(simd, layout, positions.blocks()))
 }

@@ -46,8 +46,8 @@ impl Limits {
         moved.fold(0.0, f64::max)
     }
 
-    /// Moves a vertex by a step, within its limits: along the limit that the step exceeds the most, and no farther than to the
-    /// others. A vertex that is fixed, and a step that is not finite, have no effect.
+    /// Moves a vertex by a step, within its limits: along the limit that the step exceeds the most, and no farther than
+    /// to the others. A vertex that is fixed, and a step that is not finite, have no effect.
     ///
     /// * `along`: returns the step along a plane, from the unit normal of the plane and the part of the step along it.
     pub(super) fn advance(

@@ -1,8 +1,8 @@
 //! Relaxation of parts of a lattice that sweeps of single vertices do not untangle.
 //!
-//! The gradients of the cells are smoothed, opened where they are inside out or thin, and each vertex moves to the mean of the
-//! positions that the cells around it would give it. This moves many vertices at once, so that a part leaves a minimum in which
-//! no single vertex can be moved with profit.
+//! The gradients of the cells are smoothed, opened where they are inside out or thin, and each vertex moves to the mean
+//! of the positions that the cells around it would give it. This moves many vertices at once, so that a part leaves a
+//! minimum in which no single vertex can be moved with profit.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,8 +33,8 @@ impl Relaxation {
         gradients + size_of_val(&*self.goals) + size_of_val(&*self.index)
     }
 
-    /// Relaxes the cells of a part of the lattice. `vertices`: the corners of these cells. `smoothings`: how often the gradients
-    /// are averaged.
+    /// Relaxes the cells of a part of the lattice. `vertices`: the corners of these cells. `smoothings`: how often the
+    /// gradients are averaged.
     pub(super) fn relax(
         &mut self,
         (lattice, limits): (&Cells, &Limits),
@@ -76,8 +76,8 @@ impl Relaxation {
         }
     }
 
-    /// Replaces the gradient of each cell by the mean of those of its corners, and the gradient of a corner is the mean of those
-    /// of the cells of the part around it.
+    /// Replaces the gradient of each cell by the mean of those of its corners, and the gradient of a corner is the mean
+    /// of those of the cells of the part around it.
     fn smooth(&mut self, lattice: &Cells, cells: &[u32], vertices: usize) {
         let Self { gradients, sums, index, .. } = self;
         sums.clear();

@@ -6,9 +6,9 @@
 //! sum over the determinants J that depend on the vertex of  max(0, TARGET - J)²  +  PROXIMITY |d|²
 //! ```
 //!
-//! with the displacement `d` of the vertex in this sweep. Each `J` is linear in `d`, so that the sum is convex. Where the number of
-//! these cells does not halve in [`SWEEPS`] sweeps, the part of the lattice around them is relaxed, and the sweeps
-//! go on. The order of the vertices is fixed, and one thread does all.
+//! with the displacement `d` of the vertex in this sweep. Each `J` is linear in `d`, so that the sum is convex. Where
+//! the number of these cells does not halve in [`SWEEPS`] sweeps, the part of the lattice around them is relaxed, and
+//! the sweeps go on. The order of the vertices is fixed, and one thread does all.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,27 +22,30 @@ use crate::volume::Limit;
 /// Determinant towards which the determinants of a cell are raised.
 const TARGET: f64 = 0.05;
 
-/// Determinant from which a cell counts as untangled. It is less than the target, because the minimum of a sum is a compromise.
+/// Determinant from which a cell counts as untangled. It is less than the target, because the minimum of a sum is a
+/// compromise.
 const UNTANGLED: f64 = 0.02;
 
-/// Weight of the displacement of a vertex in a sweep. It is the square of the area from which on a determinant is raised by moving
-/// one vertex, rather than by opening the area.
+/// Weight of the displacement of a vertex in a sweep. It is the square of the area from which on a determinant is
+/// raised by moving one vertex, rather than by opening the area.
 const PROXIMITY: f64 = 0.01;
 
 /// Greatest displacement of a vertex in a sweep, in cells.
 const GREATEST_STEP: f64 = 0.5;
 
-/// Maximum number of displacements in a frame, as a multiple of the number of vertices: it bounds the time of a frame. Drops from
-/// twice the height of a body, with the material `jelly`, need up to 100.
+/// Maximum number of displacements in a frame, as a multiple of the number of vertices: it bounds the time of a frame.
+/// Drops from twice the height of a body, with the material `jelly`, need up to 100.
 const DISPLACEMENTS: usize = 150;
 
 /// Number of sweeps in which the number of cells must halve.
 const SWEEPS: usize = 4;
 
-/// Maximum number of relaxations of one lattice. The part that is relaxed grows by a ring of cells with every second one.
+/// Maximum number of relaxations of one lattice. The part that is relaxed grows by a ring of cells with every second
+/// one.
 const RELAXATIONS: usize = 16;
 
-/// Maximum number of solutions for a vertex in a sweep: the solution determines which determinants are below their target.
+/// Maximum number of solutions for a vertex in a sweep: the solution determines which determinants are below their
+/// target.
 const SOLUTIONS: usize = 4;
 
 /// Determinant that a correction may leave, or half of that before the correction if this is less.
@@ -114,8 +117,8 @@ impl Untangler {
         (0..self.cells.len() as u32).any(|cell| self.cells.least_determinant(cell, positions) <= 0.0)
     }
 
-    /// Moves vertices within limits, until no cell is inverted, [`RELAXATIONS`] have not helped, or no displacement remains in the
-    /// frame. Returns the greatest displacement of a vertex, in cells.
+    /// Moves vertices within limits, until no cell is inverted, [`RELAXATIONS`] have not helped, or no displacement
+    /// remains in the frame. Returns the greatest displacement of a vertex, in cells.
     ///
     /// Must be called after [`Untangler::prepare`].
     pub(crate) fn untangle(&mut self, limits: &[Limit], positions: &mut [[f32; 3]]) -> f64 {
@@ -146,10 +149,11 @@ impl Untangler {
         self.limits.greatest_displacement(positions)
     }
 
-    /// Shortens the displacements of a correction from `start`, so that no cell of `positions` is inverted that was not so before.
+    /// Shortens the displacements of a correction from `start`, so that no cell of `positions` is inverted that was not
+    /// so before.
     ///
-    /// The displacements of the corners of an inverted cell are multiplied by the factor at which it is not inverted, until no cell
-    /// is. Must be called after [`Untangler::prepare`].
+    /// The displacements of the corners of an inverted cell are multiplied by the factor at which it is not inverted,
+    /// until no cell is. Must be called after [`Untangler::prepare`].
     pub(crate) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
         self.corrected.clear();
         self.corrected.extend_from_slice(positions);
@@ -249,14 +253,15 @@ impl Untangler {
     }
 }
 
-/// Returns whether the least determinant of a cell is above [`CORRECTED`], or above half of that at the start if this is less.
+/// Returns whether the least determinant of a cell is above [`CORRECTED`], or above half of that at the start if this
+/// is less.
 fn is_kept(cells: &Cells, cell: u32, start: &[[f32; 3]], corners: &Corners) -> bool {
     let least = least_determinant(corners);
     least > CORRECTED || least > 0.5 * cells.least_determinant(cell, start)
 }
 
-/// Returns a factor below 1 of the displacements of the corners of a cell from the start, at which the cell is kept: see
-/// [`is_kept`]. It is the greatest one if the cell is kept at all smaller ones.
+/// Returns a factor below 1 of the displacements of the corners of a cell from the start, at which the cell is kept:
+/// see [`is_kept`]. It is the greatest one if the cell is kept at all smaller ones.
 fn longest(cells: &Cells, cell: u32, start: &[[f32; 3]], positions: &[[f32; 3]]) -> f32 {
     let (from, to) = (cells.corners(cell, start), cells.corners(cell, positions));
     let (mut factor, mut step) = (0.0, 1.0);
@@ -270,8 +275,8 @@ fn longest(cells: &Cells, cell: u32, start: &[[f32; 3]], positions: &[[f32; 3]])
     factor as f32
 }
 
-/// Returns the displacement of a vertex with the least sum, of at most [`GREATEST_STEP`]; see the module. `plane`: unit normal,
-/// and the given displacement along it.
+/// Returns the displacement of a vertex with the least sum, of at most [`GREATEST_STEP`]; see the module. `plane`: unit
+/// normal, and the given displacement along it.
 fn minimum(determinants: &[LinearDeterminant], plane: Option<(Vector3<f64>, f64)>) -> Vector3<f64> {
     let fixed = plane.map_or(Vector3::zeros(), |(normal, along)| normal * along);
     let mut step = fixed;
@@ -297,7 +302,8 @@ fn minimum(determinants: &[LinearDeterminant], plane: Option<(Vector3<f64>, f64)
     step.cap_magnitude(GREATEST_STEP)
 }
 
-/// Solves a symmetric, positive definite system by Cramer's rule. The result is not finite if the matrix is nearly singular.
+/// Solves a symmetric, positive definite system by Cramer's rule. The result is not finite if the matrix is nearly
+/// singular.
 fn solve(matrix: &Matrix3<f64>, right: &Vector3<f64>) -> Vector3<f64> {
     let [x, y, z]: [Vector3<f64>; 3] = [0, 1, 2].map(|k| matrix.column(k).into());
     let yz = y.cross(&z);

@@ -3,7 +3,7 @@
 //! A link is an edge of the lattice: it connects a vertex with a neighbor along an axis. Boundary faces are
 //! the faces of cells that belong to one cell only.
 
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, corners_from};
 
 /// Unit steps along the axes, in *neighbor order*: -x, +x, -y, +y, -z, +z.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
@@ -35,24 +35,8 @@ pub(super) struct Adjacency {
 
 impl Adjacency {
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let (indices, components) = (lattice.indices(), lattice.components());
-        let mut neighbors: Vec<[u32; 6]> = (0..indices.len() as u32).map(|i| [i; 6]).collect();
-        // The vertices are sorted by (z, y, x), and so are their neighbors along an axis.
-        let order = |[x, y, z]: [i32; 3]| (z, y, x);
-        for axis in 0..3 {
-            let mut next = 0;
-            for (vertex, (index, links)) in indices.iter().zip(lattice.links()).enumerate() {
-                if links >> (2 * axis + 1) & 1 != 0 {
-                    let mut target = *index;
-                    target[axis] += 1;
-                    while order(indices[next]) < order(target) {
-                        next += 1;
-                    }
-                    neighbors[vertex][2 * axis + 1] = next as u32;
-                    neighbors[next][2 * axis] = vertex as u32;
-                }
-            }
-        }
+        let components = lattice.components();
+        let neighbors = lattice.neighbor_table();
         Self {
             neighbors,
             component_of_vertex: components.of_vertex.clone(),
@@ -73,14 +57,6 @@ impl Adjacency {
     /// Returns the component of vertex `i`.
     pub(super) fn component(&self, i: usize) -> usize {
         self.component_of_vertex[i] as usize
-    }
-
-    /// Returns the corners of a cell, given its corner 0; see [`first_corners`].
-    pub(super) fn cell_corners(&self, first: u32) -> [u32; 8] {
-        let next = |vertex: u32, axis: usize| self.neighbors[vertex as usize][2 * axis + 1];
-        let (along_y, along_z) = (next(first, 1), next(first, 2));
-        let rows = [first, along_y, along_z, next(along_y, 2)];
-        std::array::from_fn(|corner| rows[corner / 2] + (corner % 2) as u32)
     }
 
     /// Returns the components of consecutive vertices, in runs of vertices of one component.
@@ -126,33 +102,59 @@ impl Adjacency {
 /// Returns the boundary faces. Each has the index of its side of the cell, in neighbor order, and its
 /// corners, counter-clockwise seen from outside.
 pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
-    lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
-        let corners = lattice.cell_corners(cell as u32);
-        let outer = DIRECTIONS.iter().zip(FACE_CORNERS).enumerate().filter(|(_, (direction, _))| {
-            lattice.cell_at(std::array::from_fn(|k| index[k] + direction[k])).is_none()
-        });
-        outer.map(move |(side, (_, face))| (side, face.map(|corner| corners[corner])))
+    (0..lattice.cells().len() as u32).flat_map(move |cell| {
+        let corners = lattice.cell_corners(cell);
+        let outer = FACE_CORNERS
+            .iter()
+            .enumerate()
+            .filter(move |(side, _)| lattice.joined_cell(cell, *side).is_none());
+        outer.map(move |(side, face)| (side, face.map(|corner| corners[corner])))
     })
 }
 
-/// Returns corner 0 of each cell.
-pub(super) fn first_corners(lattice: &Lattice) -> Vec<u32> {
-    // Cells are sorted as the vertices are, and corner 0 has the index of the cell.
-    let mut vertices = (0..).zip(lattice.indices());
-    let first =
-        |cell| vertices.find(|(_, index)| *index == cell).expect("corner 0 of each cell is a vertex").0;
-    lattice.cells().iter().map(first).collect()
+/// The corners of the cells of a lattice.
+pub(super) enum Corners<'a> {
+    /// Corner 0 of each cell; the others follow from the links.
+    First(Vec<u32>, &'a Adjacency),
+    /// Joints of the lattice are broken, so that a link can lead to another copy of a vertex.
+    Broken(&'a Lattice),
+}
+
+impl<'a> Corners<'a> {
+    pub(super) fn new(lattice: &'a Lattice, adjacency: &'a Adjacency) -> Self {
+        if !lattice.broken_joints().is_empty() {
+            return Self::Broken(lattice);
+        }
+        Self::First(lattice.first_corners().collect(), adjacency)
+    }
+
+    /// Returns the vertices at the corners of a cell.
+    pub(super) fn of_cell(&self, cell: u32) -> [u32; 8] {
+        match self {
+            Self::First(first, adjacency) => corners_from(first[cell as usize], &adjacency.neighbors),
+            Self::Broken(lattice) => lattice.cell_corners(cell),
+        }
+    }
+
+    /// Iterates over the corners of all cells.
+    pub(super) fn iter(&self) -> impl Iterator<Item = [u32; 8]> + '_ {
+        let cells = match self {
+            Self::First(first, _) => first.len(),
+            Self::Broken(lattice) => lattice.cells().len(),
+        };
+        (0..cells as u32).map(|cell| self.of_cell(cell))
+    }
 }
 
 /// Returns a bit mask of the occupied cells around each vertex: bit `k` is set iff the cell in octant `k`
 /// exists.
 ///
 /// Octant `k` around a vertex lies in the direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the
-/// negative side of an axis and 1 the positive side. `first_corners`: see [`first_corners`].
-pub(super) fn octants(adjacency: &Adjacency, first_corners: &[u32]) -> Vec<u8> {
-    let mut octants = vec![0; adjacency.len()];
-    for &first in first_corners {
-        for (corner, vertex) in adjacency.cell_corners(first).into_iter().enumerate() {
+/// negative side of an axis and 1 the positive side. `vertices`: number of vertices.
+pub(super) fn octants(vertices: usize, corners: &Corners) -> Vec<u8> {
+    let mut octants = vec![0; vertices];
+    for cell in corners.iter() {
+        for (corner, vertex) in cell.into_iter().enumerate() {
             // Seen from corner `k` of a cell, the cell lies in the octant of the opposite corner, `7 - k`.
             octants[vertex as usize] |= 1 << (7 - corner);
         }
@@ -182,8 +184,8 @@ mod tests {
             let expected = lattice.neighbors(vertex).map(|other| other.unwrap_or(vertex));
             assert_eq!(adjacency.neighbors[vertex as usize], expected);
         }
-        for (cell, first) in (0..).zip(first_corners(&lattice)) {
-            assert_eq!(adjacency.cell_corners(first), lattice.cell_corners(cell));
+        for (cell, first) in (0..).zip(lattice.first_corners()) {
+            assert_eq!(corners_from(first, &adjacency.neighbors), lattice.cell_corners(cell));
         }
     }
 

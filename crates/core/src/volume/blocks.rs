@@ -1,7 +1,7 @@
 //! Stores numbers of lattice vertices in blocks of eight along x, in which sums over links run on all lanes.
 //!
-//! A *slot* is the index `8 * block + lane` of a vertex. The blocks are in the order of the vertices, and all vertices of
-//! a block are in the same component. Lanes without a vertex contain zeros, and so does one more block at the end of
+//! A *slot* is the index `8 * block + lane` of a vertex. The blocks are in the order of the vertices, and all vertices
+//! of a block are in the same component. Lanes without a vertex contain zeros, and so does one more block at the end of
 //! each array, the *zero block*. It replaces missing neighbors of blocks, so that sums over links need masks only where
 //! neighboring slots are not linked.
 
@@ -95,16 +95,33 @@ impl Blocks {
         neighbors.resize(blocks, [blocks as u32; 6]);
         // First the lanes that are linked.
         gaps.resize(blocks, [0; 6]);
-        for ((vertex, linked), &slot) in adjacency.neighbors.iter().enumerate().zip(&*slots) {
-            let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
-            for (side, &neighbor) in linked.iter().enumerate().filter(|(_, other)| **other as usize != vertex)
-            {
-                let other = slots[neighbor as usize] / LANES as u32;
-                if other as usize != block {
-                    neighbors[block][side] = other;
+        for (vertex, linked) in adjacency.neighbors.iter().enumerate() {
+            let (block, lane) = (slots[vertex] as usize / LANES, slots[vertex] as usize % LANES);
+            for side in [1, 3, 5] {
+                let neighbor = linked[side] as usize;
+                if neighbor == vertex {
+                    continue;
                 }
-                gaps[block][side] |= 1 << lane;
-                links[block][lane] += 1.0;
+                let (other, other_lane) =
+                    (slots[neighbor] as usize / LANES, slots[neighbor] as usize % LANES);
+                if other != block {
+                    // Where joints are broken, a side of a block can have links to several blocks. The first one
+                    // counts.
+                    let is_free = |present: u32, wanted: usize| {
+                        present as usize == wanted || present as usize == blocks
+                    };
+                    let is_within = side == 1 && lane + 1 < LANES;
+                    let (forth, back) = (neighbors[block][side], neighbors[other][side - 1]);
+                    if is_within || !is_free(forth, other) || !is_free(back, block) {
+                        continue;
+                    }
+                    neighbors[block][side] = other as u32;
+                    neighbors[other][side - 1] = block as u32;
+                }
+                for (block, lane, side) in [(block, lane, side), (other, other_lane, side - 1)] {
+                    gaps[block][side] |= 1 << lane;
+                    links[block][lane] += 1.0;
+                }
             }
         }
         for (block, gaps) in gaps.iter_mut().enumerate() {

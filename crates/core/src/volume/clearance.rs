@@ -94,8 +94,8 @@ impl LimitSearch {
     /// `distance` of the collider. The clearance of the limit is the least distance of these samples from the
     /// collider, at least 0.
     ///
-    /// With a linear skin, a sample is a weighted mean of the corners of its cell. If no corner moves farther against the normal
-    /// of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
+    /// With a linear skin, a sample is a weighted mean of the corners of its cell. If no corner moves farther against
+    /// the normal of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
     /// other shapes, whose normal is not constant, and for a smooth skin,
     /// [`add_limits_for_entered_cells`](Self::add_limits_for_entered_cells) is needed as well.
     fn find(
@@ -128,8 +128,8 @@ impl LimitSearch {
         }
     }
 
-    /// Adds limits for the cells in which a corrected sample enters a collider other than a plane, or with a smooth skin
-    /// any collider. Returns whether any limit was added.
+    /// Adds limits for the cells in which a corrected sample enters a collider other than a plane, or with a smooth
+    /// skin any collider. Returns whether any limit was added.
     ///
     /// * `positions`: corrected positions, one per lattice vertex.
     ///
@@ -139,8 +139,8 @@ impl LimitSearch {
     /// the tangent plane of the collider with this normal (or the plane through the uncorrected sample, if
     /// the sample is inside). The limits reduce the displacement of each corner against `n` by the distance
     /// of the corrected sample behind `P`, so that the sample does not pass `P`. A convex collider lies
-    /// entirely behind its tangent planes, so a sample that was outside does not enter the collider. A sample of a smooth
-    /// skin also depends on vertices around its cell, so that further rounds may be needed.
+    /// entirely behind its tangent planes, so a sample that was outside does not enter the collider. A sample of a
+    /// smooth skin also depends on vertices around its cell, so that further rounds may be needed.
     pub(crate) fn add_limits_for_entered_cells(
         &mut self,
         samples: &SampleCells,

@@ -10,8 +10,8 @@ const NONE: u32 = u32::MAX;
 
 /// The change of the volume by displacements of mesh vertices, and its buffers.
 ///
-/// Only triangles with a displaced corner change their volumes. Their corners are numbered: first the displaced mesh vertices,
-/// then the others.
+/// Only triangles with a displaced corner change their volumes. Their corners are numbered: first the displaced mesh
+/// vertices, then the others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FlattenedVolume {
     /// Number of each rank.
@@ -25,7 +25,8 @@ pub(super) struct FlattenedVolume {
     displaced: Vec<(u32, u32)>,
     /// The triangles of a component, as quads whose last corner is the first one.
     quads: Vec<[u32; 4]>,
-    /// Components with displaced mesh vertices, and the change of the volume of each as a cubic in `lambda`, in cubed cells.
+    /// Components with displaced mesh vertices, and the change of the volume of each as a cubic in `lambda`, in cubed
+    /// cells.
     changes: Vec<(u32, [f64; 4])>,
 }
 
@@ -39,9 +40,9 @@ impl FlattenedVolume {
 
     /// Computes the change of the volume of each component.
     ///
-    /// The displacements are those at the present `lambda` of each component, `lambdas`. When it changes, the colliders hold
-    /// the displaced mesh vertices back. `scratch`: the points and their directions; with a smooth skin the measure has been
-    /// evaluated for them.
+    /// The displacements are those at the present `lambda` of each component, `lambdas`. When it changes, the colliders
+    /// hold the displaced mesh vertices back. `scratch`: the points and their directions; with a smooth skin the
+    /// measure has been evaluated for them.
     pub(super) fn update(
         &mut self,
         measure: &MeshMeasure,
@@ -66,8 +67,8 @@ impl FlattenedVolume {
         &self.changes
     }
 
-    /// Adds to the displacements of mesh vertices the part of their motions that is held back, after `lambda` has changed.
-    /// `steps`: change of the `lambda` of each component. Must be called after [`FlattenedVolume::update`].
+    /// Adds to the displacements of mesh vertices the part of their motions that is held back, after `lambda` has
+    /// changed. `steps`: change of the `lambda` of each component. Must be called after [`FlattenedVolume::update`].
     pub(super) fn follow(&self, steps: &[f64], displacements: &mut Displacements) {
         let [before, after] = &self.motions;
         for &(component, number) in &self.displaced {
@@ -125,8 +126,8 @@ impl FlattenedVolume {
         after.extend_from_slice(&before[first..]);
     }
 
-    /// Collects the triangles with a corner in `displaced`, and numbers their other corners. `count`: number of all displaced mesh
-    /// vertices.
+    /// Collects the triangles with a corner in `displaced`, and numbers their other corners. `count`: number of all
+    /// displaced mesh vertices.
     fn collect_quads(
         &mut self,
         measure: &MeshMeasure,

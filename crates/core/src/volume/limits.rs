@@ -1,7 +1,8 @@
 //! Applies limits to the correction: a vertex at its limit slides along the obstacle, or stops.
 //!
-//! An obstacle is a collider at one time, or the surface of another body. [`Limits`] is the active set of the iteration that solves for
-//! `lambda`: it determines which limited vertices move freely, slide or are stopped at the current `lambda`.
+//! An obstacle is a collider at one time, or the surface of another body. [`Limits`] is the active set of the iteration
+//! that solves for `lambda`: it determines which limited vertices move freely, slide or are stopped at the current
+//! `lambda`.
 
 use nalgebra::Vector3;
 

@@ -121,8 +121,8 @@ impl<S: Simd> Determinants<S> {
     }
 }
 
-/// Sum of determinants `det[a, b, c]` as [`Determinants`], at half the cost: the terms are computed in f32. They are added
-/// in f32 up to the next [`flush`](Self::flush), and then in f64.
+/// Sum of determinants `det[a, b, c]` as [`Determinants`], at half the cost: the terms are computed in f32. They are
+/// added in f32 up to the next [`flush`](Self::flush), and then in f64.
 ///
 /// The error is that of positions in f32, whose differences are the edges `b` and `c`. Coordinates above 1e12 cells can
 /// overflow; the coefficients are then not finite.
@@ -176,8 +176,8 @@ fn swapped<S: Simd>(simd: S, moving: f32x8<S>) -> f32x8<S> {
     simd.slide_f32x8::<4>(moving, moving)
 }
 
-/// Returns the value of `det[a, b, c]` at `lambda = 0` and its derivative there. All three are lanes `(p, 0, v, 0)` of a
-/// [`Moving`].
+/// Returns the value of `det[a, b, c]` at `lambda = 0` and its derivative there. All three are lanes `(p, 0, v, 0)` of
+/// a [`Moving`].
 #[inline(always)]
 pub(super) fn value_and_slope<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> [f32; 2] {
     let [like, mixed] = cross_products(simd, b, c);

@@ -31,8 +31,8 @@ const CHUNK_PATCHES: usize = 64;
 /// mesh in a coarse lattice, mostly the triangles that cross cell boundaries. With smooth positions all triangles are
 /// summed, because 32 coefficients describe a cell.
 ///
-/// Triangles are summed in pairs with a common edge, as quads `a, b, c, d` of the triangles `a, b, c` and `a, c, d`. The
-/// sum of their two determinants is `a . ((c - a) × (d - b))`. A triangle without a partner has `d = a`.
+/// Triangles are summed in pairs with a common edge, as quads `a, b, c, d` of the triangles `a, b, c` and `a, c, d`.
+/// The sum of their two determinants is `a . ((c - a) × (d - b))`. A triangle without a partner has `d = a`.
 #[derive(Clone, Debug)]
 pub(super) struct MeshMeasure {
     patches: Vec<Patch>,
@@ -46,7 +46,8 @@ pub(super) struct MeshMeasure {
     quads: Vec<[u32; 4]>,
     /// Chunks of the patches, then of the quads.
     sums: ChunkedSum,
-    /// For each mesh vertex, the factor of the volume of its triangles: 1, -1 (inside out) or 0 (ignored). Empty if all are 1.
+    /// For each mesh vertex, the factor of the volume of its triangles: 1, -1 (inside out) or 0 (ignored). Empty if all
+    /// are 1.
     signs: Vec<i8>,
 }
 
@@ -149,8 +150,8 @@ impl MeshMeasure {
         self.signs.get(vertex as usize).copied().unwrap_or(1)
     }
 
-    /// Adds the motions of mesh vertices along the present field to `motions`. `vertices`: the mesh vertices, each with its index
-    /// in the order of [`Embedding::by_cell`].
+    /// Adds the motions of mesh vertices along the present field to `motions`. `vertices`: the mesh vertices, each with
+    /// its index in the order of [`Embedding::by_cell`].
     ///
     /// With smooth positions the last evaluation must have been of the present points and field.
     pub(super) fn add_motions(

@@ -1,5 +1,5 @@
-//! Computes the points of a smooth surface as points that move along straight lines: each by the smooth interpolant of its
-//! cell.
+//! Computes the points of a smooth surface as points that move along straight lines: each by the smooth interpolant of
+//! its cell.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f32x16};
 
@@ -75,8 +75,8 @@ impl LocalCoordinates {
     }
 }
 
-/// The coefficients of a cell. Those of the moving points are stored lane by lane, so that all coefficients of a lane are
-/// consecutive.
+/// The coefficients of a cell. Those of the moving points are stored lane by lane, so that all coefficients of a lane
+/// are consecutive.
 struct CellTerms {
     /// The smooth interpolant of each lane.
     smooth: [SmoothTerms<f32>; 8],

@@ -4,7 +4,7 @@
 //! positions are merged.
 
 use super::VolumeError;
-use super::adjacency::{Adjacency, first_corners};
+use super::adjacency::{Adjacency, Corners};
 use super::mesh_measure::{MeshMeasure, MeshTerms};
 use super::patch::{MIN_PATCH_TRIANGLES, Patch};
 use super::shells::{self, Shell};
@@ -40,13 +40,14 @@ pub(super) fn measure(
     }
     let shells = split_into_shells(surface, adjacency)?;
     let signs = shells::signs(surface.mesh.vertices(), &shells);
-    check_volumes(&shells, &signs, lattice, adjacency)?;
+    let is_flat = check_volumes(&shells, &signs, lattice, adjacency)?;
 
     let mut terms = MeshTerms::default();
     for component in 0..adjacency.component_count {
         let component_shells =
             shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
-        let oriented = component_shells.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
+        let counts = |sign: f64| sign != 0.0 && !is_flat[component];
+        let oriented = component_shells.filter(|(_, sign)| counts(**sign)).flat_map(|(shell, &sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
         });
         add_component(surface.embedding, &oriented.collect::<Vec<_>>(), &mut terms);
@@ -57,7 +58,8 @@ pub(super) fn measure(
     Ok(MeshMeasure::new(terms, &points, surface.embedding))
 }
 
-/// Returns the factor of the volume of the triangles at each vertex; empty if all are 1. `vertices`: number of vertices.
+/// Returns the factor of the volume of the triangles at each vertex; empty if all are 1. `vertices`: number of
+/// vertices.
 fn vertex_signs(shells: &[Shell], signs: &[f64], vertices: usize) -> Vec<i8> {
     if signs.iter().all(|&sign| sign == 1.0) {
         return Vec::new();
@@ -139,8 +141,8 @@ fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
     quads
 }
 
-/// Returns the mesh vertices whose positions the measure computes, sorted by cell: those that the quads use, or with smooth
-/// positions all of them, which the display reads.
+/// Returns the mesh vertices whose positions the measure computes, sorted by cell: those that the quads use, or with
+/// smooth positions all of them, which the display reads.
 fn surface_points(embedding: &Embedding, quads: &[[u32; 4]]) -> Vec<u32> {
     if embedding.smoothing().is_some() {
         return embedding.by_cell().flat_map(|cell| cell.points).copied().collect();
@@ -197,20 +199,22 @@ fn check_volumes(
     signs: &[f64],
     lattice: &Lattice,
     adjacency: &Adjacency,
-) -> Result<(), VolumeError> {
+) -> Result<Vec<bool>, VolumeError> {
     let mut enclosed = vec![0.0; adjacency.component_count];
     for (shell, sign) in shells.iter().zip(signs) {
         enclosed[shell.component as usize] += sign * shell.volume;
     }
     let cell_volume = lattice.cell_size().powi(3);
     let mut cells = vec![0.0; adjacency.component_count];
-    for first in first_corners(lattice) {
+    for [first, ..] in Corners::new(lattice, adjacency).iter() {
         cells[adjacency.component(first as usize)] += cell_volume;
     }
-    for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
-        if mesh <= MIN_VOLUME_FRACTION * cells {
-            return Err(VolumeError::Flat { component, mesh, cells });
+    let is_flat = |component: usize| enclosed[component] <= MIN_VOLUME_FRACTION * cells[component];
+    let flat: Vec<bool> = (0..enclosed.len()).map(is_flat).collect();
+    match flat.iter().position(|is_flat| *is_flat) {
+        Some(component) if lattice.broken_joints().is_empty() => {
+            Err(VolumeError::Flat { component, mesh: enclosed[component], cells: cells[component] })
         }
+        _ => Ok(flat),
     }
-    Ok(())
 }

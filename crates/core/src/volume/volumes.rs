@@ -52,8 +52,8 @@ impl VolumeMeasures {
         self.report_displayed(deformed, (deformed, None))
     }
 
-    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled and its surface was
-    /// flattened.
+    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled and its surface
+    /// was flattened.
     pub(crate) fn report_displayed(
         &self,
         deformed: &[[f32; 3]],
@@ -86,8 +86,8 @@ impl VolumeMeasures {
         self.report_corrected_from(correction, components, deformed, (deformed, corrected, None))
     }
 
-    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start` and its surface was
-    /// flattened.
+    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start` and its
+    /// surface was flattened.
     pub(crate) fn report_corrected_from(
         &self,
         correction: &Correction,
@@ -108,8 +108,8 @@ impl VolumeMeasures {
     }
 
     /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
-    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes. `flattened`: the
-    /// flattened surface, if it is.
+    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes.
+    /// `flattened`: the flattened surface, if it is.
     fn evaluate_deformed(
         &self,
         positions: &[[f32; 3]],

@@ -54,7 +54,7 @@ impl Grid {
     }
 
     /// Returns the distance to a grid plane, in cells, up to which a coordinate is snapped to it.
-    fn tolerance((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> f64 {
+    pub(crate) fn tolerance((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> f64 {
         let farthest = low.coords.amax().max(high.coords.amax());
         (PRECISION * farthest / cell_size).clamp(TOUCH_DEPTH, MAX_SNAP)
     }

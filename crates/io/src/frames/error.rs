@@ -72,6 +72,32 @@ pub enum OutputError {
         /// The format.
         format: Format,
     },
+    /// A body can break, and the format has the same faces in all frames.
+    #[error(
+        "body `{0}` can break (`body.{0}.fracture`), and {format} has the same faces in all frames: write obj, ply, \
+         usd or html, or remove the key",
+        Escaped(.body)
+    )]
+    CanBreak {
+        /// Name of the body.
+        body: String,
+        /// The format.
+        format: Format,
+    },
+    /// A body is broken, and the format has the same faces in all frames.
+    #[error(
+        "frame {frame} is not written: body `{}` is broken, and {format} has the same faces in all frames; write obj, \
+         ply, usd or html",
+        Escaped(.body)
+    )]
+    Broken {
+        /// Number of the frame.
+        frame: u64,
+        /// Name of the body.
+        body: String,
+        /// The format.
+        format: Format,
+    },
     /// The name of a recording has another extension than the formats that contain all bodies.
     #[error("{}: the name of a recording ends in .usd or .html", Escaped(.path.display()))]
     NoRecording {
@@ -107,6 +133,7 @@ impl OutputError {
                 | Self::NameTooLong { .. }
                 | Self::Link { .. }
                 | Self::NotPerBody { .. }
+                | Self::CanBreak { .. }
                 | Self::NoRecording { .. }
                 | Self::NoMesh { .. }
         )

@@ -54,6 +54,11 @@ impl Format {
         matches!(self, Self::Usd | Self::Html)
     }
 
+    /// Returns whether the faces can change from one frame to the next, when a body breaks.
+    pub const fn has_topology_per_frame(self) -> bool {
+        !matches!(self, Self::Pc2)
+    }
+
     /// Returns whether a file contains all frames.
     pub(super) const fn is_per_sequence(self) -> bool {
         matches!(self, Self::Pc2 | Self::Usd | Self::Html)

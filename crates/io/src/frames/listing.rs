@@ -101,8 +101,8 @@ impl Listing {
         self.files.into_iter().flatten().try_for_each(|file| remove(&file.path))
     }
 
-    /// Removes incomplete frames. Incomplete files with all frames stay: point caches and stages can be continued, and the next
-    /// page replaces an incomplete one.
+    /// Removes incomplete frames. Incomplete files with all frames stay: point caches and stages can be continued, and
+    /// the next page replaces an incomplete one.
     pub(crate) fn remove_parts(&self) -> Result<(), OutputError> {
         let parts = self.files.iter().flatten().filter(|file| file.is_part && file.frame.is_some());
         parts.map(|file| &file.path).try_for_each(|path| remove(path))
@@ -116,7 +116,8 @@ fn remove(path: &Path) -> Result<(), OutputError> {
 impl Sequence {
     /// Returns the files in the directory that belong to a sequence of this name and format with any number of frames,
     /// sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>` (four digits or more),
-    /// `NAME.pc2`, `NAME.usd` or `NAME.html`. Incomplete files, with `.part` appended, and the data of pages are included.
+    /// `NAME.pc2`, `NAME.usd` or `NAME.html`. Incomplete files, with `.part` appended, and the data of pages are
+    /// included.
     ///
     /// # Errors
     /// If the directory exists but cannot be read.

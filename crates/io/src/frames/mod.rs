@@ -16,14 +16,20 @@
 //! * `ply`;
 //! * `pc2`.
 //!
-//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of their own until the run ends.
+//! When a body breaks, the writer builds its texts again for the mesh of the [`Pieces`]: `obj_pieces` those of OBJ
+//! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file.
+//!
+//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of
+//! their own until the run ends.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
-//! a `Listing`, and compares them with the records of the earlier run (`present`).
+//! a `Listing`, and compares them with the records of the earlier run (`present`, and `single_file` for files with all
+//! frames).
 //!
 //! Every file is written under a temporary name (with `.part` appended) and renamed when it is complete. A
 //! file with a final name is therefore always complete.
 
+mod broken_surface;
 mod error;
 mod format;
 mod library_path;
@@ -31,15 +37,21 @@ mod listing;
 mod normal_transform;
 mod number;
 mod obj;
+mod obj_context;
+mod obj_pieces;
 mod page;
 mod page_data;
 mod pc2;
+mod piece_normals;
+mod pieces;
 mod plain;
 mod ply;
 mod present;
 mod read_pc2;
 mod record;
 mod sequence;
+mod single_file;
+mod source;
 mod stage;
 mod writer;
 
@@ -48,9 +60,11 @@ pub use format::{Format, Formats, UnknownFormat};
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
 pub(crate) use page::PageWriter;
+pub use pieces::Pieces;
 pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
 pub use sequence::Sequence;
+pub use source::Source;
 pub(crate) use stage::{StageWriter, is_complete};
-pub use writer::{FrameWriter, Source};
+pub use writer::FrameWriter;

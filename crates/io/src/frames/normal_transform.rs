@@ -27,6 +27,7 @@ use nalgebra::Vector3;
 use corner::Corner;
 
 use crate::obj::{Document, Part};
+use supple::mesh::Mesh;
 
 type Vec3 = Vector3<f64>;
 
@@ -48,11 +49,20 @@ pub(super) struct NormalTransform {
 
 impl NormalTransform {
     pub(super) fn new(document: &Document, part: &Part) -> Self {
-        let mesh = part.mesh();
-        let input = document.normals().to_vec();
+        let normals = part.faces().map(|face| document.face_normals(face));
+        Self::of_faces(document.normals().to_vec(), part.mesh(), part.mesh().faces().zip(normals))
+    }
+
+    /// As [`NormalTransform::new`], for `faces` with the vertices of `mesh`, each with the `vn` of its corners if it
+    /// has any. `input`: the vectors of the `vn`.
+    pub(super) fn of_faces<'a>(
+        input: Vec<[f32; 3]>,
+        mesh: &Mesh,
+        faces: impl Iterator<Item = (&'a [u32], Option<&'a [u32]>)>,
+    ) -> Self {
         let mut found = Vec::new();
-        for (face, file_face) in mesh.faces().zip(part.faces()) {
-            let Some(normals) = document.face_normals(file_face) else { continue };
+        for (face, normals) in faces {
+            let Some(normals) = normals else { continue };
             let position = |corner: usize| mesh.vertices()[face[corner] as usize];
             // The vertex of a corner and its two neighbors, as corners of the face; then `e1`, `e2` and `m`.
             let edges = |corner: usize| {

@@ -1,5 +1,5 @@
 //! Writes OBJ frames of a mesh that was read from a file: the bytes of the file, with new positions and
-//! normals.
+//! normals. After a break, also with the changes of [`PieceChanges`].
 //!
 //! The file is divided once into pieces: byte ranges, each with the statements in it that change (`v`, `vn`
 //! and `mtllib`). For each frame, several threads fill the pieces with changes, and then all pieces are
@@ -10,6 +10,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::normal_transform::NormalTransform;
+use super::obj_pieces::{NewElements, PieceChanges, Replacements};
+use super::pieces::Pieces;
 use super::{library_path, number};
 use crate::obj::{Document, Part};
 use supple::Executor;
@@ -37,8 +39,10 @@ struct Shared {
     /// All changes, in the order of the file.
     changes: Vec<Change>,
     normals: NormalTransform,
-    /// Byte ranges of the material library paths that change, and their replacements.
-    libraries: Vec<(Range<usize>, Vec<u8>)>,
+    /// Byte ranges that are the same in all frames, such as the paths of material libraries, and their replacements.
+    replaced: Replacements,
+    /// New lines of the pieces of a broken body.
+    elements: Option<NewElements>,
 }
 
 /// A change of one statement. All indices count from 0.
@@ -48,8 +52,10 @@ enum Change {
     Vertex { v: u32, vertex: u32 },
     /// The numbers of `vn` statement `vn` become a new direction.
     Normal { vn: u32 },
-    /// The path at entry `index` of [`Shared::libraries`] is replaced.
-    Library { index: u32 },
+    /// The range at entry `index` of [`Shared::replaced`] is replaced.
+    Replaced { index: u32 },
+    /// The lines of [`Shared::elements`] are inserted.
+    Elements,
 }
 
 /// A byte range of the file and the changes in it.
@@ -72,23 +78,53 @@ struct Piece {
 impl ObjTemplate {
     /// Divides a file into pieces, for frames in `directory`, which must exist.
     pub(super) fn new(document: &Arc<Document>, part: &Part, directory: &Path) -> Self {
+        Self::with(document, part, directory, NormalTransform::new(document, part), (Vec::new(), None))
+    }
+
+    /// As [`ObjTemplate::new`], for the pieces of the body `name`.
+    pub(super) fn of_pieces(
+        (document, part): (&Arc<Document>, &Part),
+        directory: &Path,
+        pieces: &Pieces<'_>,
+        name: &str,
+    ) -> Self {
+        let PieceChanges { replaced, elements, normals } = PieceChanges::new(document, part, pieces, name);
+        Self::with(document, part, directory, normals, (replaced, Some(elements)))
+    }
+
+    fn with(
+        document: &Arc<Document>,
+        part: &Part,
+        directory: &Path,
+        normals: NormalTransform,
+        (replaced, elements): (Replacements, Option<NewElements>),
+    ) -> Self {
         let rewritten = |library: crate::obj::Library| {
             Some((library.bytes.clone(), library_path::rewritten(&library, document.directory(), directory)?))
         };
+        let libraries = document.libraries().into_iter().filter_map(rewritten);
         let mut shared = Shared {
             changes: Vec::new(),
-            normals: NormalTransform::new(document, part),
-            libraries: document.libraries().into_iter().filter_map(rewritten).collect(),
+            normals,
+            replaced: libraries.chain(replaced).collect(),
+            elements,
             document: document.clone(),
         };
         let vertices = (0..).zip(part.vertices()).map(|(vertex, v)| Change::Vertex { v, vertex });
         let normals = (0..document.normal_count() as u32).map(|vn| Change::Normal { vn });
-        let libraries = (0..shared.libraries.len() as u32).map(|index| Change::Library { index });
+        let replaced = (0..shared.replaced.len() as u32).map(|index| Change::Replaced { index });
         let used = normals.filter(|change| shared.is_used(change));
-        let mut changes: Vec<_> = vertices.chain(used).chain(libraries).collect();
+        let elements = shared.elements.iter().map(|_| Change::Elements);
+        let mut changes: Vec<_> = elements.chain(vertices).chain(used).chain(replaced).collect();
+        // The sort is stable: the new lines precede a change at the same offset.
         changes.sort_by_key(|change| shared.span(change).start);
         shared.changes = changes;
         Self { pieces: shared.divide(), shared, executor: Executor::sequential() }
+    }
+
+    /// Returns the threads that fill the pieces.
+    pub(super) fn executor(&self) -> &Executor {
+        &self.executor
     }
 
     /// Sets the threads that fill the pieces.
@@ -125,12 +161,16 @@ impl Shared {
         }
     }
 
-    /// Returns the byte range of a change: from its first to its third number, or the path of a library.
+    /// Returns the byte range of a change: from its first to its third number, or the replaced range.
     fn span(&self, change: &Change) -> Range<usize> {
         match *change {
             Change::Vertex { v, .. } => self.document.vertex_numbers()[v as usize].span(),
             Change::Normal { vn } => self.document.normal_numbers()[vn as usize].span(),
-            Change::Library { index } => self.libraries[index as usize].0.clone(),
+            Change::Replaced { index } => self.replaced[index as usize].0.clone(),
+            Change::Elements => {
+                let at = self.elements.as_ref().map_or(0, |elements| elements.at);
+                at..at
+            }
         }
     }
 
@@ -138,6 +178,8 @@ impl Shared {
     fn divide(&self) -> Vec<Piece> {
         let mut pieces: Vec<Piece> = Vec::new();
         let mut end = 0;
+        // Whether the last piece takes no more changes.
+        let mut is_separate = false;
         for (index, change) in self.changes.iter().enumerate() {
             let span = self.span(change);
             let is_far = span.start - end > MAX_UNCHANGED;
@@ -145,6 +187,16 @@ impl Shared {
                 pieces.push(Piece::new(end..span.start, index..index));
                 end = span.start;
             }
+            if matches!(change, Change::Elements) {
+                // A piece of its own, so that its `vn` are one range.
+                let mut piece = Piece::new(end..span.end, index..index + 1);
+                piece.normals = self.document.normal_count()..self.normals.len();
+                pieces.push(piece);
+                is_separate = true;
+                end = span.end;
+                continue;
+            }
+            let is_far = is_far || std::mem::take(&mut is_separate);
             match pieces.last_mut() {
                 Some(piece) if !is_far && (1..MAX_CHANGES).contains(&piece.changes.len()) => {
                     piece.raw.end = span.end;
@@ -179,11 +231,19 @@ impl Shared {
                 Change::Normal { vn } => {
                     (&self.document.normal_numbers()[vn as usize], directions[vn as usize - normals.start])
                 }
-                Change::Library { index } => {
-                    let (old_path, new_path) = &self.libraries[index as usize];
-                    text.extend_from_slice(&raw[copied..old_path.start]);
-                    text.extend_from_slice(new_path);
-                    copied = old_path.end;
+                Change::Replaced { index } => {
+                    let (old, new) = &self.replaced[index as usize];
+                    text.extend_from_slice(&raw[copied..old.start]);
+                    text.extend_from_slice(new);
+                    copied = old.end;
+                    continue;
+                }
+                Change::Elements => {
+                    if let Some(elements) = &self.elements {
+                        text.extend_from_slice(&raw[copied..elements.at]);
+                        elements.fill(text, positions, directions);
+                        copied = elements.at;
+                    }
                     continue;
                 }
             };

@@ -1,6 +1,7 @@
 //! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the
 //! page `NAME.html`, from which a later run can take them again.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -9,12 +10,14 @@ use supple::Simulation;
 
 use super::error::check_finite;
 use super::page_data::{self, Data, DataFrames, data_path};
+use super::pieces::Pieces;
 use super::record::{Compare, Record};
+use super::single_file::{changed, too_short};
 use super::{OutputError, Sequence};
-use crate::count::counted;
 use crate::file::{self, is_link, write_durably};
 use crate::html::{
-    FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, read_page, write_page,
+    BrokenBody, FrameBuilder, FrameSource, Header, Layout, Run, Topology, animated_positions, read_page,
+    write_page,
 };
 use crate::space::FileSpace;
 
@@ -24,6 +27,12 @@ pub(crate) struct PageWriter {
     sequence: Sequence,
     data: Data,
     frame: FrameBuilder,
+    /// Number of the bodies that were added to the frame.
+    bodies: usize,
+    /// The bodies that are broken in the last frame of the file and in the frame that is built, with the identity of
+    /// their pieces.
+    written: BTreeMap<usize, u64>,
+    broken: BTreeMap<usize, u64>,
 }
 
 impl PageWriter {
@@ -49,27 +58,35 @@ impl PageWriter {
         if data.layout != Layout::new(header) {
             return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
         }
-        let complete = data.complete().map_err(OutputError::io("read", &path))?;
+        let complete = data.complete();
         if complete < samples {
-            let kept = counted(samples as usize, "frame");
-            return Err(invalid(format!("it has {complete} of {kept} to keep")));
+            return Err(invalid(too_short(complete, samples)));
+        }
+        let mut written = BTreeMap::new();
+        if samples > 0 {
+            let last = data.read_frame(samples - 1).map_err(OutputError::io("read", &path))?;
+            let broken = data.layout.broken(&last);
+            let broken = broken.ok_or_else(|| invalid("the last frame to keep was changed".to_owned()))?;
+            written.extend(broken.iter().map(|broken| (broken.body, broken.identity)));
         }
         data.truncate(samples).map_err(OutputError::io("write", &path))?;
-        Ok(Self::open(sequence, data))
+        Ok(Self { written, ..Self::open(sequence, data) })
     }
 
     fn open(sequence: Sequence, data: Data) -> Self {
-        Self { sequence, data, frame: FrameBuilder::default() }
+        let (written, broken) = (BTreeMap::new(), BTreeMap::new());
+        Self { sequence, data, frame: FrameBuilder::default(), bodies: 0, written, broken }
     }
 
-    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, and its volumes at rest, before
-    /// and after the correction.
+    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, its volumes at rest, before and
+    /// after the correction, and its pieces if it is broken.
     pub(crate) fn push_body(
         &mut self,
         frame: u64,
         positions: &[[f32; 3]],
         lattice: impl Iterator<Item = [f64; 3]>,
         volumes: [f64; 3],
+        pieces: Option<&Pieces<'_>>,
     ) -> Result<(), OutputError> {
         check_finite(frame, positions)?;
         let lattice: Vec<[f32; 3]> = lattice.map(|point| point.map(|number| number as f32)).collect();
@@ -77,11 +94,19 @@ impl PageWriter {
         self.frame.push_volumes(volumes);
         self.frame.push_mesh(positions);
         self.frame.push_lattice(&lattice);
+        if let Some(&Pieces { identity, mesh, origin, lattice: of_body, .. }) = pieces {
+            let broken = BrokenBody { body: self.bodies, identity, points: [positions.len(), lattice.len()] };
+            let is_new = self.written.get(&broken.body) != Some(&broken.identity);
+            let topology = is_new.then(|| Topology::new(mesh, origin.face_sources(), of_body));
+            self.frame.push_broken(&broken, topology.as_ref());
+            self.broken.insert(broken.body, broken.identity);
+        }
+        self.bodies += 1;
         Ok(())
     }
 
-    /// Writes the frame with the added bodies and the colliders, in the coordinates `space`, and returns its record. If this fails, truncates the
-    /// file after the previous frame.
+    /// Writes the frame with the added bodies and the colliders, in the coordinates `space`, and returns its record. If
+    /// this fails, truncates the file after the previous frame.
     pub(crate) fn write(&mut self, simulation: &Simulation, space: FileSpace) -> Result<Record, OutputError> {
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
@@ -98,12 +123,16 @@ impl PageWriter {
         drop(animated);
         let frame = self.frame.finish();
         self.data.append(frame).map_err(OutputError::io("write", &data_path(&self.sequence)))?;
+        self.written = std::mem::take(&mut self.broken);
+        self.bodies = 0;
         Ok(Record::of(frame))
     }
 
     /// Forgets the bodies that were added to the frame.
     pub(crate) fn discard(&mut self) {
         self.frame = FrameBuilder::default();
+        self.broken.clear();
+        self.bodies = 0;
     }
 
     /// Returns the path of the file while frames are written.
@@ -115,10 +144,9 @@ impl PageWriter {
     pub(crate) fn finish(self) -> Result<(), OutputError> {
         let path = self.sequence.path(0);
         let data_path = self.path();
-        let Data { header, arrays, .. } = &self.data;
         let mut runs = [Run {
-            header: header.clone(),
-            arrays: arrays.clone(),
+            header: self.data.page_header(),
+            arrays: self.data.arrays.clone(),
             frames: Box::new(DataFrames::open(&data_path, &self.data)?),
         }];
         let write = |file: &mut File| {
@@ -178,23 +206,28 @@ fn check_frames(
     records: &[Record],
     compare: Compare,
 ) -> Result<Option<String>, OutputError> {
-    let Some(first) = records.first() else { return Ok(None) };
+    if records.is_empty() {
+        return Ok(None);
+    }
     let (data_path, page) = (data_path(sequence), sequence.path(0));
-    let (path, found, size, mut frames): (_, _, _, Box<dyn FrameSource>) = if data_path.exists() {
+    let (path, found, mut frames): (_, _, Box<dyn FrameSource>) = if data_path.exists() {
         let data = page_data::open(&data_path)?;
-        let found = data.complete().map_err(OutputError::io("read", &data_path))?;
         let frames = DataFrames::open(&data_path, &data)?;
-        (&data_path, found, data.frame_bytes, Box::new(frames))
+        (&data_path, data.complete(), Box::new(frames))
     } else {
         let run = read_run(&page)?;
-        (&page, run.header.frames as u64, Layout::new(&run.header).bytes() as u64, run.frames)
+        (&page, run.header.frames as u64, run.frames)
     };
     let invalid = |reason: String| Err(OutputError::Cache { path: path.clone(), reason });
-    if size != first.bytes {
-        return invalid(format!("its frames have {size} instead of {} bytes", first.bytes));
-    }
     if found < records.len() as u64 {
-        return invalid(format!("it has {found} of {} to keep", counted(records.len(), "frame")));
+        return invalid(too_short(found, records.len() as u64));
+    }
+    for (index, record) in records.iter().enumerate() {
+        let size = frames.frame_bytes(index);
+        if size != record.bytes {
+            let number = sequence.first + index as u64 * sequence.every;
+            return invalid(format!("its frame {number} has {size} instead of {} bytes", record.bytes));
+        }
     }
     if compare == Compare::Sizes {
         return Ok(None);
@@ -203,9 +236,7 @@ fn check_frames(
     for (index, record) in records.iter().enumerate() {
         frames.read_frame(index, &mut frame).map_err(OutputError::io("read", path))?;
         if Record::of(&frame) != *record {
-            let number = sequence.first + index as u64 * sequence.every;
-            let path = path.display();
-            return Ok(Some(format!("frame {number} of {path} has changed since it was written")));
+            return Ok(Some(changed(sequence, index as u64, path)));
         }
     }
     Ok(None)

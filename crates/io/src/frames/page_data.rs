@@ -1,14 +1,16 @@
 //! The file `NAME.html.data` with the frames of a page that is not written yet.
 //!
 //! ```text
-//! offset  0   8 bytes   "SUPPLEPG"
+//! offset  0   8 bytes   "SUPPLEP2"
 //!         8   u64       length of the description and its arrays, little endian
 //!        16   u8        the description and its arrays
-//!             u8        the frames, all of the same size
+//! then of each frame
+//!             u64       its size, little endian
+//!             u8        the frame
 //! ```
 
 use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::sequence::PAGE_DATA;
@@ -16,9 +18,11 @@ use super::{OutputError, Sequence};
 use crate::file::{write_atomically, write_durably};
 use crate::html::{FrameSource, Header, Layout, Run, decode_header, encode_header};
 
-const SIGNATURE: &[u8; 8] = b"SUPPLEPG";
+const SIGNATURE: &[u8; 8] = b"SUPPLEP2";
 /// Size of the signature and the length, in bytes.
 const PREFIX: u64 = 16;
+/// Size of the size of a frame, in bytes.
+const SIZE: u64 = 8;
 
 /// The open data of a page.
 #[derive(Debug)]
@@ -27,64 +31,125 @@ pub(super) struct Data {
     pub(super) header: Header,
     pub(super) layout: Layout,
     pub(super) arrays: Vec<u8>,
-    /// Offset of the first frame.
+    places: Places,
+}
+
+/// Places of the frames in a file.
+#[derive(Clone, Debug)]
+struct Places {
+    /// Offset of the size of the first frame.
     start: u64,
-    /// Size of a frame, in bytes.
-    pub(super) frame_bytes: u64,
+    /// Offset of the end of each complete frame.
+    ends: Vec<u64>,
+}
+
+impl Places {
+    /// Finds the complete frames of a file, which begin at `start`.
+    fn find(file: &mut File, start: u64) -> io::Result<Self> {
+        let length = file.metadata()?.len();
+        let mut places = Self { start, ends: Vec::new() };
+        let mut reader = BufReader::new(file);
+        reader.seek(SeekFrom::Start(start))?;
+        loop {
+            let first = places.end() + SIZE;
+            if first > length {
+                return Ok(places);
+            }
+            let mut size = [0; SIZE as usize];
+            reader.read_exact(&mut size)?;
+            match first.checked_add(u64::from_le_bytes(size)) {
+                Some(end) if end <= length => places.ends.push(end),
+                _ => return Ok(places),
+            }
+            // The size is less than the length of the file, which is an `i64`.
+            reader.seek_relative((places.end() - first) as i64)?;
+        }
+    }
+
+    /// Returns the offset of the end of the last frame.
+    fn end(&self) -> u64 {
+        self.ends.last().copied().unwrap_or(self.start)
+    }
+
+    /// Returns the offset and the size of a frame.
+    fn frame(&self, index: usize) -> (u64, u64) {
+        let start = SIZE + index.checked_sub(1).map_or(self.start, |before| self.ends[before]);
+        (start, self.ends[index] - start)
+    }
+
+    fn read(&self, file: &mut File, index: usize, frame: &mut Vec<u8>) -> io::Result<()> {
+        let (start, size) = self.frame(index);
+        frame.resize(size as usize, 0);
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(frame)
+    }
 }
 
 impl Data {
     /// Appends a frame. If this fails, truncates the file after the previous frame.
     pub(super) fn append(&mut self, frame: &[u8]) -> io::Result<()> {
-        debug_assert_eq!(frame.len() as u64, self.frame_bytes, "all frames have the size of the layout");
-        if let Err(error) = self.file.write_all(frame) {
+        let size = frame.len() as u64;
+        let written = self.file.write_all(&size.to_le_bytes()).and_then(|()| self.file.write_all(frame));
+        if let Err(error) = written {
             // The write error is returned; an error of the truncation would add nothing.
             let _ = self.truncate(self.header.frames as u64);
             return Err(error);
         }
         self.header.frames += 1;
+        self.places.ends.push(self.places.end() + SIZE + size);
         Ok(())
     }
 
-    /// `length` is that of the encoded header.
-    fn new(file: File, header: Header, arrays: Vec<u8>, length: usize) -> Self {
-        let layout = Layout::new(&header);
-        let frame_bytes = layout.bytes() as u64;
-        Self { file, header, layout, arrays, start: PREFIX + length as u64, frame_bytes }
-    }
-
     /// Returns the number of complete frames.
-    pub(super) fn complete(&self) -> io::Result<u64> {
-        Ok(self.file.metadata()?.len().saturating_sub(self.start) / self.frame_bytes.max(1))
+    pub(super) fn complete(&self) -> u64 {
+        self.places.ends.len() as u64
     }
 
-    /// Truncates the file after `frames` frames, and seeks to the end.
+    /// Truncates the file after `frames` frames, of which it has at least as many, and seeks to the end.
     pub(super) fn truncate(&mut self, frames: u64) -> io::Result<()> {
         self.header.frames = frames as usize;
-        self.file.set_len(self.start + frames * self.frame_bytes)?;
+        self.places.ends.truncate(frames as usize);
+        self.file.set_len(self.places.end())?;
         self.file.seek(SeekFrom::End(0)).map(drop)
+    }
+
+    /// Reads a complete frame. To append frames, call [`truncate`](Self::truncate) afterwards.
+    pub(super) fn read_frame(&mut self, index: u64) -> io::Result<Vec<u8>> {
+        let mut frame = Vec::new();
+        self.places.read(&mut self.file, index as usize, &mut frame)?;
+        Ok(frame)
+    }
+
+    /// Returns the description of the run for its page.
+    pub(super) fn page_header(&self) -> Header {
+        let mut header = self.header.clone();
+        let whole = self.layout.whole_bytes() as u64;
+        // Pieces only add to the size of a frame.
+        header.set_has_pieces((0..header.frames).any(|frame| self.places.frame(frame).1 != whole));
+        header
     }
 }
 
 /// The frames of a data file.
 pub(super) struct DataFrames {
     file: File,
-    start: u64,
-    frame_bytes: u64,
+    places: Places,
 }
 
 impl DataFrames {
     pub(super) fn open(path: &Path, data: &Data) -> Result<Self, OutputError> {
         let file = File::open(path).map_err(OutputError::io("read", path))?;
-        Ok(Self { file, start: data.start, frame_bytes: data.frame_bytes })
+        Ok(Self { file, places: data.places.clone() })
     }
 }
 
 impl FrameSource for DataFrames {
+    fn frame_bytes(&self, index: usize) -> u64 {
+        self.places.frame(index).1
+    }
+
     fn read_frame(&mut self, index: usize, frame: &mut Vec<u8>) -> io::Result<()> {
-        frame.resize(self.frame_bytes as usize, 0);
-        self.file.seek(SeekFrom::Start(self.start + index as u64 * self.frame_bytes))?;
-        self.file.read_exact(frame)
+        self.places.read(&mut self.file, index, frame)
     }
 }
 
@@ -116,13 +181,14 @@ pub(super) fn create_from(path: &Path, run: &mut Run<'_>) -> Result<(), OutputEr
 /// Writes the data of a run to a file.
 fn write_data(file: &mut File, run: &mut Run<'_>) -> io::Result<()> {
     let mut out = BufWriter::new(file);
-    // Frames are counted by the length of the file.
+    // Frames are counted when the data are opened.
     let mut header = run.header.clone();
     header.frames = 0;
     write_prefix(&mut out, &encode_header(&header, &run.arrays)?)?;
     let mut frame = Vec::new();
     for index in 0..run.header.frames {
         run.frames.read_frame(index, &mut frame)?;
+        out.write_all(&(frame.len() as u64).to_le_bytes())?;
         out.write_all(&frame)?;
     }
     out.flush()
@@ -143,7 +209,8 @@ pub(super) fn open(path: &Path) -> Result<Data, OutputError> {
         file.read_exact(&mut encoded)?;
         let (header, arrays, _) = decode_header(&encoded)?;
         let arrays = arrays.to_vec();
-        Ok(Data::new(file, header, arrays, encoded.len()))
+        let places = Places::find(&mut file, PREFIX + length)?;
+        Ok(Data { layout: Layout::new(&header), file, header, arrays, places })
     };
     open().map_err(|error: io::Error| match error.kind() {
         ErrorKind::UnexpectedEof | ErrorKind::InvalidData => OutputError::Cache {

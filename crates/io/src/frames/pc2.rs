@@ -19,6 +19,7 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::record::{Compare, Record};
+use super::single_file::{check_frames, too_short};
 use super::{OutputError, Sequence};
 use crate::count::counted;
 use crate::file::{create_part, part_path};
@@ -136,8 +137,7 @@ fn problem(sequence: &Sequence, points: u32, samples: u64) -> Result<Option<Stri
     }
     let length = file.metadata().map_err(failed)?.len();
     let complete = (length - HEADER) / sample_size(points);
-    Ok((complete < samples)
-        .then(|| format!("it has {complete} of {} to keep", counted(samples as usize, "frame"))))
+    Ok((complete < samples).then(|| too_short(complete, samples)))
 }
 
 /// Compares a cache with the records of its samples. Returns the problem if they differ.
@@ -147,23 +147,10 @@ pub(super) fn check(
     compare: Compare,
 ) -> Result<Option<String>, OutputError> {
     let Some(first) = records.first() else { return Ok(None) };
-    let path = sequence.continued_path();
-    let text = path.display();
     if let Some(reason) = problem(sequence, points(first), records.len() as u64)? {
-        return Ok(Some(format!("cannot continue {text}: {reason}")));
+        return Ok(Some(format!("cannot continue {}: {reason}", sequence.continued_path().display())));
     }
-    let mut start = HEADER;
-    for (record, index) in records.iter().zip(0..) {
-        let is_intact = compare == Compare::Sizes
-            || Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))?
-                == *record;
-        if !is_intact {
-            let number = sequence.first + index * sequence.every;
-            return Ok(Some(format!("frame {number} of {text} has changed since it was written")));
-        }
-        start += record.bytes;
-    }
-    Ok(None)
+    check_frames(sequence, records, compare, HEADER)
 }
 
 /// Gives an unfinished cache that has all frames its final name, and removes the samples after `records`.

@@ -1,9 +1,13 @@
 //! Writes OBJ frames of a mesh that was not read from a file.
 
 use super::number;
+use super::pieces::Pieces;
+use crate::obj::cap_material;
+use supple::FaceSource;
 use supple::mesh::Mesh;
 
-/// Text of the faces, which is the same in all frames. Each frame writes its vertices before this text.
+/// Text of the faces, which is the same in all frames with the same topology. Each frame writes its vertices before
+/// this text.
 #[derive(Debug)]
 pub(super) struct PlainObj {
     faces: Vec<u8>,
@@ -12,15 +16,28 @@ pub(super) struct PlainObj {
 impl PlainObj {
     pub(super) fn new(mesh: &Mesh) -> Self {
         let mut faces = String::new();
-        for face in mesh.faces().filter(|face| face.len() > 2) {
-            faces.push('f');
-            for corner in face {
-                faces.push(' ');
-                faces.push_str(&(corner + 1).to_string());
-            }
-            faces.push('\n');
-        }
+        mesh.faces().filter(|face| face.len() > 2).for_each(|face| append_face(&mut faces, face, None));
         Self { faces: faces.into_bytes() }
+    }
+
+    /// The pieces of the body `name`. Its caps have a material and texture coordinates.
+    pub(super) fn of_pieces(pieces: &Pieces<'_>, name: &str) -> Self {
+        let mut text = String::new();
+        for [u, v] in pieces.origin.cap_uvs() {
+            text += &format!("vt {} {}\n", *u as f32, *v as f32);
+        }
+        let (mut texture, mut in_caps) = (0, false);
+        for (face, source) in pieces.mesh.faces().zip(pieces.origin.face_sources()) {
+            let is_cap = matches!(source, FaceSource::Cap { .. });
+            if is_cap && !std::mem::replace(&mut in_caps, true) {
+                text += &format!("usemtl {}\n", cap_material(name));
+            }
+            if face.len() > 2 {
+                append_face(&mut text, face, is_cap.then_some(texture));
+            }
+            texture += if is_cap { face.len() } else { 0 };
+        }
+        Self { faces: text.into_bytes() }
     }
 
     /// Appends the bytes of a frame to `text`.
@@ -35,4 +52,18 @@ impl PlainObj {
         }
         text.extend_from_slice(&self.faces);
     }
+}
+
+/// Appends the text of a face. `texture`: the `vt` of its first corner, from 0.
+fn append_face(text: &mut String, face: &[u32], texture: Option<usize>) {
+    text.push('f');
+    for (index, corner) in face.iter().enumerate() {
+        text.push(' ');
+        text.push_str(&(corner + 1).to_string());
+        if let Some(texture) = texture {
+            text.push('/');
+            text.push_str(&(texture + index + 1).to_string());
+        }
+    }
+    text.push('\n');
 }

@@ -92,8 +92,8 @@ pub(super) struct FileName<'a> {
 }
 
 impl<'a> FileName<'a> {
-    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, `BODY.pc2`, `BODY.usd` or `BODY.html`,
-    /// all also with `.part` appended, or `BODY.html.data`. Returns `None` for other names.
+    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, `BODY.pc2`, `BODY.usd` or
+    /// `BODY.html`, all also with `.part` appended, or `BODY.html.data`. Returns `None` for other names.
     pub(super) fn parse(name: &'a str, format: Format) -> Option<Self> {
         let stem = name.strip_suffix(PART);
         let is_part = stem.is_some();

@@ -1,19 +1,22 @@
 //! Writes the USD stage of a run. Its frames go into the file `NAME.usd.part` one after another; when the run ends, the
 //! structure of the stage follows them, and the file becomes `NAME.usd`. A later run continues it after any frame.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use supple::Simulation;
 
+use super::broken_surface::BrokenSurface;
 use super::error::check_finite;
 use super::normal_transform::NormalTransform;
+use super::pieces::Pieces;
 use super::record::{Compare, Record};
+use super::single_file::{check_frames, too_short};
 use super::{OutputError, Sequence, Source};
-use crate::count::counted;
 use crate::file::{create_part, part_path};
-use crate::usd::{BodyInput, CONTENTS, FRAMES, Stage, StageDescription, head};
+use crate::usd::{BodyInput, CONTENTS, FRAMES, PiecesBuilder, Places, Stage, StageDescription, head};
 
 /// Size of the beginning of a file that does not depend on its end, in bytes.
 const SIGNATURE: usize = 16;
@@ -26,11 +29,20 @@ pub(crate) struct StageWriter {
     stage: Stage,
     /// For each body with normals, their computation.
     normals: Vec<Option<NormalTransform>>,
-    /// Number of frames in the file.
+    /// Number of frames in the file, and the offset of their end.
     frames: u64,
+    end: u64,
     /// Bytes of the frame so far, and the number of its bodies.
     frame: Vec<u8>,
     bodies: usize,
+    /// Bytes of the pieces of the bodies so far.
+    pieces: PiecesBuilder,
+    /// The pieces of bodies that were broken in this run of the program, by the index of the body.
+    broken: BTreeMap<usize, BrokenSurface>,
+    /// The bodies that are broken in the last frame of the file and in the frame that is built, with the identity of
+    /// their pieces.
+    written: BTreeMap<usize, u64>,
+    added: BTreeMap<usize, u64>,
     /// Scratch: normals of corners, and all `vn`.
     corners: Vec<[f32; 3]>,
     directions: Vec<[f32; 3]>,
@@ -49,12 +61,22 @@ impl StageWriter {
         let sources: Vec<Source<'a>> = sources.collect();
         let stage = Stage::new(simulation, sources.iter().copied().map(input), description);
         let path = sequence.path(0);
+        let mut places = Places::none();
         let mut file = match kept {
             None => create_part(&path),
             Some(frames) => {
                 sequence.check_continued_path()?;
-                if let Some(reason) = problem(sequence, stage.frame_bytes(), frames)? {
+                if let Some(reason) = problem(sequence, &[])? {
                     return Err(OutputError::Cache { path, reason });
+                }
+                let existing = sequence.continued_path();
+                let find = File::open(&existing)
+                    .and_then(|mut file| Places::find(&mut file, stage.frame_bytes(), frames));
+                match find.map_err(OutputError::io("read", &existing))? {
+                    Ok(found) => places = found,
+                    Err(complete) => {
+                        return Err(OutputError::Cache { path, reason: too_short(complete, frames) });
+                    }
                 }
                 let (existing, part) = (sequence.continued_path(), part_path(&path));
                 let rename = || if existing == part { Ok(()) } else { fs::rename(&existing, &part) };
@@ -62,8 +84,7 @@ impl StageWriter {
             }
         }
         .map_err(OutputError::io("write", &path))?;
-        let kept = kept.unwrap_or(0);
-        truncate(&mut file, stage.frame_bytes(), kept).map_err(OutputError::io("write", &path))?;
+        truncate(&mut file, places.end).map_err(OutputError::io("write", &path))?;
         let transform = |(source, surface): (&Source<'_>, &crate::usd::Surface)| match source {
             Source::Document(document, part) if surface.normals().is_some() => {
                 Some(NormalTransform::new(document, part))
@@ -75,28 +96,57 @@ impl StageWriter {
             path,
             file,
             stage,
-            frames: kept,
+            frames: kept.unwrap_or(0),
+            end: places.end,
             frame: Vec::new(),
             bodies: 0,
+            pieces: PiecesBuilder::default(),
+            broken: BTreeMap::new(),
+            written: places.last_broken().collect(),
+            added: BTreeMap::new(),
             corners: Vec::new(),
             directions: Vec::new(),
         })
     }
 
-    /// Adds the next body to frame `frame`: the positions of its mesh, in the coordinates of the file.
+    /// Adds the next body to frame `frame`: the positions of its mesh, in the coordinates of the file, and its pieces
+    /// if it is broken.
     ///
     /// # Panics
     /// If there is not one position per vertex of the mesh.
-    pub(crate) fn push_body(&mut self, frame: u64, positions: &[[f32; 3]]) -> Result<(), OutputError> {
-        let Self { stage, normals, bodies, corners, directions, .. } = self;
+    pub(crate) fn push_body(
+        &mut self,
+        frame: u64,
+        positions: &[[f32; 3]],
+        pieces: Option<&Pieces<'_>>,
+    ) -> Result<(), OutputError> {
+        let Self { stage, normals, bodies, corners, directions, broken, written, added, .. } = self;
         let surface = &stage.bodies()[*bodies];
-        assert_eq!(positions.len(), surface.points(), "there is one position per mesh vertex");
+        let vertices = pieces.map_or(surface.points(), |pieces| pieces.mesh.vertices().len());
+        assert_eq!(positions.len(), vertices, "there is one position per mesh vertex");
         check_finite(frame, positions)?;
-        let vn = surface.normals().zip(normals[*bodies].as_ref()).map(|(vn, transform)| {
+        let mut transform = normals[*bodies].as_ref();
+        if let Some(pieces) = pieces {
+            if broken.get(bodies).is_none_or(|broken| broken.identity != pieces.identity) {
+                broken.insert(*bodies, BrokenSurface::new(pieces, transform.is_some()));
+            }
+            let BrokenSurface { identity, topology, normals } = &broken[bodies];
+            transform = normals.as_ref();
+            directions.clear();
+            if let Some(transform) = transform {
+                transform.transform(0..transform.len(), positions, corners, directions);
+            }
+            let is_new = written.get(bodies) != Some(identity);
+            added.insert(*bodies, *identity);
+            self.pieces.push((*bodies, *identity), positions, directions, is_new.then_some(topology));
+        }
+        // The first vertices of the pieces, and the first `vn`, are those of the whole body.
+        let whole = &positions[..surface.points()];
+        let vn = surface.normals().zip(transform).map(|(vn, transform)| {
             transform.transform(0..transform.len(), positions, corners, directions);
             vn.iter().map(|&vn| directions[vn as usize])
         });
-        stage.push_body(&mut self.frame, positions, vn);
+        stage.push_body(&mut self.frame, whole, positions, vn);
         *bodies += 1;
         Ok(())
     }
@@ -110,21 +160,28 @@ impl StageWriter {
             self.stage.frame_bytes(),
             "all frames have the size of the layout"
         );
+        self.pieces.finish(&mut self.frame);
         let record = Record::of(&self.frame);
         let written = self.file.write_all(&self.frame);
+        let bytes = self.frame.len() as u64;
+        let added = std::mem::take(&mut self.added);
         self.discard();
         if let Err(error) = written {
             // The write error is returned; an error of the truncation would add nothing.
-            let _ = truncate(&mut self.file, self.stage.frame_bytes(), self.frames);
+            let _ = truncate(&mut self.file, self.end);
             return Err(OutputError::io("write", &self.path)(error));
         }
+        self.written = added;
         self.frames += 1;
+        self.end += bytes;
         Ok(record)
     }
 
     /// Forgets the bodies that were added to the frame.
     pub(crate) fn discard(&mut self) {
         self.frame.clear();
+        self.pieces.clear();
+        self.added.clear();
         self.bodies = 0;
     }
 
@@ -156,9 +213,9 @@ fn input(source: Source<'_>) -> BodyInput {
     }
 }
 
-/// Removes all but the first `frames` frames from a file, and seeks to its end.
-fn truncate(file: &mut File, frame_bytes: u64, frames: u64) -> std::io::Result<()> {
-    file.set_len(FRAMES + frames * frame_bytes)?;
+/// Truncates a file at `end`, the end of a frame, and seeks there.
+fn truncate(file: &mut File, end: u64) -> std::io::Result<()> {
+    file.set_len(end)?;
     file.seek(SeekFrom::Start(0))?;
     file.write_all(&head(0, 0))?;
     file.seek(SeekFrom::End(0)).map(drop)
@@ -197,8 +254,8 @@ pub(crate) fn is_complete(
     Ok(found == head(contents, after.hash))
 }
 
-/// Returns why an existing stage cannot be continued after `frames` frames of `frame_bytes` bytes; `None` if it can.
-fn problem(sequence: &Sequence, frame_bytes: u64, frames: u64) -> Result<Option<String>, OutputError> {
+/// Returns why an existing stage cannot be continued after the frames of `records`; `None` if it can.
+fn problem(sequence: &Sequence, records: &[Record]) -> Result<Option<String>, OutputError> {
     let path = sequence.continued_path();
     let failed = |error| OutputError::io("read", &path)(error);
     let mut file = match File::open(&path) {
@@ -214,9 +271,14 @@ fn problem(sequence: &Sequence, frame_bytes: u64, frames: u64) -> Result<Option<
     if found != head(0, 0)[..SIGNATURE] {
         return Ok(Some("its beginning is incomplete or was changed".to_owned()));
     }
-    let complete = length.saturating_sub(FRAMES) / frame_bytes.max(1);
-    let kept = counted(frames as usize, "frame");
-    Ok((complete < frames).then(|| format!("it has {complete} of {kept} to keep")))
+    let mut end = FRAMES;
+    let mut is_complete = |record: &Record| {
+        end += record.bytes;
+        end <= length
+    };
+    let (complete, frames) =
+        (records.iter().take_while(|record| is_complete(record)).count() as u64, records.len() as u64);
+    Ok((complete < frames).then(|| too_short(complete, frames)))
 }
 
 /// Compares a stage with the records of its frames. Returns the problem if they differ.
@@ -225,23 +287,11 @@ pub(super) fn check(
     records: &[Record],
     compare: Compare,
 ) -> Result<Option<String>, OutputError> {
-    let Some(first) = records.first() else { return Ok(None) };
-    let path = sequence.continued_path();
-    let text = path.display();
-    if let Some(reason) = problem(sequence, first.bytes, records.len() as u64)? {
-        return Ok(Some(format!("cannot continue {text}: {reason}")));
-    }
-    if compare == Compare::Sizes {
+    if records.is_empty() {
         return Ok(None);
     }
-    let mut start = FRAMES;
-    for (record, index) in records.iter().zip(0..) {
-        let found = Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))?;
-        if found != *record {
-            let number = sequence.first + index * sequence.every;
-            return Ok(Some(format!("frame {number} of {text} has changed since it was written")));
-        }
-        start += record.bytes;
+    if let Some(reason) = problem(sequence, records)? {
+        return Ok(Some(format!("cannot continue {}: {reason}", sequence.continued_path().display())));
     }
-    Ok(None)
+    check_frames(sequence, records, compare, FRAMES)
 }

@@ -4,69 +4,18 @@ use std::borrow::Cow;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use super::error::check_finite;
 use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
 use super::pc2::PointCache;
+use super::pieces::Pieces;
 use super::plain::PlainObj;
 use super::ply::Ply;
 use super::record::{Record, Recorder};
-use super::{Format, OutputError, Sequence};
+use super::{Format, OutputError, Sequence, Source};
 use crate::file::{sync_files, write_atomically};
-use crate::obj::{Document, Part};
 use supple::Executor;
-use supple::mesh::Mesh;
-
-/// Input of a body: the origin of its surface.
-#[derive(Clone, Copy, Debug)]
-pub enum Source<'a> {
-    /// Arrays: OBJ frames contain only vertices and faces.
-    Mesh(&'a Mesh),
-    /// An OBJ file, and the part of the file that is the body. OBJ frames and point caches contain all
-    /// vertices of the file, even if the body is only one of its objects; the vertices of the other objects
-    /// do not move. PLY frames contain only the body.
-    Document(&'a Arc<Document>, &'a Part),
-}
-
-impl Source<'_> {
-    fn mesh(&self) -> &Mesh {
-        match self {
-            Self::Mesh(mesh) => mesh,
-            Self::Document(_, part) => part.mesh(),
-        }
-    }
-
-    /// Returns the number of points in a point cache, which must equal the number of points of the mesh that
-    /// it is applied to: all `v` of an OBJ file, or all vertices of a mesh.
-    pub fn points(&self) -> usize {
-        match self {
-            Self::Mesh(mesh) => mesh.vertices().len(),
-            Self::Document(document, _) => document.vertex_count(),
-        }
-    }
-
-    /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
-    /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them; in the page they are compressed.
-    pub fn frame_bytes(&self, format: Format) -> u64 {
-        match (format, self) {
-            (Format::Pc2, _) => 12 * self.points() as u64,
-            (Format::Ply, _) => Ply::new(self.mesh()).len(self.mesh().vertices().len()),
-            (Format::Obj, Self::Mesh(mesh)) => {
-                // Per vertex, approximately: `v`, a line end, and three numbers of nine digits, each with a
-                // point and a blank. Per corner: an index and a blank. Per face: `f` and a line end.
-                let corners: usize = mesh.faces().map(<[u32]>::len).sum();
-                let digits = mesh.vertices().len().checked_ilog10().unwrap_or(0) as usize + 2;
-                (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
-            }
-            (Format::Obj, Self::Document(document, _)) => document.bytes().len() as u64,
-            // The points and their bounds.
-            (Format::Usd, _) => 12 * self.mesh().vertices().len() as u64 + 48,
-            (Format::Html, _) => 6 * self.mesh().vertices().len() as u64,
-        }
-    }
-}
 
 /// Writes the frames of one body.
 ///
@@ -76,6 +25,8 @@ pub struct FrameWriter {
     sequence: Sequence,
     vertices: usize,
     kind: Kind,
+    /// The texts of the pieces of a broken body, and the identity of the pieces.
+    pieces: Option<(u64, Kind)>,
     buffer: Vec<u8>,
     /// Numbers of the frames whose files [`FrameWriter::sync_all`] flushes to disk.
     unsynced: Vec<u64>,
@@ -87,6 +38,23 @@ enum Kind {
     Obj(Box<ObjTemplate>),
     Ply(Ply),
     Cache(PointCache, CachedPoints),
+}
+
+impl Kind {
+    /// Returns the texts of the pieces of a broken body; `None` if the format has the same faces in all frames.
+    fn of_pieces(&self, sequence: &Sequence, pieces: &Pieces<'_>) -> Option<Self> {
+        let Sequence { directory, name, .. } = sequence;
+        match (self, pieces.source) {
+            (Self::Obj(whole), Source::Document(document, part)) => {
+                let mut template = ObjTemplate::of_pieces((document, part), directory, pieces, name);
+                template.set_executor(whole.executor());
+                Some(Self::Obj(Box::new(template)))
+            }
+            (Self::Plain(_) | Self::Obj(_), _) => Some(Self::Plain(PlainObj::of_pieces(pieces, name))),
+            (Self::Ply(_), _) => Some(Self::Ply(Ply::new(pieces.mesh))),
+            (Self::Cache(..), _) => None,
+        }
+    }
 }
 
 /// Points of one frame of a point cache.
@@ -168,6 +136,7 @@ impl FrameWriter {
             sequence,
             vertices: source.mesh().vertices().len(),
             kind,
+            pieces: None,
             buffer: Vec::new(),
             unsynced: Vec::new(),
         })
@@ -202,21 +171,56 @@ impl FrameWriter {
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), OutputError> {
-        self.write_recorded(frame, positions, normals).map(drop)
+        self.write_recorded(frame, positions, normals, None).map(drop)
     }
 
-    /// As [`FrameWriter::write`]. Returns the record of the frame.
+    /// As [`FrameWriter::write`], for a broken body: `positions` and `normals` have one entry per vertex of the mesh of
+    /// its pieces.
+    ///
+    /// # Errors
+    /// As [`FrameWriter::write`]. Also for a point cache, whose points are those of the whole mesh.
+    ///
+    /// # Panics
+    /// As [`FrameWriter::write`], for the vertices of the pieces.
+    pub fn write_pieces(
+        &mut self,
+        frame: u64,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        pieces: &Pieces<'_>,
+    ) -> Result<(), OutputError> {
+        self.write_recorded(frame, positions, normals, Some(pieces)).map(drop)
+    }
+
+    /// As [`FrameWriter::write`], or as [`FrameWriter::write_pieces`] if `pieces` is given. Returns the record of the
+    /// frame.
     pub(crate) fn write_recorded(
         &mut self,
         frame: u64,
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
+        pieces: Option<&Pieces<'_>>,
     ) -> Result<Record, OutputError> {
-        assert_eq!(positions.len(), self.vertices, "there is one position per mesh vertex");
+        let vertices = pieces.map_or(self.vertices, |pieces| pieces.mesh.vertices().len());
+        assert_eq!(positions.len(), vertices, "there is one position per mesh vertex");
         check_finite(frame, positions)?;
         self.buffer.clear();
         let path = self.sequence.path(frame);
-        let record = match &mut self.kind {
+        if let Some(pieces) = pieces
+            && self.pieces.as_ref().is_none_or(|(identity, _)| *identity != pieces.identity)
+        {
+            let kind = self.kind.of_pieces(&self.sequence, pieces);
+            let Some(kind) = kind else {
+                let Sequence { name, format, .. } = &self.sequence;
+                return Err(OutputError::Broken { frame, body: name.clone(), format: *format });
+            };
+            self.pieces = Some((pieces.identity, kind));
+        }
+        let kind = match &mut self.pieces {
+            Some((_, kind)) if pieces.is_some() => kind,
+            _ => &mut self.kind,
+        };
+        let record = match kind {
             Kind::Plain(plain) => {
                 plain.fill(positions, &mut self.buffer);
                 write_texts(&path, std::iter::once(&self.buffer[..]))?
@@ -226,7 +230,7 @@ impl FrameWriter {
                 write_texts(&path, template.texts())?
             }
             Kind::Ply(ply) => {
-                assert_eq!(normals.len(), self.vertices, "there is one normal per mesh vertex");
+                assert_eq!(normals.len(), vertices, "there is one normal per mesh vertex");
                 ply.fill(positions, normals, &mut self.buffer);
                 write_texts(&path, std::iter::once(&self.buffer[..]))?
             }
@@ -240,8 +244,8 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on disk. Their names are on
-    /// disk when the directory is synchronized too.
+    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on
+    /// disk. Their names are on disk when the directory is synchronized too.
     pub(crate) fn sync_all<'a>(
         writers: impl Iterator<Item = &'a mut Self>,
         others: impl Iterator<Item = PathBuf>,

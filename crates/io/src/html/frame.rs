@@ -4,14 +4,18 @@
 //! head    f64  volumes of each body: at rest, before the correction, after the correction
 //!         f64  pose of each collider: displacement x, y, z, Euler angles x, y, z in degrees
 //!         f32  bounds of each point set: smallest x, y, z, largest x, y, z
+//! pieces       the broken bodies: see `pieces`
 //! points  u16  x, y, z of each point of each set
 //! ```
 //!
-//! All numbers are little endian. In a page, the points of each set are packed: see `points`.
+//! All numbers are little endian. The sets of a broken body have the numbers of points of its pieces, and all others
+//! those of the header. In a page, the points of each set are packed: see `points`. The pieces are left out of all
+//! frames of a page if no body is broken in any of them: see `Header::has_pieces`.
 
 use std::io;
 
 use super::header::Header;
+use super::pieces::{self, BrokenBody, Topology};
 use super::points::{BOUNDS, LATTICE_VALUES, MESH_VALUES, POINT, Predictor, quantize};
 use super::text::invalid;
 
@@ -20,6 +24,9 @@ const VOLUMES: usize = 3 * 8;
 
 /// Size of the pose of a collider, in bytes.
 const POSE: usize = 6 * 8;
+
+/// The pieces of a frame without broken bodies.
+const NO_PIECES: [u8; 4] = [0; 4];
 
 /// Places of the data in the bytes of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,9 +42,25 @@ impl Layout {
         Self { bodies: header.bodies.len(), colliders: header.colliders.len(), sets: header.point_sets() }
     }
 
-    /// Returns the size of a frame, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
-        self.head() + POINT * self.sets.iter().map(|(points, _)| points).sum::<usize>()
+    /// Returns the size of a frame without broken bodies, in bytes.
+    pub(crate) fn whole_bytes(&self) -> usize {
+        self.head() + NO_PIECES.len() + POINT * self.sets.iter().map(|(points, _)| points).sum::<usize>()
+    }
+
+    /// Returns the broken bodies of a frame, or `None` if it is incomplete or was changed.
+    pub(crate) fn broken(&self, frame: &[u8]) -> Option<Vec<BrokenBody>> {
+        Some(pieces::read(frame.get(self.head()..)?)?.0)
+    }
+
+    /// Returns the number of points of each set of a frame, and the size of its pieces, with which `bytes` begin.
+    /// `None` if they are incomplete or invalid.
+    fn points(&self, bytes: &[u8]) -> Option<(Vec<usize>, usize)> {
+        let (broken, size) = pieces::read(bytes)?;
+        let mut points: Vec<usize> = self.sets.iter().map(|(points, _)| *points).collect();
+        for BrokenBody { body, points: of_body, .. } in broken {
+            points[..2 * self.bodies].as_chunks_mut().0.get_mut(body).map(|sets| *sets = of_body)?;
+        }
+        Some((points, size))
     }
 
     /// Returns the number of colliders.
@@ -76,6 +99,9 @@ pub(crate) struct FrameBuilder {
     volumes: Vec<u8>,
     poses: Vec<u8>,
     bounds: Vec<u8>,
+    /// Number of broken bodies, and their pieces.
+    broken: u32,
+    pieces: Vec<u8>,
     points: Vec<u8>,
     bytes: Vec<u8>,
 }
@@ -101,11 +127,18 @@ impl FrameBuilder {
         quantize(positions, LATTICE_VALUES, &mut self.bounds, &mut self.points);
     }
 
+    /// Appends a broken body, with its topology if it is not that of the frame before.
+    pub(crate) fn push_broken(&mut self, body: &BrokenBody, topology: Option<&Topology>) {
+        self.broken += 1;
+        body.write(topology, &mut self.pieces);
+    }
+
     /// Returns the bytes of the frame, and begins the next one.
     pub(crate) fn finish(&mut self) -> &[u8] {
-        let Self { volumes, poses, bounds, points, bytes } = self;
+        let Self { volumes, poses, bounds, broken, pieces, points, bytes } = self;
         bytes.clear();
-        for part in [volumes, poses, bounds, points] {
+        let mut count = std::mem::take(broken).to_le_bytes().to_vec();
+        for part in [volumes, poses, bounds, &mut count, pieces, points] {
             bytes.append(part);
         }
         bytes
@@ -117,39 +150,54 @@ impl FrameBuilder {
 pub(super) struct Packer {
     layout: Layout,
     predictors: Vec<Predictor>,
+    /// Whether packed frames have pieces.
+    has_pieces: bool,
 }
 
 impl Packer {
-    pub(super) fn new(layout: Layout) -> Self {
-        Self { predictors: layout.sets.iter().map(|&(_, largest)| Predictor::new(largest)).collect(), layout }
+    pub(super) fn new(header: &Header) -> Self {
+        let layout = Layout::new(header);
+        let predictors = layout.sets.iter().map(|&(_, largest)| Predictor::new(largest)).collect();
+        Self { layout, predictors, has_pieces: header.has_pieces() }
     }
 
-    /// Writes the packed bytes of the next frame to `packed`. They are as many as those of the frame.
-    pub(super) fn pack(&mut self, frame: &[u8], packed: &mut Vec<u8>) {
-        self.convert(frame, packed, Predictor::pack);
+    /// Writes the packed bytes of the next frame to `packed`.
+    pub(super) fn pack(&mut self, frame: &[u8], packed: &mut Vec<u8>) -> io::Result<()> {
+        self.convert((frame, true), (packed, self.has_pieces), Predictor::pack).map(drop)
     }
 
-    /// Writes the next frame, of which `packed` are the packed bytes, to `frame`.
-    pub(super) fn unpack(&mut self, packed: &[u8], frame: &mut Vec<u8>) {
-        self.convert(packed, frame, Predictor::unpack);
+    /// Writes the next frame, with the packed bytes of which `packed` begins, to `frame`. Returns their number.
+    pub(super) fn unpack(&mut self, packed: &[u8], frame: &mut Vec<u8>) -> io::Result<usize> {
+        self.convert((packed, self.has_pieces), (frame, true), Predictor::unpack)
     }
 
+    /// Converts the frame at the start of `from`. Both sides say whether they have pieces. Returns the size of the
+    /// frame.
     fn convert(
         &mut self,
-        from: &[u8],
-        to: &mut Vec<u8>,
+        (from, from_pieces): (&[u8], bool),
+        (to, to_pieces): (&mut Vec<u8>, bool),
         convert: impl Fn(&mut Predictor, &[u8], &[u8], &mut Vec<u8>),
-    ) {
-        let Self { layout, predictors } = self;
+    ) -> io::Result<usize> {
+        let Self { layout, predictors, .. } = self;
+        let incomplete = || invalid("the page is incomplete, or its data were changed");
         to.clear();
-        let mut start = layout.head();
-        to.extend_from_slice(&from[..start]);
-        for (set, predictor) in predictors.iter_mut().enumerate() {
-            let end = start + POINT * layout.sets[set].0;
-            let bounds = &from[layout.bounds(set)..][..BOUNDS];
-            convert(predictor, bounds, &from[start..end], to);
-            start = end;
+        let (head, mut rest) = from.split_at_checked(layout.head()).ok_or_else(incomplete)?;
+        to.extend_from_slice(head);
+        let pieces = if from_pieces { rest } else { &NO_PIECES };
+        let (points, size) = layout.points(pieces).ok_or_else(incomplete)?;
+        if to_pieces {
+            to.extend_from_slice(&pieces[..size]);
         }
+        if from_pieces {
+            rest = &rest[size..];
+        }
+        for (set, (predictor, points)) in predictors.iter_mut().zip(points).enumerate() {
+            let values;
+            (values, rest) = rest.split_at_checked(POINT * points).ok_or_else(incomplete)?;
+            convert(predictor, &head[layout.bounds(set)..][..BOUNDS], values, to);
+        }
+        Ok(from.len() - rest.len())
     }
 }
 
@@ -157,26 +205,111 @@ impl Packer {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Frames {
     bytes: Vec<u8>,
-    size: usize,
+    /// Offset of the end of each frame.
+    ends: Vec<usize>,
 }
 
 impl Frames {
-    /// Unpacks `count` frames, of which `packed` are the packed bytes.
-    pub(super) fn unpack(layout: Layout, count: usize, packed: &[u8]) -> io::Result<Self> {
-        let size = layout.bytes();
-        if size.checked_mul(count) != Some(packed.len()) {
+    /// Unpacks the frames of a run, of which `packed` are the packed bytes.
+    pub(super) fn unpack(header: &Header, mut packed: &[u8]) -> io::Result<Self> {
+        let mut packer = Packer::new(header);
+        let (mut bytes, mut frame) = (Vec::with_capacity(packed.len()), Vec::new());
+        let mut ends = Vec::new();
+        for _ in 0..header.frames {
+            let size = packer.unpack(packed, &mut frame)?;
+            packed = &packed[size..];
+            bytes.extend_from_slice(&frame);
+            ends.push(bytes.len());
+        }
+        if !packed.is_empty() {
             return Err(invalid("the page is incomplete, or its data were changed"));
         }
-        let mut packer = Packer::new(layout);
-        let (mut bytes, mut frame) = (Vec::with_capacity(packed.len()), Vec::new());
-        for packed in packed.chunks_exact(size.max(1)) {
-            packer.unpack(packed, &mut frame);
-            bytes.extend_from_slice(&frame);
-        }
-        Ok(Self { bytes, size })
+        Ok(Self { bytes, ends })
     }
 
     pub(super) fn frame(&self, index: usize) -> &[u8] {
-        &self.bytes[self.size * index..self.size * (index + 1)]
+        let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.bytes[start..self.ends[index]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use supple::{Body, Mesh, Simulation};
+
+    use super::*;
+    use crate::space::{FileSpace, Up};
+
+    /// The header of a run with one body of four vertices, and its frames: whole, broken with five vertices, and whole.
+    fn run(has_pieces: bool) -> (Header, Vec<Vec<u8>>) {
+        let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mesh = Mesh::new(vertices, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+        let body = Body::builder(mesh).cell_size(1.0).build().unwrap();
+        let lattice = body.lattice().len();
+        let simulation = Simulation::builder().body(body).build().unwrap();
+        let space = FileSpace::new(Up::Y, Up::Y, 1.0);
+        let (mut header, _) = Header::new(&simulation, "run", 30.0, 0, 1, space);
+        header.set_has_pieces(has_pieces);
+        header.frames = 3;
+        let frame = |index: usize| {
+            let points = if has_pieces && index == 1 { 5 } else { 4 };
+            let positions = |count: usize| {
+                let place = |k: usize| [k as f32, (index * k) as f32, 0.5];
+                (0..count).map(place).collect::<Vec<_>>()
+            };
+            let mut builder = FrameBuilder::default();
+            builder.push_volumes([1.0, 2.0, index as f64]);
+            builder.push_mesh(&positions(points));
+            builder.push_lattice(&positions(lattice));
+            if points == 5 {
+                builder.push_broken(&BrokenBody { body: 0, identity: 9, points: [5, lattice] }, None);
+            }
+            builder.finish().to_vec()
+        };
+        (header, (0..3).map(frame).collect())
+    }
+
+    /// Returns the packed bytes of a run.
+    fn packed(header: &Header, frames: &[Vec<u8>]) -> Vec<u8> {
+        let mut packer = Packer::new(header);
+        let (mut all, mut packed) = (Vec::new(), Vec::new());
+        for frame in frames {
+            packer.pack(frame, &mut packed).unwrap();
+            all.extend_from_slice(&packed);
+        }
+        all
+    }
+
+    #[test]
+    fn frames_with_and_without_pieces_read_back() {
+        for has_pieces in [false, true] {
+            let (header, frames) = run(has_pieces);
+            let packed = packed(&header, &frames);
+            let size: usize = frames.iter().map(Vec::len).sum();
+            // Without pieces, a packed frame has no word for them.
+            assert_eq!(packed.len(), if has_pieces { size } else { size - 3 * NO_PIECES.len() });
+            let read = Frames::unpack(&header, &packed).unwrap();
+            for (index, frame) in frames.iter().enumerate() {
+                assert_eq!(read.frame(index), frame);
+            }
+        }
+    }
+
+    #[test]
+    fn incomplete_and_changed_frames_are_errors() {
+        let (header, frames) = run(true);
+        let packed = packed(&header, &frames);
+        for length in 0..packed.len() {
+            assert!(Frames::unpack(&header, &packed[..length]).is_err(), "{length} bytes");
+        }
+        assert!(Frames::unpack(&header, &[&packed[..], &[0]].concat()).is_err());
+        // A body that does not exist.
+        let layout = Layout::new(&header);
+        let mut changed = packed.clone();
+        changed[frames[0].len() + layout.head() + NO_PIECES.len()] = 1;
+        assert!(Frames::unpack(&header, &changed).is_err());
+        let broken = BrokenBody { body: 0, identity: 9, points: [5, layout.sets[1].0] };
+        assert_eq!(layout.broken(&frames[1]), Some(vec![broken]));
+        assert_eq!(layout.broken(&frames[1][..layout.head()]), None);
     }
 }

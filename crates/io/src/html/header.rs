@@ -3,19 +3,23 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use supple::mesh::Mesh;
-use supple::{Shape, Simulation, euler_degrees};
+use supple::{PieceMesh, Shape, Simulation, euler_degrees};
 
+use super::pieces::links;
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
 use crate::space::FileSpace;
 
-/// Version of the format of the data.
-pub(super) const VERSION: u32 = 1;
+/// Version of the format of the data of a run in which no body is broken.
+const WHOLE: u32 = 1;
+
+/// Version of the format of the data of a run with broken bodies, whose frames have pieces.
+const BROKEN: u32 = 2;
 
 /// Description of a run, which begins its data as JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Header {
-    /// Version of the format of the data.
-    pub(super) version: u32,
+    /// Version of the format of the data: 2 if a body is broken in a frame, 1 if not.
+    version: u32,
     /// Name of the run.
     pub(crate) name: String,
     /// Frames per second of the simulation.
@@ -95,7 +99,8 @@ enum ColliderShape {
 }
 
 impl Header {
-    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`. Returns the description, with no frames, and its arrays.
+    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`; broken bodies as they are when
+    /// they are whole. Returns the description, with no frames, and its arrays.
     pub(crate) fn new(
         simulation: &Simulation,
         name: &str,
@@ -111,19 +116,21 @@ impl Header {
         let mut bodies = Vec::new();
         for body in simulation.bodies() {
             let lattice = body.lattice();
-            let links = (0..lattice.len() as u32).flat_map(|vertex| {
-                let [_, x, _, y, _, z] = lattice.neighbors(vertex);
-                [x, y, z].into_iter().flatten().map(move |next| [vertex, next])
-            });
-            let links: Vec<[u32; 2]> = links.collect();
-            let surface = body.mesh().map_or(0, |mesh| surfaces.index(mesh, &mut arrays));
+            let mut links = links(lattice);
+            if body.topology_version() > 0 {
+                links.iter_mut().flatten().for_each(|vertex| *vertex = lattice.source(*vertex));
+                links.sort_unstable();
+                links.dedup();
+            }
+            let mesh = body.piece_mesh().map(PieceMesh::whole).or(body.mesh());
+            let surface = mesh.map_or(0, |mesh| surfaces.index(mesh, &mut arrays));
             bodies.push(BodyHeader {
                 name: body.name().to_owned(),
                 surface,
-                lattice: lattice.len() as u32,
+                lattice: lattice.whole_len() as u32,
                 links: links.len() as u32,
             });
-            pack_words(links.iter().flatten().copied(), &mut arrays);
+            pack_words(links.as_flattened().iter().copied(), &mut arrays);
         }
         let mut colliders = Vec::new();
         for index in 0..simulation.collider_count() {
@@ -135,7 +142,7 @@ impl Header {
         }
         let sizes = surfaces.0.iter().map(|(_, size)| size.clone()).collect();
         let header = Self {
-            version: VERSION,
+            version: WHOLE,
             name: name.to_owned(),
             fps,
             first,
@@ -150,8 +157,18 @@ impl Header {
         (header, arrays)
     }
 
-    /// Returns the point sets of a frame, each as its number of points and the largest value of a coordinate: the mesh
-    /// and the lattice of each body, then the mesh of each animated collider.
+    /// Returns whether the frames of the run in a page have pieces.
+    pub(crate) fn has_pieces(&self) -> bool {
+        self.version == BROKEN
+    }
+
+    /// Sets whether a body is broken in a frame.
+    pub(crate) fn set_has_pieces(&mut self, has_pieces: bool) {
+        self.version = if has_pieces { BROKEN } else { WHOLE };
+    }
+
+    /// Returns the point sets of a frame in which no body is broken, each as its number of points and the largest value
+    /// of a coordinate: the mesh and the lattice of each body, then the mesh of each animated collider.
     pub(super) fn point_sets(&self) -> Vec<(usize, u16)> {
         let bodies = self.bodies.iter();
         let mesh = |surface: usize| (self.surfaces[surface].vertices as usize, MESH_VALUES);
@@ -172,7 +189,9 @@ impl Header {
         };
         let mut surfaces =
             self.bodies.iter().map(|body| body.surface).chain(self.colliders.iter().filter_map(surface));
-        self.version == VERSION && self.every > 0 && surfaces.all(|surface| surface < self.surfaces.len())
+        (WHOLE..=BROKEN).contains(&self.version)
+            && self.every > 0
+            && surfaces.all(|surface| surface < self.surfaces.len())
     }
 }
 

@@ -18,12 +18,16 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 
-use super::frame::{Frames, Layout, Packer};
+use super::frame::{Frames, Packer};
 use super::header::Header;
 use super::text::invalid;
 
-/// A source of the frames of a run: writes the bytes of the frame with an index, from 0, to a buffer.
+/// A source of the frames of a run, by their index from 0.
 pub(crate) trait FrameSource {
+    /// Returns the size of a frame, in bytes.
+    fn frame_bytes(&self, index: usize) -> u64;
+
+    /// Writes the bytes of a frame to a buffer.
     fn read_frame(&mut self, index: usize, frame: &mut Vec<u8>) -> io::Result<()>;
 }
 
@@ -59,11 +63,11 @@ impl Run<'_> {
     pub(super) fn write(&mut self, out: impl Write) -> io::Result<()> {
         let mut encoder = GzEncoder::new(out, Compression::best());
         encoder.write_all(&encode_header(&self.header, &self.arrays)?)?;
-        let mut packer = Packer::new(Layout::new(&self.header));
+        let mut packer = Packer::new(&self.header);
         let (mut frame, mut packed) = (Vec::new(), Vec::new());
         for index in 0..self.header.frames {
             self.frames.read_frame(index, &mut frame)?;
-            packer.pack(&frame, &mut packed);
+            packer.pack(&frame, &mut packed)?;
             encoder.write_all(&packed)?;
         }
         encoder.finish().map(drop)
@@ -75,12 +79,16 @@ impl Run<'_> {
         let unpacked = GzDecoder::new(compressed).read_to_end(&mut bytes);
         unpacked.map_err(|_| invalid("the page is incomplete, or its data were changed"))?;
         let (header, arrays, packed) = decode_header(&bytes)?;
-        let frames = Frames::unpack(Layout::new(&header), header.frames, packed)?;
+        let frames = Frames::unpack(&header, packed)?;
         Ok(Run { arrays: arrays.to_vec(), header, frames: Box::new(frames) })
     }
 }
 
 impl FrameSource for Frames {
+    fn frame_bytes(&self, index: usize) -> u64 {
+        self.frame(index).len() as u64
+    }
+
     fn read_frame(&mut self, index: usize, frame: &mut Vec<u8>) -> io::Result<()> {
         frame.clear();
         frame.extend_from_slice(self.frame(index));

@@ -83,7 +83,7 @@ impl Document {
             }
         }
         if !any {
-            (found.coordinates, found.corners) = Default::default();
+            (found.coordinates, found.corners) = (Vec::new(), Vec::new());
         }
         found.materials.retain(|(_, faces)| !faces.is_empty());
         found
@@ -91,7 +91,7 @@ impl Document {
 
     /// Returns the first two numbers of each `vt`, after an entry for corners without one. Text that is not a finite
     /// number counts as 0, as in programs that skip it.
-    fn texture_coordinates(&self) -> Vec<[f32; 2]> {
+    pub(crate) fn texture_coordinates(&self) -> Vec<[f32; 2]> {
         let mut coordinates = vec![[0.0; 2]];
         for statement in Statements::new(self.bytes()) {
             let mut words = Words::new(self.bytes(), &statement.bytes);

@@ -148,8 +148,8 @@ impl Document {
         ObjError { path: self.path.clone(), line: None, problem }
     }
 
-    /// Returns the range of a face in the arrays of corners.
-    fn corners_of(&self, face: u32) -> std::ops::Range<usize> {
+    /// Returns the range of a face in arrays with one entry per corner.
+    pub(crate) fn corners_of(&self, face: u32) -> std::ops::Range<usize> {
         let offsets = &self.parsed.offsets;
         offsets[face as usize] as usize..offsets[face as usize + 1] as usize
     }

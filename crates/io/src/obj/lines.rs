@@ -35,6 +35,11 @@ impl<'a> Statements<'a> {
         self.line
     }
 
+    /// Returns the offset of the next line.
+    pub(super) fn offset(&self) -> usize {
+        self.at
+    }
+
     /// Advances past one line and returns the end of its text.
     fn next_line(&mut self) -> usize {
         let rest = &self.raw[self.at..];

@@ -26,6 +26,11 @@ impl Default for MaterialColor {
     }
 }
 
+/// Returns the name of the material of the caps of a body: of the surfaces of its cracks.
+pub(crate) fn cap_material(body: &str) -> String {
+    format!("{body}_cap")
+}
+
 /// Largest size of a library that is read, in bytes.
 const MAX_SIZE: u64 = 32 << 20;
 

@@ -5,11 +5,11 @@
 //! bytes -> lines: statements, words -> parse, with numbers, corner, groups -> Document -> Part: mesh of a body
 //! ```
 //!
-//! The file is parsed in one pass. Texture coordinates and materials are read by further passes (`appearance`,
-//! `material`) if a format needs them. The parser accepts polygons of any size, texture coordinates, normals,
-//! several objects and groups, negative indices, vertex colors, a fourth coordinate, LF, CR or CRLF line
-//! ends, continued lines, names with spaces, bytes that are not UTF-8, and unknown statements. Tests compare
-//! the result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte
+//! The file is parsed in one pass. Texture coordinates, materials and the statements of faces are read by further
+//! passes (`appearance`, `material`, `statements`) if a format needs them. The parser accepts polygons of any size,
+//! texture coordinates, normals, several objects and groups, negative indices, vertex colors, a fourth coordinate, LF,
+//! CR or CRLF line ends, continued lines, names with spaces, bytes that are not UTF-8, and unknown statements. Tests
+//! compare the result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte
 //! ranges.
 
 mod appearance;
@@ -23,6 +23,7 @@ mod material;
 mod numbers;
 mod parse;
 mod part;
+mod statements;
 
 use std::path::Path;
 
@@ -32,8 +33,10 @@ pub use error::{ObjError, ObjProblem};
 pub use groups::Group;
 pub use library::Library;
 pub use material::MaterialColor;
+pub(crate) use material::cap_material;
 pub use parse::IgnoredStatement;
 pub use part::Part;
+pub(crate) use statements::{CONTEXT, FaceStatements, NO_TEXTURE};
 
 use supple::Mesh;
 

@@ -15,7 +15,7 @@ use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
-use crate::frames::SetAside;
+use crate::frames::{Pieces, SetAside};
 use supple::{Display, Simulation};
 
 /// The output files of a job.
@@ -158,7 +158,8 @@ impl<'a> Running<'a> {
             let needs_volume = self.stats.is_some() || self.output.needs_volumes();
             let volume = needs_volume.then(|| evaluated.volume_report());
             self.output.convert(&mut self.positions, &mut self.normals);
-            let surface = Surface { positions: &self.positions, normals: &self.normals };
+            let pieces = Pieces::of(&body, self.inputs[index].source());
+            let surface = Surface { positions: &self.positions, normals: &self.normals, pieces };
             let records = &mut self.checkpoint.frames;
             self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
             self.volumes[index].add(number, evaluated.corrections());

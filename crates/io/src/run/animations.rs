@@ -81,7 +81,8 @@ impl<'a> Animations<'a> {
         })
     }
 
-    /// Returns the animation of a body. If the body is an object of a file, the animation may have all vertices of the file.
+    /// Returns the animation of a body. If the body is an object of a file, the animation may have all vertices of the
+    /// file.
     fn part(
         &mut self,
         body: &BodyData,

@@ -1,5 +1,5 @@
-//! Finds out where a body deviates from its scene: frames in which its volume was not kept, and a frequency or a Young's
-//! modulus for which its steps are too long.
+//! Finds out where a body deviates from its scene: frames in which its volume was not kept, and a frequency or a
+//! Young's modulus for which its steps are too long.
 
 use std::fmt;
 

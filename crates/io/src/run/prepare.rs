@@ -141,7 +141,7 @@ fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunErro
 fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Result<Body, RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
-    let mut body = Body::builder(input.part.mesh().clone())
+    let builder = Body::builder(input.part.mesh().clone())
         .name(&data.name)
         .scale(data.scale)
         .resolution(data.resolution)
@@ -150,9 +150,12 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
         .placement(data.placement)
         .volume(data.volume)
         .skin(data.skin)
-        .touching(data.touching.clone())
-        .build()
-        .map_err(failed)?;
+        .touching(data.touching.clone());
+    let builder = match data.fracture {
+        Some(fracture) => builder.fracture(fracture),
+        None => builder,
+    };
+    let mut body = builder.build().map_err(failed)?;
     for (index, zone) in data.zones.iter().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.zone.{index}"), source };
         body.zone(zone).map_err(failed)?;

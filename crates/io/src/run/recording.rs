@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::output::{Output, Surface};
-use crate::frames::{Format, OutputError, PageWriter, Record, Sequence, Source, StageWriter};
+use crate::frames::{Format, OutputError, PageWriter, Pieces, Record, Sequence, Source, StageWriter};
 use crate::html::Header;
 use crate::space::{FileSpace, Up};
 use crate::usd::StageDescription;
-use supple::{Display, Simulation};
+use supple::{Body, Display, PieceMesh, Simulation};
 
 /// Axes, units and rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,7 @@ impl Recording {
                 first: 0,
                 every: 1,
             };
-            let sources = simulation.bodies().iter().filter_map(|body| body.mesh().map(Source::Mesh));
+            let sources = simulation.bodies().iter().filter_map(source);
             let stage = StageWriter::open(&sequence, simulation, sources, description, None)?;
             output.stage = Some((0, stage));
         }
@@ -116,7 +116,8 @@ impl Recording {
             evaluated.surface_into(positions, None);
             let volume = output.needs_volumes().then(|| evaluated.volume_report());
             output.convert(positions, &mut []);
-            let surface = Surface { positions, normals: &[] };
+            let pieces = source(&body).and_then(|source| Pieces::of(&body, source));
+            let surface = Surface { positions, normals: &[], pieces };
             output.write_body(*next, index, &surface, &evaluated, volume.as_ref(), &mut records)?;
         }
         output.write_run(simulation, &mut records)?;
@@ -133,4 +134,9 @@ impl Recording {
         self.output.sync()?;
         self.output.finish()
     }
+}
+
+/// Returns the input of a body that has a mesh: the mesh of the whole body.
+fn source(body: &Body) -> Option<Source<'_>> {
+    body.piece_mesh().map(PieceMesh::whole).or(body.mesh()).map(Source::Mesh)
 }

@@ -19,8 +19,8 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
-    /// All frames exist, but the USD stage lacks its structure, which follows this many frames: the simulation is needed to
-    /// write it.
+    /// All frames exist, but the USD stage lacks its structure, which follows this many frames: the simulation is
+    /// needed to write it.
     Unfinished(u64),
     /// Nothing to do, because all frames exist.
     Finished,

@@ -63,8 +63,8 @@ pub(super) struct Touching {
 }
 
 impl Touching {
-    /// Returns those of a body, the `index`-th one. A sleeping body has none: it is not stepped, and a checkpoint does not
-    /// contain the contacts with which it fell asleep.
+    /// Returns those of a body, the `index`-th one. A sleeping body has none: it is not stepped, and a checkpoint does
+    /// not contain the contacts with which it fell asleep.
     pub(super) fn of(index: usize, body: &Body, contacts: &[ContactPoint]) -> Self {
         if body.is_asleep() {
             return Self::default();

@@ -13,7 +13,8 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKey
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions, Zone,
+    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind,
+    TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -129,9 +130,13 @@ pub struct BodyData {
     /// Whether bridges of cells join separate parts of the lattice to the largest part; default true.
     pub join: bool,
     /// Keys `material`, or `youngs_modulus`, or any of `half_width` or `stiffness_radius` and `stiffness` or
-    /// `frequency`; `damping_ratio` or `damping_rate`, `region_damping` or `region_damping_rate`, and `density`.
+    /// `frequency`; `damping_ratio` or `damping_rate`, `region_damping` or `region_damping_rate`, `density`, and the
+    /// table `plastic`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
+    /// The table `fracture`: when and how the body breaks; `None` if it does not break.
+    #[serde(with = "keys::fracture", skip_serializing_if = "Option::is_none")]
+    pub fracture: Option<FractureOptions>,
     /// Volume preservation; by default the measure is chosen automatically.
     #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
@@ -173,6 +178,7 @@ impl BodyData {
             resolution,
             join,
             material: Material::default(),
+            fracture: None,
             volume: VolumeOptions::default(),
             skin: SkinKind::default(),
             touching: TouchingOptions::default(),
@@ -264,6 +270,7 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
 /// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
+    body.fracture = Some(FractureOptions::new(BreakLimit::Strain(1.0)));
     body.material.damping = Some(body.material.damping());
     let fields = fields(&body);
     keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())

@@ -1,6 +1,6 @@
 //! Generates the scene of a model (OBJ file) without a scene: the model falls onto a ground just below it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::collider::ColliderData;
 use super::data::{BodyData, OutputData, Scene, SimulationData};
@@ -62,8 +62,8 @@ impl Scene {
         point[axis] = rounded(low[axis] - GAP * height, height);
 
         Self {
-            base: Default::default(),
-            simulation: SimulationData { frames: 90, gravity, ..Default::default() },
+            base: PathBuf::new(),
+            simulation: SimulationData { frames: 90, gravity, ..SimulationData::default() },
             output: OutputData::default(),
             bodies: vec![BodyData::new(name_from(path), path)],
             colliders: vec![ColliderData::plane(point, normal)],

@@ -100,7 +100,8 @@ impl Scene {
         self.base.join(path)
     }
 
-    /// Returns the input files of the scene: meshes and animations. An absolute path is unchanged, and others are resolved.
+    /// Returns the input files of the scene: meshes and animations. An absolute path is unchanged, and others are
+    /// resolved.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let mut scene = self.clone();
         let bodies = scene.bodies.iter_mut().flat_map(BodyData::files_mut).map(|(_, path)| path);
@@ -128,7 +129,8 @@ fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError
     Ok(())
 }
 
-/// Checks the boxes of zones, the boxes, time windows and keyframe times of pins and handles, and the motions of handles.
+/// Checks the boxes of zones, the boxes, time windows and keyframe times of pins and handles, and the motions of
+/// handles.
 fn check_parts(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     for (index, zone) in body.zones.iter().enumerate() {
         check_box(&zone.selection, &field.at(&format!("zone.{index}")))?;

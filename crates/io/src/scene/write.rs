@@ -88,6 +88,16 @@ fn write_table(text: &mut String, path: &str, table: &Fields) {
     }
 }
 
+/// Formats the keys of a table that have values. The keys of an entry `@...` are keys of the table.
+fn entries(table: &Fields) -> Vec<String> {
+    let entry = |(key, value): (&String, &Value)| match value {
+        Value::Null => Vec::new(),
+        Value::Object(table) if key.starts_with('@') => entries(table),
+        value => vec![format!("{key} = {}", inline(value))],
+    };
+    table.iter().flat_map(entry).collect()
+}
+
 /// Formats a value on one line. A float becomes the shortest text that reads back as the same number (Rust's
 /// `{:?}`).
 fn inline(value: &Value) -> String {
@@ -97,11 +107,7 @@ fn inline(value: &Value) -> String {
             None => number.to_string(),
         },
         Value::Array(list) => format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", ")),
-        Value::Object(table) => {
-            let entries = table.iter().filter(|(_, value)| !value.is_null());
-            let entries: Vec<_> = entries.map(|(key, value)| format!("{key} = {}", inline(value))).collect();
-            format!("{{ {} }}", entries.join(", "))
-        }
+        Value::Object(table) => format!("{{ {} }}", entries(table).join(", ")),
         // The texts of TOML and JSON are quoted differently.
         Value::String(text) => toml::Value::from(text.as_str()).to_string(),
         other => other.to_string(),

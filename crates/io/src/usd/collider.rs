@@ -5,8 +5,8 @@ use supple::{Shape, Simulation, euler_degrees};
 
 use super::layout::Layout;
 use super::name::Names;
-use super::prim::{Prim, Stored, Value};
-use super::surface::{mesh_prim, token};
+use super::prim::{Prim, Stored, Value, token};
+use super::surface::mesh_prim;
 use crate::space::FileSpace;
 
 /// A collider, and the places of its values in the frames.

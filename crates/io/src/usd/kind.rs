@@ -18,17 +18,12 @@ pub(crate) fn head(contents: u64, hash: u64) -> [u8; FRAMES as usize] {
 /// The frames of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameTable<'a> {
-    /// Size of a frame, in bytes.
-    pub(super) frame_bytes: u64,
+    /// Offset of each frame.
+    pub(super) starts: &'a [u64],
+    /// Offset of the end of the last frame.
+    pub(super) end: u64,
     /// Time codes of the frames.
     pub(super) times: &'a [f64],
-}
-
-impl FrameTable<'_> {
-    /// Returns the end of the frames in the file.
-    pub(super) fn end(&self) -> u64 {
-        FRAMES + self.frame_bytes * self.times.len() as u64
-    }
 }
 
 /// Types of values in a file.
@@ -75,9 +70,9 @@ impl Type {
 }
 
 impl Stored {
-    /// Returns the field value of a frame.
-    pub(super) fn in_frame(self, frame: u64, frame_bytes: u64) -> u64 {
-        let at = FRAMES + frame * frame_bytes + self.at;
+    /// Returns the field value of a frame at offset `start`.
+    pub(super) fn in_frame(self, start: u64) -> u64 {
+        let at = start + self.at;
         match self.kind {
             StoredKind::Vectors3 => Type::Vec3f.array(at),
             StoredKind::Matrix => Type::Matrix4d.at(at),

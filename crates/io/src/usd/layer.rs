@@ -6,7 +6,7 @@
 //!        16   u64        offset of the table of contents
 //!        24   64 bytes   zeros
 //!        88   u64        XXH3 hash of what follows the frames; other programs skip it
-//!        96              the frames, all of the same size
+//!        96              the frames, all of the same size but for the pieces of broken bodies
 //!             arrays and other values that do not fit into their 48 bits, each at a multiple of 8
 //!             the sections TOKENS, STRINGS, FIELDS, FIELDSETS, PATHS, SPECS
 //!             table of contents: u64 number of sections; name (16 bytes), u64 offset and u64 size of each
@@ -25,7 +25,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 
 use xxhash_rust::xxh3::Xxh3Default;
 
-use super::kind::{ARRAY, EXPLICIT, FrameTable, PREPENDED, Type, head};
+use super::kind::{ARRAY, EXPLICIT, FRAMES, FrameTable, PREPENDED, Type, head};
 use super::prim::{Prim, Property, Stored, Value};
 use super::section::{END_OF_FIELDS, PathNode, SpecType, Tables};
 
@@ -50,9 +50,9 @@ pub(super) fn write_layer(
     root: &Prim,
     frames: FrameTable<'_>,
 ) -> io::Result<()> {
-    out.seek(SeekFrom::Start(frames.end()))?;
+    out.seek(SeekFrom::Start(frames.end))?;
     let mut writer = Writer {
-        at: frames.end(),
+        at: frames.end,
         hash: Xxh3Default::new(),
         frames,
         times: 0,
@@ -195,19 +195,34 @@ impl<W: Write> Writer<'_, W> {
             }
             Value::Def => Type::Specifier.inlined(0),
             Value::Uniform => Type::Variability.inlined(1),
-            Value::FirstFrame(stored) => stored.in_frame(0, self.frames.frame_bytes),
+            Value::FirstFrame(stored) => {
+                stored.in_frame(self.frames.starts.first().map_or(FRAMES, |start| *start))
+            }
+            Value::Written(value) => *value,
+            Value::PerFrame { values, of_frame } => self.write_chosen(values, of_frame)?,
             Value::Samples(stored) => self.write_samples(*stored)?,
         })
     }
 
     /// Writes the values of all frames: where the time codes are, and the value of each frame.
     fn write_samples(&mut self, stored: Stored) -> io::Result<u64> {
-        let (times, FrameTable { frame_bytes, times: frames }) = (self.times, self.frames);
+        let values = self.frames.starts.iter().map(|start| stored.in_frame(*start)).collect();
+        self.write_times(values)
+    }
+
+    /// Writes values, and for each frame which one it has.
+    fn write_chosen(&mut self, values: &[Value], of_frame: &[usize]) -> io::Result<u64> {
+        let values = values.iter().map(|value| self.field_value(value)).collect::<io::Result<Vec<u64>>>()?;
+        self.write_times(of_frame.iter().map(|&value| values[value]).collect())
+    }
+
+    /// Writes the field values of all frames.
+    fn write_times(&mut self, values: Vec<u64>) -> io::Result<u64> {
+        let times = self.times;
         self.write_value(Type::TimeSamples, |bytes| {
             // Each part is preceded by the distance to what follows it, which is not used here: 8 bytes.
-            bytes.extend([8, times, 8, frames.len() as u64].iter().flat_map(|word| word.to_le_bytes()));
-            let frames = 0..frames.len() as u64;
-            bytes.extend(frames.flat_map(|frame| stored.in_frame(frame, frame_bytes).to_le_bytes()));
+            bytes.extend([8, times, 8, values.len() as u64].iter().flat_map(|word| word.to_le_bytes()));
+            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         })
     }
 

@@ -11,6 +11,7 @@
 //! * `kind`, `section`: values and tables of the structure;
 //! * `layer`: writes the structure;
 //! * `layout`: the layout of a frame;
+//! * `pieces`: the pieces of broken bodies in the frames; `surface_pieces`: their attributes;
 //! * `material`, `surface`, `collider`: the prims of each;
 //! * `stage`: the stage.
 
@@ -21,12 +22,15 @@ mod layer;
 mod layout;
 mod material;
 mod name;
+mod pieces;
 mod prim;
 mod section;
 mod stage;
 mod surface;
+mod surface_pieces;
 
 pub(crate) use kind::{FRAMES, head};
+pub(crate) use pieces::{PiecesBuilder, Places, Topology};
 pub(crate) use section::CONTENTS;
 pub(crate) use stage::{BodyInput, Stage, StageDescription};
 pub(crate) use surface::Surface;

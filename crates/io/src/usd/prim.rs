@@ -53,6 +53,13 @@ pub(super) enum Value {
     FirstFrame(Stored),
     /// The values of all frames, which are stored in the frames.
     Samples(Stored),
+    /// The field value of a value that is in the file already.
+    Written(u64),
+    /// Some values, and for each frame the index of its value.
+    PerFrame {
+        values: Vec<Value>,
+        of_frame: Vec<usize>,
+    },
 }
 
 /// Place of a value in each frame.
@@ -138,6 +145,13 @@ impl Property {
             .with("timeSamples", Value::Samples(stored))
     }
 
+    /// An attribute with some values, and for each frame the index of its value. Its value without a time is the first.
+    pub(super) fn chosen(type_name: &str, name: &str, values: Vec<Value>, of_frame: &[usize]) -> Self {
+        let first = values[0].clone();
+        let samples = Value::PerFrame { values, of_frame: of_frame.to_vec() };
+        Self::declared(type_name, name).with("default", first).with("timeSamples", samples)
+    }
+
     /// An attribute without a value.
     pub(super) fn declared(type_name: &str, name: &str) -> Self {
         let metadata = vec![("typeName", Value::Token(type_name.to_owned()))];
@@ -149,4 +163,26 @@ impl Property {
         self.metadata.push((name, value));
         self
     }
+}
+
+/// Returns the prim of some faces without their indices.
+pub(super) fn subset_prim(name: &str, family: &str, names: &mut Names) -> Prim {
+    Prim::new("GeomSubset", name, names).uniform("token", "elementType", token("face")).uniform(
+        "token",
+        "familyName",
+        token(family),
+    )
+}
+
+/// Returns the value of a token.
+pub(super) fn token(text: &str) -> Value {
+    Value::Token(text.to_owned())
+}
+
+pub(super) fn face_varying() -> Value {
+    token("faceVarying")
+}
+
+pub(super) fn integers(indices: &[u32]) -> Value {
+    Value::Integers(indices.iter().map(|&index| index as i32).collect())
 }

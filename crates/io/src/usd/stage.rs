@@ -14,8 +14,10 @@ use super::layer::write_layer;
 use super::layout::{ARRAY_HEAD, Layout, MATRIX, push_bounds, push_matrix, push_vectors};
 use super::material::Materials;
 use super::name::Names;
-use super::prim::{Prim, Stored, Value};
-use super::surface::{Surface, token};
+use super::pieces::Places;
+use super::prim::{Prim, Stored, Value, token};
+use super::surface::Surface;
+use super::surface_pieces::SurfacePieces;
 use crate::obj::{Document, Part};
 use crate::space::{FileSpace, Up};
 
@@ -79,14 +81,16 @@ impl Stage {
     }
 
     /// Appends the next body to a frame: its positions in the coordinates of the file, and its normals if it has any.
+    /// `bounded`: the positions within its bounds.
     pub(crate) fn push_body(
         &self,
         frame: &mut Vec<u8>,
         positions: &[[f32; 3]],
+        bounded: &[[f32; 3]],
         normals: Option<impl ExactSizeIterator<Item = [f32; 3]>>,
     ) {
         push_vectors(frame, positions.iter().copied());
-        push_bounds(frame, positions);
+        push_bounds(frame, bounded);
         if let Some(normals) = normals {
             push_vectors(frame, normals);
         }
@@ -109,13 +113,15 @@ impl Stage {
     pub(crate) fn complete(&self, file: &mut (impl Read + Write + Seek), count: u64) -> io::Result<()> {
         let StageDescription { first, every, .. } = self.description;
         let times: Vec<f64> = (0..count).map(|frame| (first + frame * every) as f64).collect();
-        let root = self.root(file, &times)?;
-        let frames = FrameTable { frame_bytes: self.frame_bytes(), times: &times };
+        let places =
+            Places::find(file, self.frame_bytes(), count)?.map_err(|_| io::ErrorKind::InvalidData)?;
+        let root = self.root(file, &times, &places)?;
+        let frames = FrameTable { starts: &places.starts, end: places.end, times: &times };
         write_layer(&mut io::BufWriter::new(file), &root, frames)
     }
 
     /// Returns the stage with the metadata of the file.
-    fn root(&self, file: &mut (impl Read + Seek), times: &[f64]) -> io::Result<Prim> {
+    fn root(&self, file: &mut (impl Read + Seek), times: &[f64], places: &Places) -> io::Result<Prim> {
         let StageDescription { space, meters_per_unit, fps, directory, .. } = &self.description;
         let mut names = Names::default();
         let world = names.unique(ROOT);
@@ -124,8 +130,15 @@ impl Stage {
         let materials_name = self.scope_name("Materials");
         let materials_path = format!("/{world}/{materials_name}");
         let mut materials = Materials::new(&materials_path, directory);
-        let mut children: Vec<Prim> =
-            self.bodies.iter().map(|body| body.prim(&mut inside, &mut materials)).collect();
+        let mut children: Vec<Prim> = self
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(index, body)| {
+                let pieces = SurfacePieces::new(places, index);
+                body.prim(&mut inside, &mut materials, pieces.as_ref())
+            })
+            .collect();
         if !materials.prims.is_empty() {
             let mut scope = Prim::new("Scope", &materials_name, &mut inside);
             scope.children = materials.prims;
@@ -133,7 +146,7 @@ impl Stage {
         }
         if !self.colliders.is_empty() {
             let mut scope = Prim::new("Scope", "Colliders", &mut inside);
-            scope.children = self.collider_prims(file, times.len() as u64)?;
+            scope.children = self.collider_prims(file, &places.starts)?;
             children.push(scope);
         }
         let up = match space.up() {
@@ -163,15 +176,15 @@ impl Stage {
         names.unique(name)
     }
 
-    fn collider_prims(&self, file: &mut (impl Read + Seek), count: u64) -> io::Result<Vec<Prim>> {
+    fn collider_prims(&self, file: &mut (impl Read + Seek), starts: &[u64]) -> io::Result<Vec<Prim>> {
         let mut names = Names::default();
-        let bounds = if count > 0 { self.first_bounds(file)? } else { None };
+        let bounds = if starts.is_empty() { None } else { self.first_bounds(file)? };
         let mut prims = Vec::new();
         for collider in &self.colliders {
             let mut moves = false;
             let mut first = None;
-            for frame in 0..count {
-                let matrix = self.read_matrix(file, frame, collider.matrix)?;
+            for &start in starts {
+                let matrix = read_matrix(file, start, collider.matrix)?;
                 moves |= *first.get_or_insert(matrix) != matrix;
                 if moves {
                     break;
@@ -202,16 +215,11 @@ impl Stage {
         }
         Ok(union)
     }
+}
 
-    fn read_matrix(
-        &self,
-        file: &mut (impl Read + Seek),
-        frame: u64,
-        stored: Stored,
-    ) -> io::Result<Matrix4<f64>> {
-        let mut bytes = [0; MATRIX as usize];
-        file.seek(SeekFrom::Start(FRAMES + frame * self.frame_bytes() + stored.at))?;
-        file.read_exact(&mut bytes)?;
-        Ok(Matrix4::from_iterator(bytes.as_chunks::<8>().0.iter().map(|number| f64::from_le_bytes(*number))))
-    }
+fn read_matrix(file: &mut (impl Read + Seek), start: u64, stored: Stored) -> io::Result<Matrix4<f64>> {
+    let mut bytes = [0; MATRIX as usize];
+    file.seek(SeekFrom::Start(start + stored.at))?;
+    file.read_exact(&mut bytes)?;
+    Ok(Matrix4::from_iterator(bytes.as_chunks::<8>().0.iter().map(|number| f64::from_le_bytes(*number))))
 }

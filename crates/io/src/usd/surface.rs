@@ -1,5 +1,7 @@
 //! Prims of the surfaces of bodies.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use supple::mesh::Mesh;
@@ -7,7 +9,8 @@ use supple::mesh::Mesh;
 use super::layout::Layout;
 use super::material::Materials;
 use super::name::Names;
-use super::prim::{Prim, Property, Stored, Value};
+use super::prim::{Prim, Property, Stored, Value, face_varying, integers, subset_prim, token};
+use super::surface_pieces::SurfacePieces;
 use crate::obj::{Document, Part};
 
 /// The surface of a body, and the places of its values in the frames.
@@ -89,12 +92,47 @@ impl Surface {
         self.mesh.vertices().len()
     }
 
-    /// Returns the prim. `names` are those of its siblings.
-    pub(super) fn prim<'a>(&'a self, names: &mut Names, materials: &mut Materials<'a>) -> Prim {
+    /// Returns the prim. `names` are those of its siblings, and `pieces` those of a body that breaks.
+    pub(super) fn prim<'a>(
+        &'a self,
+        names: &mut Names,
+        materials: &mut Materials<'a>,
+        pieces: Option<&SurfacePieces<'_>>,
+    ) -> Prim {
+        let prim = match pieces {
+            None => self.with_points(names),
+            Some(pieces) => {
+                let (counts, corners) = faces(&self.mesh);
+                let prim =
+                    Prim::new("Mesh", &self.name, names).uniform("bool", "doubleSided", is_open(&self.mesh));
+                let prim = pieces.with_faces(prim, counts, corners.clone());
+                let prim = prim.uniform("token", "subdivisionScheme", token("none"));
+                let normals = self.normals.as_ref().map(|(Normals { corners: of_corner, .. }, stored)| {
+                    (of_corner.clone().unwrap_or(corners), *stored)
+                });
+                pieces.with_points(prim, (self.points, self.bounds), normals)
+            }
+        };
+        let mut subset_names = Names::default();
+        let mut prim = match &self.file {
+            None => prim,
+            Some((document, part)) => {
+                self.with_file(prim, (document, part), materials, (&mut subset_names, pieces))
+            }
+        };
+        if let Some(pieces) = pieces {
+            let file = self.file.as_ref().map_or(Path::new(""), |(document, _)| document.path());
+            pieces.with_caps(&mut prim, (&self.name, file), materials, &mut subset_names);
+        }
+        prim
+    }
+
+    /// Returns the prim of a whole body with its points and normals.
+    fn with_points(&self, names: &mut Names) -> Prim {
         let prim = mesh_prim(&self.name, names, &self.mesh)
             .animated("float3[]", "extent", self.bounds)
             .animated("point3f[]", "points", self.points);
-        let prim = match &self.normals {
+        match &self.normals {
             None => prim,
             Some((Normals { corners: None, .. }, stored)) => {
                 let normals = Property::animated("normal3f[]", "normals", *stored);
@@ -108,10 +146,6 @@ impl Surface {
                     Value::Integers(corners.clone()),
                 )
             }
-        };
-        match &self.file {
-            None => prim,
-            Some((document, part)) => self.with_file(prim, document, part, materials),
         }
     }
 
@@ -119,12 +153,19 @@ impl Surface {
     fn with_file<'a>(
         &self,
         mut prim: Prim,
-        document: &'a Document,
-        part: &Part,
+        (document, part): (&'a Document, &Part),
         materials: &mut Materials<'a>,
+        (names, pieces): (&mut Names, Option<&SurfacePieces<'_>>),
     ) -> Prim {
         let appearance = document.appearance(part);
-        if !appearance.corners.is_empty() {
+        let subset = |name: &str, faces: &[u32], family: &str, names: &mut Names| match pieces {
+            Some(pieces) => pieces.subset(name, faces, family, names),
+            None => subset_prim(name, family, names).constant("int[]", "indices", integers(faces)),
+        };
+        if let Some(pieces) = pieces.filter(|_| !appearance.corners.is_empty()) {
+            let textures = appearance.corners.iter().map(|&corner| appearance.coordinates[corner as usize]);
+            prim = pieces.with_textures(prim, textures.collect());
+        } else if !appearance.corners.is_empty() {
             let coordinates = Value::Vectors2(appearance.coordinates);
             let coordinates = Property::attribute("texCoord2f[]", "primvars:st", coordinates);
             prim = prim.property(coordinates.with("interpolation", face_varying())).constant(
@@ -134,8 +175,7 @@ impl Surface {
             );
         }
         let colors =
-            if appearance.materials.is_empty() { Default::default() } else { document.material_colors() };
-        let mut names = Names::default();
+            if appearance.materials.is_empty() { BTreeMap::new() } else { document.material_colors() };
         let mut subsets = Vec::new();
         for (name, faces) in &appearance.materials {
             let color = colors.get(name).cloned().unwrap_or_default();
@@ -143,7 +183,7 @@ impl Surface {
             if faces.len() == self.mesh.face_count() {
                 prim = prim.bound(&path);
             } else {
-                subsets.push(subset(name, faces, "materialBind", &mut names).bound(&path));
+                subsets.push(subset(name, faces, "materialBind", names).bound(&path));
             }
         }
         if !subsets.is_empty() {
@@ -153,7 +193,7 @@ impl Surface {
         if !groups.is_empty() {
             prim = prim.uniform("token", "subsetFamily:group:familyType", token("unrestricted"));
         }
-        subsets.extend(groups.iter().map(|(name, faces)| subset(name, faces, "group", &mut names)));
+        subsets.extend(groups.iter().map(|(name, faces)| subset(name, faces, "group", names)));
         prim.children = subsets;
         prim
     }
@@ -176,34 +216,22 @@ fn groups<'a>(document: &'a Document, part: &Part) -> Vec<(&'a str, Vec<u32>)> {
     some.map(|(group, faces)| (group.name.as_str(), faces)).collect()
 }
 
-/// Returns the prim of some faces.
-fn subset(name: &str, faces: &[u32], family: &str, names: &mut Names) -> Prim {
-    Prim::new("GeomSubset", name, names)
-        .uniform("token", "elementType", token("face"))
-        .uniform("token", "familyName", token(family))
-        .constant("int[]", "indices", integers(faces))
-}
-
 /// Returns a mesh without points. It is shown as it is, and from both sides if it is open.
 pub(super) fn mesh_prim(name: &str, names: &mut Names, mesh: &Mesh) -> Prim {
-    let counts = mesh.faces().map(|face| face.len() as i32).collect();
-    let indices = mesh.faces().flatten().map(|&corner| corner as i32).collect();
+    let (counts, indices) = faces(mesh);
     Prim::new("Mesh", name, names)
-        .uniform("bool", "doubleSided", Value::Bool(!mesh.is_closed()))
+        .uniform("bool", "doubleSided", is_open(mesh))
         .constant("int[]", "faceVertexCounts", Value::Integers(counts))
         .constant("int[]", "faceVertexIndices", Value::Integers(indices))
         .uniform("token", "subdivisionScheme", token("none"))
 }
 
-/// Returns the value of a token.
-pub(super) fn token(text: &str) -> Value {
-    Value::Token(text.to_owned())
+fn is_open(mesh: &Mesh) -> Value {
+    Value::Bool(!mesh.is_closed())
 }
 
-fn face_varying() -> Value {
-    token("faceVarying")
-}
-
-fn integers(indices: &[u32]) -> Value {
-    Value::Integers(indices.iter().map(|&index| index as i32).collect())
+/// Returns the numbers of corners of the faces, and all corners.
+fn faces(mesh: &Mesh) -> (Vec<i32>, Vec<i32>) {
+    let counts = mesh.faces().map(|face| face.len() as i32).collect();
+    (counts, mesh.faces().flatten().map(|&corner| corner as i32).collect())
 }

@@ -8,6 +8,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use supple::{BodyBuilder, FieldKind, Placement, Preservation, SkinKind, VolumeOptions, VolumeScope};
 use supple_io::scene::{BodyData, exclusive_keys, optional_keys};
 
+use super::fracture::read_fracture;
 use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
 use crate::arrays::vector;
@@ -55,6 +56,10 @@ pub(super) fn body<'py>(
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
         .skin(skin.unwrap_or_default())
         .touching(touching::read(settings)?);
+    let builder = match settings.read("fracture", read_fracture)?.flatten() {
+        Some(fracture) => builder.fracture(fracture),
+        None => builder,
+    };
     let body = py.detach(|| builder.build()).map_err(error::from_core)?;
     Ok((shape, body))
 }
@@ -72,6 +77,10 @@ fn builder<'py>(
                     "{key} is for a mesh and has no effect on a Lattice; leave it out"
                 )));
             }
+        }
+        if !lattice.get().lattice.broken_joints().is_empty() {
+            let message = "shape is the lattice of a broken body; copy the body with copy.deepcopy() instead";
+            return Err(PyValueError::new_err(message));
         }
         let builder = supple::Body::from_lattice(lattice.get().lattice.clone());
         return Ok((lattice.clone().into_any(), builder));

@@ -12,7 +12,8 @@ use crate::animation::{array, positions};
 use crate::error;
 use crate::pickle::{decode, encode};
 
-/// A handle that follows an animation, in a pickle: encoded selection, positions, time of the first sample, and interval.
+/// A handle that follows an animation, in a pickle: encoded selection, positions, time of the first sample, and
+/// interval.
 pub(crate) type Arguments<'py> = (Bound<'py, PyBytes>, Bound<'py, PyAny>, f64, f64);
 
 /// The arrays of a pickle. Handles of the same animation share them.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 use supple::Selection;
 
 use super::fields::{Field, Force, Source};
@@ -43,7 +43,7 @@ impl SharedBody {
                     let positions = part(py, &vertices, |vertex| positions[vertex].into(), count);
                     let velocities = part(py, &vertices, |vertex| velocities[vertex].into(), count);
                     let force = function.bind(py).call1((positions, velocities, time))?;
-                    read_force(&force, "the result of the force field", count)?
+                    read_force(&force, "the result of the force field", Axis::Is(count))?
                 }
                 (Source::Function(_), None) => unreachable!("the state is read if there is a function"),
             };
@@ -67,10 +67,23 @@ impl SharedBody {
 /// Adds force fields to a body, from pairs of [`SharedBody::field_arguments`].
 pub(crate) fn add_fields(body: &Bound<'_, Body>, fields: Vec<Bound<'_, PyTuple>>) -> PyResult<()> {
     for arguments in fields {
-        let (force, vertices): (Bound<'_, PyAny>, Bound<'_, PyAny>) = arguments.extract()?;
-        Body::add_force_field(body, &force, Some(&[("vertices", vertices)].into_py_dict(body.py())?))?;
+        let (force, vertices): (Bound<'_, PyAny>, Option<Vec<u32>>) = arguments.extract()?;
+        let source = match force.is_callable() {
+            true => Source::Function(force.unbind()),
+            // A body can have more vertices than when the field was added, because it broke.
+            false => Source::Constant(read_force(&force, "force", Axis::Any("k"))?),
+        };
+        add(body, source, vertices);
     }
     Ok(())
+}
+
+/// Adds a force field to a body.
+fn add(body: &Bound<'_, Body>, source: Source, vertices: Option<Vec<u32>>) -> ForceField {
+    static NEXT_ID: AtomicU64 = AtomicU64::new(0);
+    let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+    body.get().fields.lock().push(Arc::new(Field { id, source, vertices }));
+    ForceField { body: body.clone().unbind(), id }
 }
 
 /// Returns the rows of selected vertices as an array.
@@ -103,12 +116,12 @@ fn apply(body: &mut supple::Body, (force, vertices): NextForce) -> Result<(), su
     }
 }
 
-/// Reads a force on `count` vertices: (3,), the total, or (count, 3).
-fn read_force(value: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Force> {
+/// Reads a force: (3,), the total, or one row per vertex.
+fn read_force(value: &Bound<'_, PyAny>, name: &str, rows: Axis) -> PyResult<Force> {
     let array = value.py().import("numpy")?.call_method1("asarray", (value,));
     let axes = array.and_then(|array| array.getattr("ndim")?.extract::<usize>());
     match axes {
-        Ok(2) => Ok(Force::Each(arrays::vectors(value, name, Axis::Is(count))?)),
+        Ok(2) => Ok(Force::Each(arrays::vectors(value, name, rows)?)),
         _ => Ok(Force::Total(arrays::vector(value, name)?)),
     }
 }
@@ -154,7 +167,7 @@ impl Body {
     ) -> PyResult<()> {
         let vertices = read_vertices(self, py, options, "apply_force()")?;
         let count = vertices.as_ref().map_or_else(|| self.count(py), |list| Ok(list.len()))?;
-        let force = read_force(force, "force", count)?;
+        let force = read_force(force, "force", Axis::Is(count))?;
         self.with(py, |body| apply(body, (force, vertices)))?.map_err(error::from_core)
     }
 
@@ -162,15 +175,16 @@ impl Body {
     ///
     /// force : (3,) or (k, 3) float, or callable
     ///     A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
-    ///     called before each step, with the (k, 3) positions and velocities of the selected lattice vertices, read-only,
-    ///     and the time in seconds.
+    ///     called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
+    ///     read-only, and the time in seconds.
     /// box, sphere, plane, vertices
     ///     Selection of a part, as for pin. Default: the whole body. It is made once, now.
     ///
-    /// Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a thousandth
-    /// of the weight on each vertex, and wakes when they change. A function is called from step and advance, which let an
-    /// exception pass: the step then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
-    /// for 1,000 lattice vertices. Pickles and copies contain fields, states of save_state do not.
+    /// Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a
+    /// thousandth of the weight on each vertex, and wakes when they change. A function is called from step and advance,
+    /// which let an exception pass: the step then is not made. Each step with fields takes some microseconds more, with
+    /// a function some tens of microseconds for 1,000 lattice vertices. Pickles and copies contain fields, states of
+    /// save_state do not.
     #[pyo3(
         signature = (force, **options),
         text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
@@ -180,18 +194,15 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<ForceField> {
-        static NEXT_ID: AtomicU64 = AtomicU64::new(0);
         let (py, this) = (slf.py(), slf.get());
         let vertices = read_vertices(this, py, options, "add_force_field()")?;
         let source = if force.is_callable() {
             Source::Function(force.clone().unbind())
         } else {
             let count = vertices.as_ref().map_or_else(|| this.count(py), |list| Ok(list.len()))?;
-            Source::Constant(read_force(force, "force", count)?)
+            Source::Constant(read_force(force, "force", Axis::Is(count))?)
         };
-        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        this.fields.lock().push(Arc::new(Field { id, source, vertices }));
-        Ok(ForceField { body: slf.clone().unbind(), id })
+        Ok(add(slf, source, vertices))
     }
 
     /// Force fields that were not removed, in the order in which they were added: tuple of ForceField.
@@ -202,8 +213,8 @@ impl Body {
     }
 }
 
-/// A force that acts on a body in every step. Body.add_force_field returns it, and Body.force_fields lists those that
-/// were not removed.
+/// A force that acts on a body in every step. Body.add_force_field returns it, and Body.force_fields lists those
+/// that were not removed.
 #[pyclass(frozen, module = "supple")]
 pub(crate) struct ForceField {
     body: Py<Body>,

@@ -92,7 +92,8 @@ impl Hold {
         Ok(arrays::frozen(PyArray1::from_vec(py, vertices)))
     }
 
-    /// Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them with set_keys.
+    /// Keyframes of a handle: tuple of (time, translate, rotate). None for a pin and for an animation. Replace them
+    /// with set_keys.
     #[getter]
     fn keys<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyTuple>>> {
         let tuple = |key: &supple::Key| -> KeyTuple { (key.time, key.translate.into(), key.rotate.into()) };
@@ -108,7 +109,8 @@ impl Hold {
         self.read(py, |hold| hold.interpolation().map(Interpolation::name))
     }
 
-    /// Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for keyframes.
+    /// Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for
+    /// keyframes.
     #[getter]
     fn follow<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.animation(py)?.map(|animation| animation::array(py, &animation)).transpose()
@@ -152,12 +154,13 @@ impl Hold {
         self.read(py, |hold| Some(hold.window().end).filter(|end| end.is_finite()))
     }
 
-    /// Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64, read-only.
+    /// Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64,
+    /// read-only.
     ///
     /// It is what the held part needs, beside the elastic forces and gravity, to move as prescribed; zero if the pin or
-    /// handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces on
-    /// the held part and region damping are not. Where keyframes change the velocity, the force is that of the change
-    /// within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
+    /// handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces
+    /// on the held part and region damping are not. Where keyframes change the velocity, the force is that of the
+    /// change within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.load(py, "force", |load| load.force.into())
@@ -177,8 +180,8 @@ impl Hold {
         self.body.get().with(py, |body| body.release(self.index))?.map_err(hold_error)
     }
 
-    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that followed an
-    /// animation moves along them from the pose that the part has before the next step.
+    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that
+    /// followed an animation moves along them from the pose that the part has before the next step.
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
     ///     Relative to the pose that the part had when the pin or handle became active.

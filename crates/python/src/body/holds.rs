@@ -61,8 +61,8 @@ impl Body {
         Hold::add(slf, |body| body.pin(&pin))
     }
 
-    /// Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and follow is
-    /// given.
+    /// Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and
+    /// follow is given.
     ///
     /// keys : list of (time, translate, rotate), or of dicts with these names
     ///     Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
@@ -74,12 +74,12 @@ impl Body {
     ///     from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
     ///
     /// follow : (f, n, 3) float, or path of a PC2 file
-    ///     Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the mesh
-    ///     that the body was built from, so that its scale, rotate and translate apply to the animation also. The selected
-    ///     lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with those of the
-    ///     whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before the first and
-    ///     after the last frame it is at rest. The part is at the animation's place at any time: it jumps at `start` if
-    ///     the body is elsewhere then.
+    ///     Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the
+    ///     mesh that the body was built from, so that its scale, rotate and translate apply to the animation also. The
+    ///     selected lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with
+    ///     those of the whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before
+    ///     the first and after the last frame it is at rest. The part is at the animation's place at any time: it jumps
+    ///     at `start` if the body is elsewhere then.
     /// follow_fps : float, > 0, default 30
     ///     Frames per second of the animation.
     /// follow_start : float, default 0, or the time of the first sample in the PC2 file

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 
 use super::Body;
+use super::plastic::read_plastic;
 use super::quantities::need_simulation;
 use crate::argument::{self, Settings, count, number};
 use crate::error;
@@ -34,6 +35,7 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
         damping: ratio.or(damping_rate),
         region_damping: fraction.or(rate).unwrap_or(default.region_damping),
         density: settings.number("density")?.unwrap_or(default.density),
+        plastic: settings.read("plastic", read_plastic)?.flatten(),
     })
 }
 

@@ -4,10 +4,13 @@ mod build;
 mod fields;
 mod follow;
 mod forces;
+mod fracture;
 mod hold;
 mod holds;
 mod material;
+mod plastic;
 mod quantities;
+mod shapes;
 mod storage;
 mod touching;
 mod values;
@@ -16,7 +19,9 @@ mod zones;
 pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
+pub(crate) use fracture::fracture_settings;
 pub(crate) use hold::Hold;
+pub(crate) use plastic::plastic_settings;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
 
 use std::sync::{Arc, OnceLock};
@@ -71,6 +76,18 @@ use crate::rotation::rotate_once;
 ///     1/s, >= 0.
 /// density : float, default 1000
 ///     Mass per volume, > 0.
+/// plastic : dict or True, default None
+///     Makes the body plastic: parts that are strained beyond a limit keep a part of their deformation. A dict with the
+///     keys yield (strain, in (0, 1], beyond which it flows; default 0.05), creep (rate in 1/s, > 0, at which the
+///     strain beyond it becomes plastic; default 5) and max (greatest plastic strain, in (0, 2]; default 1); True for
+///     these defaults. The regions must be small beside the parts that are deformed.
+/// fracture : dict, default None
+///     Makes the body break. A dict with either strength (tensile stress, > 0, at which it breaks) or strain (tensile
+///     strain, > 0), and the keys rotation (degrees, in (0, 180], between neighboring cells at which it breaks too;
+///     default None), cracks (greatest number of cracks that grow at a time in each piece; default 1), noise (relative
+///     variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and surface (of the cracks:
+///     "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body breaks: see
+///     topology_version.
 /// volume : str or dict, default "auto"
 ///     Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
 ///     a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
@@ -81,8 +98,8 @@ use crate::rotation::rotate_once;
 ///     continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
 ///     crushed very strongly).
 /// friction : float, default 0.5
-///     Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider, that
-///     of the collider holds.
+///     Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider,
+///     that of the collider holds.
 /// restitution : float, default 0
 ///     Ratio of the speeds of the touching points after and before an impact on another body, in [0, 1]. That of two
 ///     bodies is the greater of theirs; at a collider, that of the collider holds.
@@ -113,7 +130,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
@@ -142,24 +159,18 @@ impl Body {
         self.read(py, |body| body.name().to_owned())
     }
 
-    /// Mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
+    /// Mesh in the model's frame, at rest: after scale, before rotate and translate. None for a bare lattice. Of a
+    /// broken body, the mesh of its pieces.
     #[getter]
-    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<&Bound<'py, Mesh>>> {
-        let mesh = self.mesh.get_or_try_init(py, || -> PyResult<_> {
-            let mesh = self.read(py, |body| body.mesh().cloned())?;
-            mesh.map(|mesh| Py::new(py, Mesh::from_core(mesh))).transpose()
-        })?;
-        Ok(mesh.as_ref().map(|mesh| mesh.bind(py)))
+    pub(super) fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, Mesh>>> {
+        self.shapes.mesh(py, &**self)
     }
 
-    /// Lattice in the model's frame: after scale, before rotate and translate.
+    /// Lattice in the model's frame: after scale, before rotate and translate. Of a broken body, the lattice of its
+    /// pieces.
     #[getter]
-    fn lattice<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, Lattice>> {
-        let lattice = self.lattice.get_or_try_init(py, || -> PyResult<_> {
-            let lattice = self.read(py, |body| body.lattice().clone())?;
-            Py::new(py, Lattice::from_core(lattice))
-        })?;
-        Ok(lattice.bind(py))
+    fn lattice<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Lattice>> {
+        self.shapes.lattice(py, &**self)
     }
 
     /// Simulation of the body, which the body keeps alive. None outside a simulation.

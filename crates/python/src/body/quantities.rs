@@ -56,15 +56,15 @@ impl Body {
         self.read(py, supple::Body::kinetic_energy)
     }
 
-    /// Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to its
-    /// shape. Raises ValueError outside a simulation.
+    /// Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to
+    /// its shape. Raises ValueError outside a simulation.
     #[getter]
     fn elastic_energy(&self, py: Python<'_>) -> PyResult<f64> {
         need_simulation(self.in_context(py, |body| body.elastic_energy())?, "elastic_energy")
     }
 
-    /// Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world origin.
-    /// Raises ValueError outside a simulation.
+    /// Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world
+    /// origin. Raises ValueError outside a simulation.
     #[getter]
     fn gravity_energy(&self, py: Python<'_>) -> PyResult<f64> {
         need_simulation(self.in_context(py, |body| body.gravity_energy())?, "gravity_energy")

@@ -9,16 +9,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
 use supple::{BodyRef, Collider};
 
 use super::fields::Fields;
+use super::shapes::{ReadBody, Shapes};
 use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
-use crate::lattice::Lattice;
-use crate::mesh::Mesh;
 
 /// The storage of a body. A body moves into a simulation at most once and then stays in it.
 pub(crate) enum Storage {
@@ -117,8 +115,7 @@ pub(crate) struct SharedBody {
     pub(super) fields: Fields,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
-    pub(super) mesh: PyOnceLock<Option<Py<Mesh>>>,
-    pub(super) lattice: PyOnceLock<Py<Lattice>>,
+    pub(super) shapes: Shapes,
     /// Weak reference to the Python object of the body.
     python: Mutex<Option<Py<PyWeakrefReference>>>,
 }
@@ -147,6 +144,16 @@ impl Body {
     }
 }
 
+impl ReadBody for SharedBody {
+    fn read_body<T: Send>(
+        &self,
+        py: Python<'_>,
+        read: impl FnOnce(&supple::Body) -> T + Send,
+    ) -> PyResult<T> {
+        self.read(py, read)
+    }
+}
+
 impl SharedBody {
     /// Creates a body without a Python object, with the arguments that the body was built with.
     pub(crate) fn new(storage: Storage, (shape, settings): BuildArguments<'_>) -> Self {
@@ -157,8 +164,7 @@ impl SharedBody {
             fields: Fields::default(),
             shape: shape.unbind(),
             settings: settings.unbind(),
-            mesh: PyOnceLock::new(),
-            lattice: PyOnceLock::new(),
+            shapes: Shapes::default(),
             python: Mutex::new(None),
         }
     }

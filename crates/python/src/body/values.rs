@@ -110,7 +110,8 @@ impl Body {
         Ok(arrays::from_points(py, positions))
     }
 
-    /// Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
+    /// Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order. When the
+    /// body breaks, further vertices follow: see faces and topology_version.
     ///
     /// out : (k, 3) float32 or float64, optional
     ///     Array to write to and return. Default: a new float64 array.
@@ -159,10 +160,10 @@ impl Body {
     ///     vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
     ///     attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
     ///
-    /// Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
-    /// trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores uv.
-    /// Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and MeshError if uv
-    /// needs a file that has changed.
+    /// Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of
+    /// a trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores
+    /// uv. Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and
+    /// MeshError if uv needs a file that has changed.
     #[pyo3(signature = (*, uv=false))]
     fn to_trimesh<'py>(slf: &Bound<'py, Self>, uv: bool) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf, uv))
@@ -253,7 +254,8 @@ impl SharedBody {
         out: Option<&Bound<'py, PyAny>>,
         rows: Rows,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let Some(count) = self.read(py, |body| body.mesh().map(|mesh| mesh.vertices().len()))? else {
+        let size = |body: &supple::Body| Some((body.mesh()?.vertices().len(), body.topology_version() > 0));
+        let Some((count, is_broken)) = self.read(py, size)? else {
             return Err(PyValueError::new_err(
                 "the body is a bare lattice without a mesh; use corrected_positions()",
             ));
@@ -262,7 +264,7 @@ impl SharedBody {
             Some(out) => out.clone(),
             None => PyArray2::<f64>::zeros(py, [count, 3], false).into_any(),
         };
-        arrays::check_out(&out, "out", count)?;
+        arrays::check_out(&out, "out", (count, is_broken))?;
         match out.cast::<PyArray2<f32>>() {
             Ok(single) => self.write_rows(single, rows)?,
             Err(_) => self.write_rows(out.cast::<PyArray2<f64>>()?, rows)?,

@@ -39,11 +39,11 @@ impl Body {
         self.with(py, |body| body.zone(&zone))?.map_err(error::from_core)
     }
 
-    /// Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of the
-    /// body times the factor of the vertex.
+    /// Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of
+    /// the body times the factor of the vertex.
     ///
-    /// Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In a
-    /// simulation, half_width is fixed again at the next step, for the greatest factor.
+    /// Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In
+    /// a simulation, half_width is fixed again at the next step, for the greatest factor.
     ///
     /// factors : (n,) float, or None
     ///     In (0, 100]; factors below 1e-6 act as 1e-6. None removes all factors, also those of zones.

@@ -118,8 +118,8 @@ fn other(contact: &ContactPoint) -> (i32, bool) {
     }
 }
 
-/// Warns with `supple.ContactWarning` about bodies that overlap at the start. `level` is that of the calling code on the
-/// stack of Python functions.
+/// Warns with `supple.ContactWarning` about bodies that overlap at the start. `level` is that of the calling code on
+/// the stack of Python functions.
 pub(crate) fn warn_of_overlaps(py: Python<'_>, overlaps: &[Overlap], level: i32) -> PyResult<()> {
     for overlap in overlaps {
         let category = py.import("supple.errors")?.getattr("ContactWarning")?;

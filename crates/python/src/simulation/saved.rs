@@ -12,22 +12,22 @@ use crate::argument::conversion_error;
 impl Simulation {
     /// Return the state of the simulation as bytes, for restore_state.
     ///
-    /// The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of the
-    /// next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of steps,
-    /// and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes and
-    /// keyframes of colliders, the animations that handles follow, nor force fields.
+    /// The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of
+    /// the next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of
+    /// steps, and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes
+    /// and keyframes of colliders, the animations that handles follow, nor force fields.
     fn save_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.shared.with(py, |simulation| saved_state::save(simulation))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that slept
-    /// sleep.
+    /// Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that
+    /// slept sleep.
     ///
     /// state : bytes-like
-    ///     A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps. Pins
-    ///     and handles that were added after the state was saved no longer exist. A body must still have the handles that
-    ///     follow an animation, or others with the same selection and animation.
+    ///     A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps.
+    ///     Pins and handles that were added after the state was saved no longer exist. A body must still have the
+    ///     handles that follow an animation, or others with the same selection and animation.
     ///
     /// contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
     /// version of supple, and for damaged data; the simulation is then unchanged.

@@ -56,7 +56,8 @@ fn rows<'a, T: Element + Coordinate>(array: &'a mut PyReadwriteArray2<'_, T>) ->
 
 #[pymethods]
 impl Simulation {
-    /// Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of bodies.
+    /// Evaluate the displayed surfaces of all bodies, on all threads: a list of (k, 3) arrays in the order of
+    /// bodies.
     ///
     /// out : list of (k, 3) float32 or float64, optional
     ///     Arrays to write to and return, one per body. Default: new float64 arrays.
@@ -68,11 +69,12 @@ impl Simulation {
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyList>> {
-        let counts: Vec<usize> = self.shared.with(py, |simulation| {
+        let counts: Vec<(usize, bool)> = self.shared.with(py, |simulation| {
             let vertices = |body: &supple::Body| body.mesh().map_or(0, |mesh| mesh.vertices().len());
-            simulation.bodies().iter().map(vertices).collect()
+            let counts = |body| (vertices(body), body.topology_version() > 0);
+            simulation.bodies().iter().map(counts).collect()
         })?;
-        let new = |&count: &usize| PyArray2::<f64>::zeros(py, [count, 3], false).into_any();
+        let new = |&(count, _): &(usize, bool)| PyArray2::<f64>::zeros(py, [count, 3], false).into_any();
         let arrays = match out {
             Some(out) => read_out(out, &counts)?,
             None => counts.iter().map(new).collect(),
@@ -80,7 +82,7 @@ impl Simulation {
         let mut guards = arrays.iter().map(Guard::new).collect::<PyResult<Vec<_>>>()?;
         let mut tasks: Vec<(usize, &SharedBody, Rows<'_>)> = Vec::new();
         let mut others = Vec::new();
-        for (index, guard) in guards.iter_mut().enumerate().filter(|(index, _)| counts[*index] > 0) {
+        for (index, guard) in guards.iter_mut().enumerate().filter(|(index, _)| counts[*index].0 > 0) {
             match guard {
                 Some(guard) => tasks.push((index, &self.bodies[index], guard.rows()?)),
                 None => others.push(index),
@@ -108,8 +110,8 @@ impl Simulation {
     }
 }
 
-/// Reads the `out` argument, one array per body, with the given numbers of rows.
-fn read_out<'py>(out: &Bound<'py, PyAny>, counts: &[usize]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+/// Reads the `out` argument, one array per body. `counts`: the number of rows of each, and whether its body is broken.
+fn read_out<'py>(out: &Bound<'py, PyAny>, counts: &[(usize, bool)]) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let expected = "a list of arrays, one per body";
     let items = out.try_iter().map_err(|error| conversion_error(error, out, "out", expected))?;
     let arrays = items.collect::<PyResult<Vec<_>>>()?;

@@ -34,8 +34,8 @@ pub(super) fn bar_vertices(cells: i32, length: i32) -> usize {
     ((cells + 1) * (cells + 1) * (length * cells + 1)) as usize
 }
 
-/// Returns the radius R of the regions of a bar with Young's modulus `modulus` and the default density, in steps of `dt`
-/// seconds: with the least half-width for which alpha is at most 1.
+/// Returns the radius R of the regions of a bar with Young's modulus `modulus` and the default density, in steps of
+/// `dt` seconds: with the least half-width for which alpha is at most 1.
 pub(super) fn region_radius(cells: i32, modulus: f64, dt: f64) -> f64 {
     let law = ElasticLaw { density: Material::default().density, cell_size: 1.0 / f64::from(cells), dt };
     let is_sufficient = |&half_width: &usize| law.alpha(half_width, modulus) <= 1.0;
@@ -126,8 +126,8 @@ mod tests {
         // The quads are planar, so the volume is exact.
         assert!((bar.mesh().unwrap().signed_volume() - 5.0).abs() < 1e-12);
         let ball = ball().unwrap();
-        // A chord of the angle π/120 is at most (π/120)²/8 = 0.01 % of the radius inside the sphere, and so the volume is
-        // less by at most three times that for each of the two directions of a quad.
+        // A chord of the angle π/120 is at most (π/120)²/8 = 0.01 % of the radius inside the sphere, and so the volume
+        // is less by at most three times that for each of the two directions of a quad.
         let ratio = ball.signed_volume() / (std::f64::consts::PI / 6.0);
         assert!(ball.is_closed() && ratio < 1.0 && ratio > 1.0 - 6e-4, "{ratio}");
         let bust = bust().unwrap();

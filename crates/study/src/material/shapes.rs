@@ -1,5 +1,5 @@
-//! Meshes of figures with limbs: round cones that blend into each other. The surface of the cells inside is moved onto the
-//! surface of the figure.
+//! Meshes of figures with limbs: round cones that blend into each other. The surface of the cells inside is moved onto
+//! the surface of the figure.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -129,8 +129,8 @@ fn field(cones: &[Cone], point: &Vec3) -> f64 {
     least - BLEND * distances().map(|distance| ((least - distance) / BLEND).exp()).sum::<f64>().ln()
 }
 
-/// Returns the mesh: the quads between cells whose centers are inside and those outside, with the vertices moved onto the
-/// surface.
+/// Returns the mesh: the quads between cells whose centers are inside and those outside, with the vertices moved onto
+/// the surface.
 fn surface(cones: &[Cone]) -> Result<Mesh, MeshError> {
     let ends = || cones.iter().flat_map(|cone| cone.ends.into_iter().zip(cone.radii));
     let margin = BLEND * (cones.len() as f64).ln() + 2.0 * CELL;

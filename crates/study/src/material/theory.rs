@@ -68,8 +68,8 @@ impl Bar {
         low * r2.sqrt() * self.speed() / (TAU * self.length)
     }
 
-    /// Returns the deflection of the end of the bar under its weight, held at the other end, in small gravity g across it:
-    /// ρ A g l⁴/(8 E I) + ρ A g l²/(2 k G A), Euler-Bernoulli with shear.
+    /// Returns the deflection of the end of the bar under its weight, held at the other end, in small gravity g across
+    /// it: ρ A g l⁴/(8 E I) + ρ A g l²/(2 k G A), Euler-Bernoulli with shear.
     pub(super) fn deflection(&self, gravity: f64) -> f64 {
         let Self { thickness: t, length: l, modulus, density } = *self;
         density * gravity / modulus * (12.0 * l.powi(4) / (8.0 * t * t) + l * l / SHEAR)
@@ -92,8 +92,8 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// Returns the shape of the mode: the displacement, of the order of 1, at x and y from the axis and at the fraction z
-    /// of the length l.
+    /// Returns the shape of the mode: the displacement, of the order of 1, at x and y from the axis and at the fraction
+    /// z of the length l.
     pub(super) fn displacement(self, x: f64, y: f64, z: f64, length: f64) -> [f64; 3] {
         match self {
             Self::Stretch => [0.0, 0.0, (PI * z).cos()],

@@ -27,7 +27,8 @@ pub(super) fn decay_of_extrema(samples: &[f64], dt: f64) -> f64 {
     decay(extrema.map(|k| (k as f64 * dt, samples[k].abs().ln())))
 }
 
-/// Returns the decay rate of positive samples at the interval `dt`: the slope of the line that fits their logarithms best.
+/// Returns the decay rate of positive samples at the interval `dt`: the slope of the line that fits their logarithms
+/// best.
 pub(super) fn decay_of_samples(samples: &[f64], dt: f64) -> f64 {
     decay(samples.iter().enumerate().map(|(k, sample)| (k as f64 * dt, sample.ln())))
 }

@@ -76,6 +76,9 @@ impl Study {
         if let Some(data) = self.scene.bodies.iter().find(|data| !data.zones.is_empty()) {
             return Err(StudyError::Zones { body: data.name.clone() });
         }
+        if let Some(data) = self.scene.bodies.iter().find(|data| data.fracture.is_some()) {
+            return Err(StudyError::Fracture { body: data.name.clone() });
+        }
         let Scene { simulation, bodies, .. } = &self.scene;
         let touches_itself = |data: &BodyData| data.touching.self_contact.unwrap_or(simulation.self_contact);
         if simulation.contact && bodies.len() > 1 || bodies.iter().any(touches_itself) {

@@ -91,6 +91,7 @@ impl<'a> NaiveBody<'a> {
         }
         self.motions = self.naive.motions(&self.positions);
         let goals = self.naive.goals(&self.motions);
+        self.flow();
         for ((x, v), goal) in self.positions.iter().zip(&mut self.velocities).zip(&goals) {
             *v += (goal - x) * self.stiffness_rate + self.gravity * self.dt;
         }
@@ -104,8 +105,19 @@ impl<'a> NaiveBody<'a> {
         self.steps += 1;
     }
 
-    /// Gives the constrained vertices more mass in the fits, as the library does. Region damping uses the masses of this
-    /// step with the rotations of the previous step.
+    /// Lets the plastic shapes flow.
+    fn flow(&mut self) {
+        let Some(plastic) = &self.body.material().plastic else { return };
+        let shapes = self.naive.flowed(&self.motions, plastic, self.dt);
+        // Region damping uses the new shapes with the rotations of this step.
+        for (motion, &shape) in self.motions.iter_mut().zip(&shapes) {
+            motion.shape = shape;
+        }
+        self.naive.set_shapes(shapes);
+    }
+
+    /// Gives the constrained vertices more mass in the fits, as the library does. Region damping uses the masses of
+    /// this step with the rotations of the previous step.
     fn update_fit_masses(&mut self) {
         let Some(stages) = &self.stages else { return };
         let factors = hold_factors(self.body, stages.constraints.constrained());

@@ -112,8 +112,16 @@ impl<'a> Energy<'a> {
         let naive = naive.listed();
         let alpha = alpha(body, dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
+        energy.set_shapes(body);
         energy.start = energy.at(now);
         energy
+    }
+
+    /// Sets the plastic shapes of the body.
+    fn set_shapes(&mut self, body: &Body) {
+        if body.material().plastic.is_some() {
+            self.naive.set_shapes(body.plastic_shapes());
+        }
     }
 
     /// Returns the energy in units of the mass of a full cell times (cells per step)².
@@ -125,6 +133,17 @@ impl<'a> Energy<'a> {
 }
 
 impl<'a> Initial<'a> {
+    /// Adapts the state to the pieces of a body that broke: it has more vertices. Its energy is not measured any more,
+    /// because the naive method does not break.
+    fn follow(&mut self, body: &Body) {
+        if body.lattice().len() != self.rest.len() {
+            self.rest =
+                body.lattice().indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
+            self.masses = relative_masses(body);
+            self.energy = None;
+        }
+    }
+
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, system: System) -> Self {
         let now = Snapshot::new(body, dt);
         let masses = relative_masses(body);
@@ -168,8 +187,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Makes the steps of `frames` frames and measures until when a body was awake. Updates the other figures after each
-    /// `interval` frames, which must divide `frames`.
+    /// Makes the steps of `frames` frames and measures until when a body was awake. Updates the other figures after
+    /// each `interval` frames, which must divide `frames`.
     pub(super) fn run_to_sleep(&mut self, frames: u64, interval: u64) {
         for frame in 1..=frames {
             self.simulation.advance(1);
@@ -222,6 +241,7 @@ impl<'a> Trial<'a> {
         for (index, start) in initials.iter_mut().enumerate() {
             let body = simulation.body(index);
             let now = Snapshot::new(&body, simulation.dt());
+            start.follow(&body);
             let report = body.volume_report();
             let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
             figures.add(Measure::NotNumbers, count_non_finite(body, &now, &volumes) as f64);
@@ -235,7 +255,8 @@ impl<'a> Trial<'a> {
                 figures.raise(Measure::Linear, linear);
                 figures.raise(Measure::Angular, angular);
             }
-            energy = energy.zip(start.energy.as_ref()).map(|(sum, energy)| {
+            energy = energy.zip(start.energy.as_mut()).map(|(sum, energy)| {
+                energy.set_shapes(body.get());
                 energy_at_start += energy.start;
                 rest_energy += REST_SPEED * REST_SPEED * start.masses.iter().sum::<f64>();
                 sum + energy.at(&now)

@@ -11,8 +11,8 @@ pub(super) const MARGIN: f64 = 2e-3;
 /// Maximum number of steps of Newton's method.
 const NEWTON_STEPS: usize = 12;
 
-/// Length of a step of Newton's method in local coordinates after which it ends. The number of correct digits doubles in
-/// each step, so the error that remains is about the square of this length.
+/// Length of a step of Newton's method in local coordinates after which it ends. The number of correct digits doubles
+/// in each step, so the error that remains is about the square of this length.
 const LAST_STEP: f64 = 1e-5;
 
 /// A deformed cell: the trilinear interpolant of the world positions of its corners.
@@ -45,8 +45,8 @@ impl Gradient {
         self.determinant > 0.0
     }
 
-    /// Converts a normal of a surface from rest to world space: F⁻ᵀ n, as a unit vector. Returns `None` if the cell is flat
-    /// or inside out.
+    /// Converts a normal of a surface from rest to world space: F⁻ᵀ n, as a unit vector. Returns `None` if the cell is
+    /// flat or inside out.
     pub(super) fn normal(&self, rest: &Vector3<f64>) -> Option<Vector3<f64>> {
         (self.cofactors * rest).try_normalize(0.0).filter(|_| self.is_regular())
     }
@@ -90,9 +90,15 @@ impl DeformedCell {
         ]))
     }
 
-    /// Returns the local coordinates of a point and the derivative near it, or `None` if the point is not in the cell, or
-    /// the cell is inside out there. `start` are approximate local coordinates.
-    pub(super) fn locate(&self, point: &Point3<f64>, start: Vector3<f64>) -> Option<([f64; 3], Gradient)> {
+    /// Returns the local coordinates of a point and the derivative near it, or `None` if the point is not in the cell,
+    /// or the cell is inside out there. `start` are approximate local coordinates. The cell is continued by its own
+    /// size beyond each of the sides `reach`, one bit for each of the sides at -x, +x, -y, +y, -z, +z.
+    pub(super) fn locate(
+        &self,
+        point: &Point3<f64>,
+        start: Vector3<f64>,
+        reach: u8,
+    ) -> Option<([f64; 3], Gradient)> {
         let target = point - self.origin;
         let mut local = start.map(|u| u.clamp(-1.0, 2.0));
         for _ in 0..NEWTON_STEPS {
@@ -105,12 +111,21 @@ impl DeformedCell {
             if !local.iter().all(|u| (-1.0..=2.0).contains(u)) {
                 local = local.map(|u| u.clamp(-1.0, 2.0));
             } else if step.amax() < LAST_STEP {
-                let is_inside = local.iter().all(|u| (-MARGIN..=1.0 + MARGIN).contains(u));
+                let is_inside = contains(local.into(), reach);
                 return (is_inside && gradient.is_regular()).then(|| (local.into(), gradient));
             }
         }
         None
     }
+}
+
+/// Returns whether a cell, continued beyond the sides `reach`, contains the point with these local coordinates.
+fn contains(local: [f64; 3], reach: u8) -> bool {
+    let is_inside = |u: f64| (-MARGIN..=1.0 + MARGIN).contains(&u);
+    let mut outside = (0..3).filter(|&a| !is_inside(local[a]));
+    let Some(axis) = outside.next() else { return true };
+    let side = 2 * axis + usize::from(local[axis] > 0.5);
+    outside.next().is_none() && reach >> side & 1 != 0
 }
 
 /// Linear approximation of the local coordinates in a deformed cell, with a bound of its error.
@@ -119,34 +134,36 @@ pub(super) struct LinearMap {
     center: Point3<f64>,
     /// Derivative of the local coordinates by the world position, at the center.
     inverse: Matrix3<f64>,
-    /// Greatest difference of a local coordinate of a point of the cell to its approximation.
-    error: Vector3<f64>,
+    /// Greatest difference of the approximation of a local coordinate of a point of the cell to that of the center.
+    range: Vector3<f64>,
 }
 
 impl LinearMap {
-    /// Creates the map of a cell. If the cell is flat or inside out at its center, the approximation has no bound.
-    pub(super) fn new(cell: &DeformedCell) -> Self {
+    /// Creates the map of a cell, which is continued beyond the sides `reach`: see [`DeformedCell::locate`]. If the
+    /// cell is flat or inside out at its center, the approximation has no bound.
+    pub(super) fn new(cell: &DeformedCell, reach: u8) -> Self {
         let center = cell.position([0.5; 3]);
         let gradient = cell.gradient([0.5; 3]);
         if !gradient.is_regular() {
-            return Self { center, inverse: Matrix3::zeros(), error: Vector3::repeat(f64::INFINITY) };
+            return Self { center, inverse: Matrix3::zeros(), range: Vector3::repeat(f64::INFINITY) };
         }
         let inverse = gradient.cofactors.transpose() / gradient.determinant;
         // About the center, the terms that are not linear are those of xy, xz, yz and xyz, with |x|, |y|, |z| <= half.
-        let half = 0.5 + MARGIN;
+        let half = [0, 1, 2].map(|a| if reach >> (2 * a) & 3 == 0 { 0.5 + MARGIN } else { 1.5 + MARGIN });
+        let [hx, hy, hz] = half;
         let [_, _, _, xy, _, xz, yz, xyz] = cell.terms;
-        let about_center =
-            [xy + xyz * 0.5, xz + xyz * 0.5, yz + xyz * 0.5].map(|term| inverse * term * (half * half));
+        let about_center = [(xy, hx * hy), (xz, hx * hz), (yz, hy * hz)]
+            .map(|(term, size)| inverse * (term + xyz * 0.5) * size);
         let error = about_center.iter().map(Vector3::abs).sum::<Vector3<f64>>()
-            + (inverse * xyz).abs() * (half * half * half);
-        Self { center, inverse, error }
+            + (inverse * xyz).abs() * (hx * hy * hz);
+        Self { center, inverse, range: Vector3::from(half) + error }
     }
 
     /// Returns the approximate local coordinates of a point, or `None` if the point is certainly not in the cell.
     #[inline]
     pub(super) fn local(&self, point: &Point3<f64>) -> Option<Vector3<f64>> {
         let offset = self.inverse * (point - self.center);
-        let is_possible = (0..3).all(|a| offset[a].abs() <= 0.5 + MARGIN + self.error[a]);
+        let is_possible = (0..3).all(|a| offset[a].abs() <= self.range[a]);
         is_possible.then(|| offset.add_scalar(0.5))
     }
 }
@@ -178,8 +195,8 @@ mod tests {
                     continue;
                 }
                 let point = cell.position(local);
-                let start = LinearMap::new(&cell).local(&point).unwrap();
-                let (found, _) = cell.locate(&point, start).unwrap();
+                let start = LinearMap::new(&cell, 0).local(&point).unwrap();
+                let (found, _) = cell.locate(&point, start, 0).unwrap();
                 let error = (Vector3::from(found) - Vector3::from(local)).amax();
                 assert!(error < 1e-8, "seed {seed}, {local:?}: {found:?}");
             }
@@ -206,12 +223,33 @@ mod tests {
         let center = Point3::new(0.5, 0.5, 0.5);
         let locate = |corners, point: &Point3<f64>| {
             let cell = DeformedCell::new(&corners);
-            LinearMap::new(&cell).local(point).and_then(|start| cell.locate(point, start))
+            LinearMap::new(&cell, 0).local(point).and_then(|start| cell.locate(point, start, 0))
         };
         assert!(locate(cell, &center).is_some());
         assert!(locate(cell.map(|p| Point3::new(-p.x + 1.0, p.y, p.z)), &center).is_none());
         assert!(locate(cell.map(|p| Point3::new(p.x, 0.5, p.z)), &center).is_none());
         assert!(locate(cell, &Point3::new(1.01, 0.5, 0.5)).is_none());
         assert!(locate(cell, &Point3::new(f64::NAN, 0.5, 0.5)).is_none());
+    }
+
+    #[test]
+    fn cells_are_continued_beyond_the_given_sides_only() {
+        for seed in 0..50 {
+            let cell = distorted(seed);
+            let locate = |local: [f64; 3], reach: u8| {
+                let point = cell.position(local);
+                let start = LinearMap::new(&cell, reach).local(&point)?;
+                cell.locate(&point, start, reach).map(|(found, _)| found)
+            };
+            let beyond = [0.4, 1.5, 0.7];
+            if cell.gradient(beyond).determinant < 0.05 {
+                continue;
+            }
+            let found = locate(beyond, 1 << 3).unwrap();
+            assert!((Vector3::from(found) - Vector3::from(beyond)).amax() < 1e-8, "seed {seed}");
+            // Not beyond another side, and not beyond two sides.
+            assert!(locate(beyond, 1 << 2 | 1 << 1).is_none(), "seed {seed}");
+            assert!(locate([1.5, 1.5, 0.5], u8::MAX).is_none(), "seed {seed}");
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Finds the gaps between the surface of a body and those of the bodies around it.
 //!
-//! The volume correction moves both surfaces at a gap, so each of them may take half of it. A gap is measured between samples
-//! of two surfaces that face each other, along the normal of the own one. Positions and distances are in cells of the
-//! body, from its origin.
+//! The volume correction moves both surfaces at a gap, so each of them may take half of it. A gap is measured between
+//! samples of two surfaces that face each other, along the normal of the own one. Positions and distances are in cells
+//! of the body, from its origin.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 use nalgebra::{Point3, Vector3};
@@ -10,7 +10,6 @@ use nalgebra::{Point3, Vector3};
 use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
-use super::search::are_near;
 use super::surface::{ContactSurface, Sample};
 use super::view::BodyView;
 use crate::contact::rows::buffer_bytes;
@@ -18,13 +17,13 @@ use crate::lattice::Lattice;
 use crate::simd::level;
 use crate::state::BodyFrame;
 
-/// Distance along the surface, in cells of the other body, up to which a sample is opposite to one of the other body, whose
-/// samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins or ends
-/// suddenly.
+/// Distance along the surface, in cells of the other body, up to which a sample is opposite to one of the other body,
+/// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
+/// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
 
-/// Product of two normals above which the clearance grows, for the same reason, by [`FACING_GROWTH`] times the difference.
-/// Surfaces whose product is 0 or more do not face each other.
+/// Product of two normals above which the clearance grows, for the same reason, by [`FACING_GROWTH`] times the
+/// difference. Surfaces whose product is 0 or more do not face each other.
 const FACING: f32 = -0.5;
 
 /// See [`FACING`].
@@ -51,8 +50,10 @@ pub(crate) struct GapBody<'a> {
     /// Position of each lattice vertex.
     pub(crate) positions: &'a [[f32; 3]],
     pub(crate) frame: BodyFrame,
-    /// Whether the parts of the body touch each other.
+    /// Whether parts of the body touch each other.
     pub(crate) touches_itself: bool,
+    /// Whether connected parts of the body touch each other.
+    pub(crate) connected_parts_touch: bool,
 }
 
 /// The search for the gaps of one body after another. Its buffers are reused.
@@ -109,8 +110,8 @@ struct OtherCell {
     found_for: Option<u32>,
 }
 
-/// Eight samples of a deformed surface, as rows of numbers: positions, unit normals, and distances up to which a sample is
-/// opposite. Those that fill up a block have no normal.
+/// Eight samples of a deformed surface, as rows of numbers: positions, unit normals, and distances up to which a sample
+/// is opposite. Those that fill up a block have no normal.
 type Block = [[f32; 8]; 7];
 
 impl GapSearch {
@@ -157,7 +158,8 @@ impl GapSearch {
         }
     }
 
-    /// Begins the search of a body for gaps of at most `greatest`. Returns the box within which other surfaces are near.
+    /// Begins the search of a body for gaps of at most `greatest`. Returns the box within which other surfaces are
+    /// near.
     fn begin(&mut self, body: &GapBody<'_>, greatest: f64) -> Bounds {
         let Self { own, own_samples, .. } = self;
         own_samples.clear();
@@ -207,9 +209,10 @@ impl GapSearch {
                     let OtherCell { cell, group: other, blocks: range, found_for } =
                         &mut cells[index as usize];
                     let sampled = &surface.cells[*other as usize];
-                    let is_new =
-                        *found_for != Some(group.cell) && boxes[index as usize].1.intersects(&bounds);
-                    if !is_new || is_own && are_near(body.lattice, group.cell, sampled.cell) {
+                    let is_new = *found_for != Some(group.cell)
+                        && (!is_own || body.cells_touch([group.cell, sampled.cell]))
+                        && boxes[index as usize].1.intersects(&bounds);
+                    if !is_new {
                         continue;
                     }
                     *found_for = Some(group.cell);
@@ -242,6 +245,11 @@ impl GapBody<'_> {
     /// Returns the positions of the corners of a cell.
     fn corners(&self, cell: u32) -> [Point3<f64>; 8] {
         self.surface.corners[cell as usize].map(|vertex| point(&self.positions[vertex as usize]))
+    }
+
+    /// Returns whether two cells touch each other.
+    fn cells_touch(&self, cells: [u32; 2]) -> bool {
+        self.surface.cells_touch(self.lattice, self.connected_parts_touch, cells)
     }
 }
 

@@ -8,8 +8,8 @@ use crate::contact::rows::buffer_bytes;
 /// Pitch of the grid, in cells.
 const PITCH: f64 = 1.2;
 
-/// Greatest number of entries, as a multiple of the number of cells. The pitch of the grid of a lattice that is stretched
-/// over a large space is greater.
+/// Greatest number of entries, as a multiple of the number of cells. The pitch of the grid of a lattice that is
+/// stretched over a large space is greater.
 const MAX_ENTRIES: usize = 8;
 
 /// Uniform grid over a box. A bin lists the cells whose boxes intersect it.

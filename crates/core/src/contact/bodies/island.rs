@@ -29,6 +29,10 @@ const PUSH_LIMIT: f64 = 0.08;
 /// Weight up to which a vertex does not take part in a contact.
 const LEAST_WEIGHT: f64 = 1e-6;
 
+/// Least sum of the weights of the vertices of a contact that are not constrained. With less, the constrained ones all but
+/// decide how the point of contact moves, and an impulse that does the rest would fling the others away.
+const LEAST_FREE_WEIGHT: f64 = 0.3;
+
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
 
@@ -103,7 +107,7 @@ pub(crate) struct PairContact {
 /// Touches of a search, by contact, and links of a contact.
 #[derive(Clone, Debug, Default)]
 struct PatchBuffers {
-    keys: Vec<([i32; 3], u8, u32, u32)>,
+    keys: Vec<([i32; 3], u8, (u32, u32), u32)>,
     links: [Vec<(u32, f64)>; 2],
 }
 
@@ -236,8 +240,8 @@ impl Island {
     }
 
     /// Adds the contacts of a search: one for the touching samples that are nearest to the same point of a grid of half
-    /// the cell size, with the same dominant axis and sign of the normal, and the same component of the other body.
-    /// With one contact for each lattice vertex, the samples of a contact would have too different gaps.
+    /// the cell size, with the same dominant axis and sign of the normal, and the same components of both
+    /// bodies. With one contact for each lattice vertex, the samples of a contact would have too different gaps.
     fn add_search<'a>(
         &mut self,
         view: &impl Fn(u32) -> BodyView<'a>,
@@ -250,14 +254,14 @@ impl Island {
         buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let component = component_of(&other, touch.foot.cell);
-            (node, dominant_axis(&touch.normal), component, index)
+            let components = (component_of(&other, touch.foot.cell), component_of(&body, touch.cell));
+            (node, dominant_axis(&touch.normal), components, index)
         }));
         buffers.keys.sort_unstable();
         let PatchBuffers { keys, links } = &mut buffers;
         for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            let (node, axis, component, _) = patch[0];
+            let (node, axis, (component, _), _) = patch[0];
             let key = ContactKey::Body { other: search.other, component, node, axis };
             self.add_patch([&body, &other], search, (key, component), touches, links, (dt, gravity));
         }
@@ -294,11 +298,23 @@ impl Island {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let sides = [(body, touch.cell, sample.local), (other, touch.foot.cell, touch.foot.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
-                let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
+                // A smooth surface of a crack leaves the cells of its piece, where weights can be negative or great.
+                let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
+                let corners = body.corners(cell).into_iter().zip(weights);
                 links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
             }
         }
         links.iter_mut().for_each(merge);
+        let free = |(body, links): (&BodyView, &Vec<(u32, f64)>)| {
+            links
+                .iter()
+                .filter(|(vertex, _)| !body.is_constrained(*vertex))
+                .map(|(_, weight)| weight)
+                .sum::<f64>()
+        };
+        if [body, other].into_iter().zip(&*links).map(free).sum::<f64>() < LEAST_FREE_WEIGHT {
+            return;
+        }
         let components = [body.lattice.components().of_vertex[links[0][0].0 as usize], component];
 
         let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
@@ -433,11 +449,15 @@ impl Island {
 }
 
 impl BodyView<'_> {
+    fn is_constrained(&self, vertex: u32) -> bool {
+        self.constrained.get(vertex as usize) == Some(&true)
+    }
+
     /// Returns the inverse mass of a vertex; zero if it is constrained.
     fn inverse_mass(&self, vertex: u32) -> f64 {
-        match self.constrained.get(vertex as usize) {
-            Some(true) => 0.0,
-            _ => 1.0 / (self.cell_mass * f64::from(self.masses[vertex as usize])),
+        match self.is_constrained(vertex) {
+            true => 0.0,
+            false => 1.0 / (self.cell_mass * f64::from(self.masses[vertex as usize])),
         }
     }
 }

@@ -14,16 +14,20 @@
 //! | `surface` | the surface of a body at rest: its triangles and samples |
 //! | `view` | the data of a body that are read |
 //! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
+//! | `motion` | boxes of the motion of a body and of its pieces |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
+//! | `foot` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 //! | `gaps` | the gaps between a body and those around it, which limit the displayed surface |
 
 mod bounds;
 mod deformed_cell;
+mod foot;
 mod gaps;
 mod grid;
 mod island;
+mod motion;
 mod posed;
 mod search;
 mod surface;
@@ -32,14 +36,15 @@ mod view;
 pub(crate) use self::bounds::Bounds;
 pub(crate) use self::gaps::{GapBody, GapSearch};
 pub(crate) use self::island::{Island, PairContact};
+pub(crate) use self::motion::PieceVertices;
 
 pub(crate) use self::surface::ContactSurface;
 pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
 
 use nalgebra::Vector3;
 
+use self::motion::{MotionBounds, NearPieces};
 use self::search::{Search, Touch};
-use self::view::MotionBounds;
 use super::SKIN;
 use super::stage::MIN_BOUNCE_STEPS;
 use crate::mesh::UnionFind;
@@ -50,14 +55,14 @@ use crate::state::SampleTouch;
 /// velocities before the step.
 const SEARCH_WAY: f64 = 0.5;
 
-/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices that
-/// contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it ends at
-/// the surface from which it began.
+/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices
+/// that contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it
+/// ends at the surface from which it began.
 const REBOUND_WAY: f64 = 1.0;
 
-/// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples that
-/// touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed up to
-/// three times as deep: both bodies move, and one of them may have moved before the last search.
+/// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples
+/// that touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed
+/// up to three times as deep: both bodies move, and one of them may have moved before the last search.
 pub(crate) const SEARCH_DISTANCE: f64 = 0.02;
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
@@ -97,6 +102,8 @@ pub(crate) struct BodyContacts {
     order: Vec<u32>,
     /// Box in which each body is searched; empty if it is in no pair.
     regions: Vec<Bounds>,
+    /// Whether each body is in a pair with another one.
+    has_partner: Vec<bool>,
     /// Greatest number of times in a step at which each body is searched.
     times: Vec<u32>,
     /// Whether each body is searched in this step.
@@ -105,6 +112,8 @@ pub(crate) struct BodyContacts {
     searches: Vec<Search>,
     search_count: usize,
     pairs: Vec<(u32, u32)>,
+    /// The bodies whose pieces may touch each other, in increasing order.
+    in_pieces: Vec<(u32, NearPieces)>,
     /// The islands of this step are the first `island_count` ones.
     islands: Vec<Island>,
     island_count: usize,
@@ -120,6 +129,11 @@ impl BodyContacts {
         Self { filter, ..Self::default() }
     }
 
+    /// Changes which bodies touch each other.
+    pub(crate) fn set_filter(&mut self, filter: ContactFilter) {
+        self.filter = filter;
+    }
+
     /// Returns whether a body touches another one, or itself.
     pub(crate) fn may_touch(&self, body: u32, other: u32) -> bool {
         self.filter.may_touch(body, other)
@@ -131,10 +145,12 @@ impl BodyContacts {
             bounds,
             order,
             regions,
+            has_partner,
             times,
             is_searched,
             searches,
             pairs,
+            in_pieces,
             islands,
             places,
             records,
@@ -144,10 +160,12 @@ impl BodyContacts {
             + size_of_val(&**is_searched)
             + size_of_val(&**order)
             + size_of_val(&**regions)
+            + size_of_val(&**has_partner)
             + size_of_val(&**times)
             + searches.iter().map(Search::bytes).sum::<usize>()
             + size_of_val(&**searches)
             + size_of_val(&**pairs)
+            + size_of_val(&**in_pieces)
             + islands.iter().map(Island::bytes).sum::<usize>()
             + size_of_val(&**places)
             + size_of_val(&**records)
@@ -162,7 +180,7 @@ impl BodyContacts {
         is_asleep: impl Fn(u32) -> bool,
         dt: f64,
     ) -> bool {
-        let Self { filter, bounds, order, regions, times, pairs, places, .. } = self;
+        let Self { filter, bounds, order, regions, has_partner, times, pairs, in_pieces, places, .. } = self;
         self.island_count = 0;
         self.search_count = 0;
         let motion = |index: u32| {
@@ -174,16 +192,20 @@ impl BodyContacts {
         };
         bounds.clear();
         bounds.extend((0..count).map(|index| {
-            let MotionBounds { positions, velocities, .. } = motion(index);
-            // The positions during the step: those at its end, minus parts of the ways.
-            let swept = Bounds {
-                low: positions.low - velocities.high.coords.sup(&Vector3::zeros()) * dt,
-                high: positions.high - velocities.low.coords.inf(&Vector3::zeros()) * dt,
-            };
-            view(index).map_or(Bounds::EMPTY, |body| swept.enlarged(SKIN * body.lattice.cell_size()))
+            let margin = |body: BodyView| SKIN * body.lattice.cell_size();
+            view(index).map_or(Bounds::EMPTY, |body| motion(index).swept(dt).enlarged(margin(body)))
         }));
         pairs.clear();
-        pairs.extend(filter.with_itself.iter().filter(|body| !is_asleep(**body)).map(|&body| (body, body)));
+        in_pieces.clear();
+        for &index in filter.with_itself.iter().filter(|body| !is_asleep(**body)) {
+            let Some(body) = view(index) else { continue };
+            if body.contact.pieces.is_any() && !body.touches_itself {
+                let near = body.contact.pieces.near(dt, SKIN * body.lattice.cell_size(), order);
+                let Some(near) = near else { continue };
+                in_pieces.push((index, near));
+            }
+            pairs.push((index, index));
+        }
         if filter.between {
             order.clear();
             order.extend((0..count).filter(|&body| !bounds[body as usize].is_empty()));
@@ -209,24 +231,31 @@ impl BodyContacts {
         regions.resize(count as usize, Bounds::EMPTY);
         places.clear();
         places.resize(count as usize, None);
+        has_partner.clear();
+        has_partner.resize(count as usize, false);
         times.clear();
         times.resize(count as usize, 1);
         for &(a, b) in &*pairs {
-            let overlap = bounds[a as usize].intersection(&bounds[b as usize]);
+            let overlap = match near_pieces(in_pieces, a, b) {
+                Some(near) => near.region,
+                None => bounds[a as usize].intersection(&bounds[b as usize]),
+            };
             for body in [a, b] {
                 let region = &mut regions[body as usize];
                 *region = region.union(&overlap);
+                has_partner[body as usize] |= a != b;
             }
         }
         for index in 0..self.pairs.len() {
             let (a, b) = self.pairs[index];
             let cell_size = |body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size());
-            let [first, second] = [a, b].map(motion);
+            let (speed_before, speed) = match near_pieces(&self.in_pieces, a, b) {
+                Some(near) => (near.speed_before, near.speed),
+                None => motion(a).greatest_speeds(&motion(b)),
+            };
             let unit = cell_size(a).min(cell_size(b)) / dt;
             let part = |way: f64, limit: f64| way / (limit * unit);
-            let times =
-                part(first.velocities_before.greatest_difference(&second.velocities_before), SEARCH_WAY)
-                    .max(part(first.velocities.greatest_difference(&second.velocities), REBOUND_WAY));
+            let times = part(speed_before, SEARCH_WAY).max(part(speed, REBOUND_WAY));
             let times = (times.clamp(1.0, MAX_SEARCHES.into()).ceil() as u32).next_power_of_two();
             for body in [a, b] {
                 self.times[body as usize] = self.times[body as usize].max(times);
@@ -258,8 +287,13 @@ impl BodyContacts {
         self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
     }
 
-    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are followed.
-    /// All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
+    /// Returns whether a body is in a pair with another one.
+    pub(crate) fn has_partner(&self, body: u32) -> bool {
+        self.has_partner[body as usize]
+    }
+
+    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are
+    /// followed. All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
     pub(crate) fn choose_searches<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>>,
@@ -283,15 +317,15 @@ impl BodyContacts {
         }
     }
 
-    /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if it
-    /// is not searched then.
+    /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if
+    /// it is not searched then.
     pub(crate) fn region_at(&self, body: u32, past: f64) -> Option<Bounds> {
         let is_searched = |body: usize| self.is_searched[body] && is_search_time(past, self.times[body]);
         self.region(body).filter(|_| is_searched(body as usize))
     }
 
-    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
-    /// pairs are posed at this time. Samples that touched at an earlier time are not searched again.
+    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies
+    /// of pairs are posed at this time. Samples that touched at an earlier time are not searched again.
     pub(crate) fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
@@ -431,8 +465,8 @@ fn is_search_time(past: f64, times: u32) -> bool {
     (past * f64::from(times)).fract() == 0.0
 }
 
-/// Returns whether two bodies may bounce off each other: one of them bounces, and they move faster than `speed` relative to
-/// each other. A contact that is noticed late does not bounce.
+/// Returns whether two bodies may bounce off each other: one of them bounces, and they move faster than `speed`
+/// relative to each other. A contact that is noticed late does not bounce.
 fn can_bounce(bodies: &[Option<BodyView>; 2], speed: f64) -> bool {
     let [Some(first), Some(second)] = bodies else { return false };
     let [a, b] = [first, second].map(|body| &body.contact.motion.velocities_before);
@@ -442,4 +476,11 @@ fn can_bounce(bodies: &[Option<BodyView>; 2], speed: f64) -> bool {
 /// Returns the island of a body that touches another one.
 fn island_index(places: &[Option<(u32, u32)>], body: u32) -> u32 {
     places[body as usize].map_or(u32::MAX, |(island, _)| island)
+}
+
+/// Returns where the pieces of a body touch each other, if the pair is one of a body with itself, and searched by its
+/// pieces.
+fn near_pieces(in_pieces: &[(u32, NearPieces)], a: u32, b: u32) -> Option<NearPieces> {
+    let found = in_pieces.binary_search_by_key(&a, |(body, _)| *body).ok().filter(|_| a == b)?;
+    Some(in_pieces[found].1)
 }

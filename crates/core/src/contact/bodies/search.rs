@@ -1,47 +1,24 @@
 //! Finds the samples of one body that touch another body, or another part of the same body.
 //!
 //! A sample at the world point x is located in a cell of the other body, and so at a point X of its rest shape. The
-//! closest point Y of the surface at rest has the normal N (distances at rest that the deformed lattice carries: Fisher &
-//! Lin 2001; McAdams et al. 2011). With the world position y of Y, and the derivative F of world positions by rest
+//! closest point Y of the surface at rest has the normal N (distances at rest that the deformed lattice carries: Fisher
+//! & Lin 2001; McAdams et al. 2011). With the world position y of Y, and the derivative F of world positions by rest
 //! coordinates, the contact has the normal n = F⁻ᵀN/|F⁻ᵀN| and the gap n · (x - y). So contacts act at the visible
 //! surface, between the sample and the point Y of the surface.
 
 use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::DeformedCell;
+use super::foot::{MAX_SHELL_DEPTH, RestFoot, SAME_SIDE, cell_of, foot_of_closed, foot_of_shell};
 use super::posed::CellCache;
 use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::rows::buffer_bytes;
-use crate::lattice::{Lattice, trilinear_weights};
+use crate::lattice::trilinear_weights;
 use crate::state::{Foot, SampleTouch};
-
-/// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
-/// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
-const FACING: f64 = -0.25;
-
-/// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does not.
-const FACING_RANGE: f64 = 0.25;
-
-/// Greatest additional distance, in cells, of the side of a surface that a sample touched in the last step, if another side
-/// is closer. Before the impulses of a step, a sample that is pressed near an edge may be closer to the other side of it.
-const SIDE_RANGE: f64 = 0.6;
-
-/// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
-const OUTSIDE: f64 = 0.02;
 
 /// Greatest depth in cells.
 const MAX_DEPTH: f64 = 8.0;
-
-/// Greatest depth in cells below an open surface and in self-contact.
-const MAX_SHELL_DEPTH: f64 = 1.0;
-
-/// Distance in cells from an open surface at which a sample touches it. A sample moves by at most 0.5 cells between two
-/// searches, up to a limit of searches in a step, so that it is seen before it is far on the other side.
-const SHELL: f64 = 0.1;
-
-/// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
-const SAME_SIDE: f64 = 0.3;
 
 /// Depth that a sample may have when it first touches: this multiple of its way in the step, plus [`FIRST_DEPTH`].
 /// A deeper sample came from another side, and the closest surface would pull it through.
@@ -50,8 +27,9 @@ const FIRST_WAY: f64 = 1.5;
 /// Depth in cells that a sample may have when it first touches, beside its way.
 const FIRST_DEPTH: f64 = 0.1;
 
-/// Greatest distance of cells of one body, in cells along an axis, that are connected and do not touch each other.
-const NEIGHBORHOOD: i32 = 2;
+/// Distance at rest up to which the surface of another piece is searched for a sample that did not touch it, as a
+/// multiple of the depth that it may have: the lattice may be compressed.
+const FIRST_RANGE: f64 = 2.0;
 
 /// A sample that touches a body.
 #[derive(Clone, Copy, Debug)]
@@ -97,8 +75,8 @@ impl Search {
         (self.body, self.other, self.times) = (body, other, times);
     }
 
-    /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not touch
-    /// at an earlier time of the step.
+    /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not
+    /// touch at an earlier time of the step.
     pub(super) fn run(&mut self, body: &BodyView, other: &BodyView, past: f64, dt: f64) {
         let remembered = body.state.touches.of(self.other);
         let pair = Pair { body, other, is_same: self.body == self.other, past, dt };
@@ -131,8 +109,8 @@ impl Search {
         }
     }
 
-    /// Follows the samples that touched at the last search: each is compared with the point of the other surface that it
-    /// touched. In the time since, the bodies moved by a small part of a cell.
+    /// Follows the samples that touched at the last search: each is compared with the point of the other surface that
+    /// it touched. In the time since, the bodies moved by a small part of a cell.
     pub(super) fn update_touches(&mut self, body: &BodyView, other: &BodyView) {
         let surface = body.contact.surface();
         let mut groups = surface.cells.iter().peekable();
@@ -151,9 +129,10 @@ impl Search {
             let local = local.map(f64::from);
             let normal = touched.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
             let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
-            let shell = f64::from(shell) * other.lattice.cell_size();
-            let gap = (point - touched.position(local)).dot(&normal) - shell;
-            let (sample, foot) = (memory.sample, memory.foot);
+            let distance = (point - touched.position(local)).dot(&normal);
+            let shell = remaining(shell.into(), distance / other.lattice.cell_size());
+            let gap = distance - shell * other.lattice.cell_size();
+            let (sample, foot) = (memory.sample, Foot { shell: shell as f32, ..memory.foot });
             let touch = Touch { sample, cell: group.cell, foot, point, normal, gap, past: 0.0 };
             match gap <= SKIN * body.lattice.cell_size().min(other.lattice.cell_size()) {
                 true => self.touches.push(touch),
@@ -185,7 +164,13 @@ struct Pair<'a> {
 impl Pair<'_> {
     /// Returns whether a sample in `cell` may touch the surface in the cell `found` of the other body.
     fn accepts(&self, cell: u32, found: u32) -> bool {
-        !(self.is_same && are_near(self.body.lattice, cell, found))
+        let Self { body, is_same, .. } = *self;
+        !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
+    }
+
+    /// Returns whether the samples are those of the pieces of a body, which fit together where it broke.
+    fn are_pieces(&self) -> bool {
+        self.is_same && !self.other.contact.surface().reach.is_empty()
     }
 
     /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
@@ -201,27 +186,38 @@ impl Pair<'_> {
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
         let (posed, accepts) = (&other.contact.posed, |found| self.accepts(cell, found));
-        let located = posed.locate(&point, |cell| other.posed_corners(cell), accepts, cells)?;
+        let surface = other.contact.surface();
+        let located =
+            posed.locate(&point, |cell| other.posed_corners(cell), &surface.reach, accepts, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
+        let shell_before = memory.map(|memory| f64::from(memory.foot.shell));
         let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
         let way = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
         };
 
+        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         let index_of_cell = other.lattice.cells()[located.cell as usize];
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
         // The direction at rest in which the surface of the sample faces. An open surface has no outside.
         let facing = outward.filter(|_| body.contact.surface().is_closed);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let RestFoot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
+        let RestFoot { rest: foot, normal: rest_normal, shell } = match surface.is_closed {
             true => {
                 let side = memory.and_then(|before| located.gradient.rest_normal(&before));
-                self.foot_of_closed(&rest, facing, side)?
+                let limit = match (self.is_same, memory) {
+                    (false, _) => MAX_DEPTH,
+                    (true, None) if self.are_pieces() => {
+                        FIRST_RANGE * (FIRST_WAY * way().norm() / cell_size + FIRST_DEPTH)
+                    }
+                    (true, _) => MAX_SHELL_DEPTH,
+                };
+                foot_of_closed((surface, self.are_pieces()), (&rest, located.cell), (facing, side), limit)?
             }
-            false => self.foot_of_shell(&rest, |normal| match (facing, memory) {
+            false => foot_of_shell(surface, (&rest, located.cell), |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
                 (None, Some(before)) => {
                     located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))
@@ -235,8 +231,15 @@ impl Pair<'_> {
         // Where the touched cell is inside out, the derivative of that of the sample has to do.
         let normal = touched.gradient(touched_local).normal(&rest_normal);
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
-        let gap = (point - touched.position(touched_local)).dot(&normal) - shell * other.lattice.cell_size();
-        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
+        let distance = (point - touched.position(touched_local)).dot(&normal);
+        let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
+        let shell = match shell_before {
+            _ if !self.are_pieces() || !surface.is_closed => shell,
+            Some(before) => remaining(before, distance / other.lattice.cell_size()),
+            None if are_new => (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0),
+            None => 0.0,
+        };
+        let gap = distance - shell * other.lattice.cell_size();
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
         // A NaN, from positions that are not finite, is no contact.
         let is_near = gap <= SKIN * cell_size;
@@ -244,82 +247,21 @@ impl Pair<'_> {
             return None;
         }
         let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
-        let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let counts =
             is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
         let rest_normal = rest_normal.map(|x| x as f32).into();
         let foot = Foot { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
         counts.then_some(Touch { sample: index, cell, foot, point, normal, gap, past })
     }
-
-    /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
-    /// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
-    /// with which it touched. Returns `None` if no point faces it, or the sample is outside.
-    fn foot_of_closed(
-        &self,
-        rest: &Point3<f64>,
-        facing: Option<Vector3<f64>>,
-        side: Option<Vector3<f64>>,
-    ) -> Option<RestFoot> {
-        let tree = &self.other.contact.surface().tree;
-        let limit = if self.is_same { MAX_SHELL_DEPTH } else { MAX_DEPTH };
-        let closest = tree.closest(rest, limit, |_| true)?;
-        if !closest.is_inside(rest) && closest.distance > OUTSIDE {
-            return None;
-        }
-        let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
-        let is_same_side =
-            |normal: &Vector3<f64>| faces(normal) && side.is_some_and(|side| normal.dot(&side) > SAME_SIDE);
-        // The closest point of some triangles. The pseudonormal at an edge may belong to other triangles.
-        let among = |range: f64, accepts: &dyn Fn(&Vector3<f64>) -> bool| {
-            let found = tree.closest(rest, closest.distance + range, |triangle| {
-                accepts(&tree.triangle_normal(triangle))
-            })?;
-            let normal =
-                if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
-            Some(RestFoot { rest: found.point, normal, shell: 0.0 })
-        };
-        let as_before = side.filter(|_| !is_same_side(&closest.normal));
-        if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
-            return Some(foot);
-        }
-        match faces(&closest.normal) {
-            true => Some(RestFoot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
-            false => among(FACING_RANGE, &faces),
-        }
-    }
-
-    /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
-    /// normal of the side from which the sample came.
-    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<RestFoot> {
-        let closest = self.other.contact.surface().tree.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
-        let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
-        Some(RestFoot { rest: closest.point, normal, shell: SHELL })
-    }
 }
 
-/// The point of a surface at rest that a sample touches.
-struct RestFoot {
-    /// Rest coordinates.
-    rest: Point3<f64>,
-    /// Unit normal at rest.
-    normal: Vector3<f64>,
-    /// Distance from the surface at which a sample touches it, in cells.
-    shell: f64,
-}
-
-/// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that is
-/// near; it is taken if no cell contains the point, as a surface may end at the boundary of the lattice.
-fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) {
-    let local = |cell: u32| {
-        let index = lattice.cells()[cell as usize];
-        std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
-    };
-    let is_inside = |local: &[f64; 3]| local.iter().all(|u| (0.0..=1.0).contains(u));
-    let found =
-        if is_inside(&local(near)) { None } else { lattice.cell_at(rest.map(|x| x.floor() as i32).into()) };
-    let cell = found.unwrap_or(near);
-    (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
+/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: that in the last step.
+/// `distance`: its distance from the surface of the other piece.
+///
+/// Where a body breaks, its pieces are stretched, each of them in another way, so that they overlap a little at the
+/// crack. That is not to push them apart: the overlap that they have then remains until it ends by itself.
+fn remaining(before: f64, distance: f64) -> f64 {
+    if before < 0.0 { before.max(distance).min(0.0) } else { before }
 }
 
 /// Returns the geometry of a cell at the end of the step. `last`: that of the last cell, which is computed once.
@@ -335,18 +277,4 @@ fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell:
 fn velocity_in(body: &BodyView, cell: u32, local: [f32; 3]) -> Vector3<f64> {
     let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
     corners.map(|(vertex, weight)| body.velocity(vertex) * f64::from(weight)).sum()
-}
-
-/// Returns whether two cells are the same, or joined by at most [`NEIGHBORHOOD`] steps through cells with common corners.
-pub(super) fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
-    let (a, b) = (lattice.cells()[a as usize], lattice.cells()[b as usize]);
-    let distance = |a: [i32; 3], b: [i32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).max().unwrap_or(0);
-    match distance(a, b) {
-        ..=1 => true,
-        NEIGHBORHOOD => {
-            let common = |c: usize| a[c].max(b[c]) - 1..=a[c].min(b[c]) + 1;
-            common(0).any(|x| common(1).any(|y| common(2).any(|z| lattice.cell_at([x, y, z]).is_some())))
-        }
-        _ => false,
-    }
 }

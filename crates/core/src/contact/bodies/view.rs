@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
+use super::motion::{MotionBounds, PieceMotions, PieceVertices};
 use super::posed::PosedLattice;
 use super::surface::ContactSurface;
 use crate::contact::Contacts;
@@ -25,8 +26,8 @@ pub(crate) struct SurfaceProperties {
 /// The data of contact between bodies that one body owns.
 #[derive(Debug)]
 pub(crate) struct BodyContact {
-    /// Created when another body is near for the first time, or for contact of the body with itself. `None` if it has no
-    /// area.
+    /// Created when another body is near for the first time, or for contact of the body with itself. `None` if it has
+    /// no area.
     surface: OnceLock<Option<ContactSurface>>,
     /// Velocities before the step, relative to `origin_velocity`, in cells/s.
     velocities_before: Lanes<3>,
@@ -34,26 +35,10 @@ pub(crate) struct BodyContact {
     origin_velocity: Vector3<f64>,
     pub(crate) posed: PosedLattice,
     pub(super) motion: MotionBounds,
+    pub(super) pieces: PieceMotions,
     /// Distance in cells by which the body moved at most since its contacts were searched; infinity if they have to be
     /// searched.
     pub(crate) search_distance: f64,
-}
-
-/// Boxes of the motion of a body in a step, by which near bodies are found, and the times at which they are searched.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MotionBounds {
-    /// Positions at the end of the step without contacts, in world space.
-    pub(super) positions: Bounds,
-    /// Velocities at the end of the step without contacts, in scene units per second.
-    pub(super) velocities: Bounds,
-    /// Velocities before the step, in scene units per second.
-    pub(super) velocities_before: Bounds,
-}
-
-impl MotionBounds {
-    /// Of a body without vertices.
-    pub(super) const EMPTY: Self =
-        Self { positions: Bounds::EMPTY, velocities: Bounds::EMPTY, velocities_before: Bounds::EMPTY };
 }
 
 impl BodyContact {
@@ -64,6 +49,7 @@ impl BodyContact {
             origin_velocity: Vector3::zeros(),
             posed: PosedLattice::default(),
             motion: MotionBounds::EMPTY,
+            pieces: PieceMotions::default(),
             search_distance: f64::INFINITY,
         }
     }
@@ -92,25 +78,42 @@ impl BodyContact {
     }
 
     /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
-    /// eight slots.
-    pub(crate) fn begin(&mut self, state: &State, occupied: &[u8]) {
+    /// eight slots. `pieces`: those of the body; `None` if it is in one.
+    pub(crate) fn begin(&mut self, state: &State, occupied: &[u8], pieces: Option<PieceVertices<'_>>) {
         self.velocities_before.copy_from(&state.velocities);
         self.origin_velocity = state.frame.velocity();
         self.motion.velocities_before = velocity_bounds(state, occupied);
+        match pieces {
+            Some(pieces) => self.pieces.begin(state, pieces),
+            None => self.pieces.clear(),
+        }
     }
 
-    /// Measures the boxes of the positions and velocities at the end of the step. `occupied` is as in [`begin`](Self::begin).
-    pub(crate) fn measure_bounds(&mut self, state: &State, occupied: &[u8]) {
+    /// Measures the boxes of the positions and velocities at the end of the step. `occupied` and `pieces` are as in
+    /// [`begin`](Self::begin).
+    pub(crate) fn measure_bounds(
+        &mut self,
+        state: &State,
+        occupied: &[u8],
+        pieces: Option<PieceVertices<'_>>,
+    ) {
         let corner = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
         let (low, high) = bounds(&state.positions, occupied);
         self.motion.positions = Bounds { low: corner(low), high: corner(high) };
         self.motion.velocities = velocity_bounds(state, occupied);
+        match pieces {
+            Some(pieces) => {
+                self.motion.positions = self.motion.positions.enlarged(state.frame.cell_size());
+                self.pieces.measure(state, pieces);
+            }
+            None => self.pieces.clear(),
+        }
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let surface = self.created_surface().map_or(0, ContactSurface::bytes);
-        surface + self.velocities_before.bytes() + self.posed.bytes()
+        surface + self.velocities_before.bytes() + self.posed.bytes() + self.pieces.bytes()
     }
 }
 
@@ -126,6 +129,8 @@ pub(crate) struct BodyView<'a> {
     pub(crate) cell_mass: f64,
     /// Whether each lattice vertex is constrained by a pin or handle; empty if none is.
     pub(crate) constrained: &'a [bool],
+    /// Whether connected parts of the body touch each other.
+    pub(crate) touches_itself: bool,
     pub(crate) state: &'a State,
     pub(crate) contact: &'a BodyContact,
     pub(crate) properties: SurfaceProperties,
@@ -147,7 +152,8 @@ impl BodyView<'_> {
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        posed.pose(positions, &self.contact.surface().corners, self.lattice.cell_size(), region);
+        let ContactSurface { corners, reach, .. } = self.contact.surface();
+        posed.pose(positions, (corners, reach), self.lattice.cell_size(), region);
     }
 
     /// Returns the positions of the corners of a cell of the posed lattice.

@@ -1,18 +1,18 @@
-//! Rigid fits of lattice vertices to an animated mesh: moving least squares (Schaefer, McPhail & Warren 2006, section 2.3, in
-//! three dimensions). A lattice vertex p with the weights w of the mesh vertices m around it moves to
+//! Rigid fits of lattice vertices to an animated mesh: moving least squares (Schaefer, McPhail & Warren 2006, section
+//! 2.3, in three dimensions). A lattice vertex p with the weights w of the mesh vertices m around it moves to
 //!
 //! ```text
 //! R (p - m*) + q*,    m* = Σ w m,    q* = Σ w q,    R = rotation of Σ w (q - q*) (m - m*)ᵀ
 //! ```
 //!
-//! where q are the positions of these mesh vertices in a sample, and Σ w = 1. A rigid motion of the mesh is a rigid motion
-//! of the lattice vertices, whatever the weights are.
+//! where q are the positions of these mesh vertices in a sample, and Σ w = 1. A rigid motion of the mesh is a rigid
+//! motion of the lattice vertices, whatever the weights are.
 //!
-//! A rigid fit does not stretch with the mesh. A few steps of simultaneous reconstruction (SIRT; Gilbert 1972) therefore
-//! move the lattice vertices such that the mesh that they deform is closer to the sample: x += C Bᵀ (q - W x), with the
-//! trilinear weights W, whose rows have the sum 1, the weights B = max(W, 0), and the inverse sums C of the columns of B.
-//! They change no rigid motion, and a lattice vertex moves by at most a weighted mean of the distances of the mesh vertices
-//! in its cells.
+//! A rigid fit does not stretch with the mesh. A few steps of simultaneous reconstruction (SIRT; Gilbert 1972)
+//! therefore move the lattice vertices such that the mesh that they deform is closer to the sample: x += C Bᵀ (q - W
+//! x), with the trilinear weights W, whose rows have the sum 1, the weights B = max(W, 0), and the inverse sums C of
+//! the columns of B. They change no rigid motion, and a lattice vertex moves by at most a weighted mean of the
+//! distances of the mesh vertices in its cells.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -26,20 +26,20 @@ use crate::parallel::Executor;
 /// Distance in cells within which the weight of a mesh vertex, 1/(d² + r²), hardly depends on its distance d.
 const WEIGHT_RADIUS: f64 = 0.25;
 
-/// Weight of the rotation of the whole part in each rotation, relative to Σ w |m - m*|². It alone determines a rotation that
-/// the neighbors of a vertex do not, such as that about the line on which they lie. It turns the others by about 1e-4 of the
-/// angle between both, and by more where the neighbors are nearly on a line.
+/// Weight of the rotation of the whole part in each rotation, relative to Σ w |m - m*|². It alone determines a rotation
+/// that the neighbors of a vertex do not, such as that about the line on which they lie. It turns the others by about
+/// 1e-4 of the angle between both, and by more where the neighbors are nearly on a line.
 const COMMON: f64 = 1e-4;
 
 /// Number of steps of simultaneous reconstruction.
 const RECONSTRUCTIONS: usize = 8;
 
-/// Least sum of weights of the mesh vertices at a lattice vertex that moves by their weighted mean. With a smaller sum it moves
-/// less: mesh vertices on the other side of its cells say little about it.
+/// Least sum of weights of the mesh vertices at a lattice vertex that moves by their weighted mean. With a smaller sum
+/// it moves less: mesh vertices on the other side of its cells say little about it.
 const LEAST_SUM: f64 = 0.01;
 
-/// Weight below which a mesh vertex is too far outside its cell for a reconstruction. Rounding, and the choice of the cell near
-/// its faces, make weights of -0.002.
+/// Weight below which a mesh vertex is too far outside its cell for a reconstruction. Rounding, and the choice of the
+/// cell near its faces, make weights of -0.002.
 const LEAST_WEIGHT: f32 = -0.01;
 
 /// Number of lattice vertices of a task. A multiple of [`ROTATIONS`].
@@ -106,8 +106,8 @@ struct Embedded {
 }
 
 impl Fits {
-    /// Creates the fits of the lattice vertices `held` to the mesh vertices `part`. Both are in increasing order and not
-    /// empty. The animation has the vertices of the mesh.
+    /// Creates the fits of the lattice vertices `held` to the mesh vertices `part`. Both are in increasing order and
+    /// not empty. The animation has the vertices of the mesh.
     pub(in crate::dynamics) fn new(
         body: &BodyMesh<'_>,
         animation: &MeshAnimation,
@@ -214,7 +214,7 @@ impl Fits {
     ) {
         let sample = self.animation.sample(sample);
         let common = self.common_rotation(sample);
-        executor.tasks(&self.tasks, (positions, &mut [(); 0], &mut [(); 0]), |task, positions, _, _| {
+        executor.tasks(&self.tasks, (&mut *positions, (), &mut [(); 0]), |task, positions, (), _| {
             let first = self.tasks[task];
             for (index, positions) in positions.chunks_mut(ROTATIONS).enumerate() {
                 self.fit_some(sample, &common, first + index * ROTATIONS, positions);
@@ -308,8 +308,8 @@ impl Fits {
         ways.fold(0.0, f64::max) / self.animation.interval()
     }
 
-    /// Returns the greatest displacement of a mesh vertex that the fits use from its rest position, along a direction in
-    /// world space.
+    /// Returns the greatest displacement of a mesh vertex that the fits use from its rest position, along a direction
+    /// in world space.
     pub(super) fn greatest_displacement(&self, direction: &Vector3<f64>) -> f64 {
         let direction = self.model_to_world.inverse_transform_vector(direction);
         let along = (0..self.animation.samples()).flat_map(|sample| {

@@ -21,8 +21,8 @@ use crate::mesh::MeshAnimation;
 use crate::parallel::Executor;
 use crate::state::Interval;
 
-/// The motion of a handle that follows an animated mesh. Like the mesh, the target positions are linear in time between two
-/// samples.
+/// The motion of a handle that follows an animated mesh. Like the mesh, the target positions are linear in time between
+/// two samples.
 ///
 /// A serialized state has only the identity of the fits: [`Follow::resolve`] finds them again.
 #[derive(Debug)]
@@ -151,8 +151,8 @@ impl Follow {
         }
     }
 
-    /// Returns the target position of each lattice vertex at the end of the step that began last, in world space, and its
-    /// change during the step.
+    /// Returns the target position of each lattice vertex at the end of the step that began last, in world space, and
+    /// its change during the step.
     pub(super) fn targets(&self) -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
         let [before, after] = &self.targets.ends;
         self.fits.iter().flat_map(move |fits| {

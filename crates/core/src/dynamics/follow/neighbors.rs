@@ -6,12 +6,12 @@ use crate::mesh::{Csr, Mesh};
 /// Number of mesh vertices that a lattice vertex follows, if its component has as many.
 const NEAREST: usize = 16;
 
-/// Returns, for each lattice vertex in `held`, the mesh vertices of `part` that it follows, the nearest first. Both are in
-/// increasing order.
+/// Returns, for each lattice vertex in `held`, the mesh vertices of `part` that it follows, the nearest first. Both are
+/// in increasing order.
 ///
-/// Of each eighth of a cell at most one mesh vertex is used, so that the neighbors of a lattice vertex surround it however
-/// fine the mesh is. The neighbors are found along the links of the lattice, so that a lattice vertex does not follow a part of
-/// the mesh beyond a gap.
+/// Of each eighth of a cell at most one mesh vertex is used, so that the neighbors of a lattice vertex surround it
+/// however fine the mesh is. The neighbors are found along the links of the lattice, so that a lattice vertex does not
+/// follow a part of the mesh beyond a gap.
 pub(super) fn neighbors(
     (lattice, mesh, embedding): (&Lattice, &Mesh, &Embedding),
     part: &[u32],
@@ -33,8 +33,8 @@ pub(super) fn neighbors(
     Csr::from_parts(starts, items)
 }
 
-/// Returns the mesh vertex of `part` nearest to the center of each eighth of a cell, in increasing order. Vertices that no
-/// face uses count only if there are no others.
+/// Returns the mesh vertex of `part` nearest to the center of each eighth of a cell, in increasing order. Vertices that
+/// no face uses count only if there are no others.
 fn spread(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
     let mut is_used = vec![false; mesh.vertices().len()];
     mesh.faces().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
@@ -56,8 +56,8 @@ fn spread(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
     points
 }
 
-/// Returns, for each lattice vertex, the points that reach it from the corners of their cells along the fewest links, at least [`NEAREST`]
-/// for the vertices in `held` if their components have as many.
+/// Returns, for each lattice vertex, the points that reach it from the corners of their cells along the fewest links,
+/// at least [`NEAREST`] for the vertices in `held` if their components have as many.
 fn reach(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32]) -> Vec<Vec<u32>> {
     let mut found = vec![Vec::new(); lattice.len()];
     let corners = |&point: &u32| embedding.corners(point as usize).map(|vertex| (vertex, point));

@@ -157,19 +157,15 @@ impl MomentumTracker {
         velocities: &Lanes<3>,
     ) {
         let (components, task_sums) = self.begin_sums();
-        executor.tasks(
-            task_blocks,
-            (&mut [], &mut [], task_sums),
-            |task, _: &mut [()], _: &mut [()], sums| {
-                let blocks = task_blocks[task]..task_blocks[task + 1];
-                let fields = Fields {
-                    weights: &weights.blocks()[blocks.clone()],
-                    positions: &positions.blocks()[blocks.clone()],
-                    velocities: &velocities.blocks()[blocks.clone()],
-                };
-                dispatch!(level(), simd => add(simd, components, blocks.start, fields, sums));
-            },
-        );
+        executor.tasks(task_blocks, ((), (), task_sums), |task, (), (), sums| {
+            let blocks = task_blocks[task]..task_blocks[task + 1];
+            let fields = Fields {
+                weights: &weights.blocks()[blocks.clone()],
+                positions: &positions.blocks()[blocks.clone()],
+                velocities: &velocities.blocks()[blocks.clone()],
+            };
+            dispatch!(level(), simd => add(simd, components, blocks.start, fields, sums));
+        });
         self.finish_sums();
     }
 

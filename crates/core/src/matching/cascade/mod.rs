@@ -41,19 +41,18 @@ use fearless_simd::{Simd, dispatch};
 
 use super::windows::{Method, Weighted, Window};
 use crate::lattice::Layout;
-use crate::parallel::{CHUNK, Executor};
+use crate::parallel::{CHUNK, Executor, Split};
 use crate::simd::lanes::Block;
 use crate::simd::level;
 use adjoint_x::AdjointX;
 use plane::{PlanePasses, Strips, Windows};
 
-/// The function that is applied to the sums of each region: the fit of a rotation or of a rigid velocity.
-pub(crate) trait RegionTransform: Sync {
-    /// Data that the transform reads and writes, for each block of eight regions.
-    type Memory: Send;
+/// The function that is applied to the sums of each region: the fit of a rotation or of a rigid velocity. `Memory` is
+/// the data that the transform reads and writes: arrays with one entry for each block of eight regions.
+pub(crate) trait RegionTransform<Memory: Split>: Sync {
     /// Replaces (S, Sx, Sy, Sz) by (b, X, Y, Z), three components each, in consecutive blocks. `first` is the
     /// index of the first block in the layout.
-    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: &mut [Self::Memory]);
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: Memory);
 }
 
 /// The function that is applied to the sum over the regions that contain each vertex.
@@ -74,8 +73,8 @@ pub(crate) trait VertexUpdate: Sync {
     );
 }
 
-/// The interval, in planes, at which running sums along x restart with a direct sum, which limits their rounding errors.
-/// Running sums within a plane restart at an interval of twice as many blocks.
+/// The interval, in planes, at which running sums along x restart with a direct sum, which limits their rounding
+/// errors. Running sums within a plane restart at an interval of twice as many blocks.
 const RESTART_INTERVAL: usize = 4;
 
 /// The purpose of a call of [`Cascade::forward`], which determines the last pass that it runs.
@@ -172,13 +171,13 @@ impl Cascade {
     /// Sums `field` over each region and transforms the sums. With [`Purpose::Vertices`], also runs the adjoint
     /// z and y passes, so that [`Cascade::adjoint`] can run the adjoint x pass. `memory` has one entry for
     /// each block of eight regions.
-    pub(crate) fn forward<T: RegionTransform>(
+    pub(crate) fn forward<M: Split, T: RegionTransform<M>>(
         &self,
         layout: &Layout,
         executor: &Executor,
         workspace: &mut Workspace,
         field: Weighted,
-        (transform, memory): (&T, &mut [T::Memory]),
+        (transform, memory): (&T, M),
         purpose: Purpose,
     ) {
         // A single task runs on one thread, and needs the scratch memory of one.
@@ -197,7 +196,7 @@ impl Cascade {
             Purpose::Vertices => adjoint_y.blocks_mut(),
             Purpose::Regions => &mut [],
         };
-        executor.tasks(&self.task_blocks, (out, memory, &mut []), |task, out, memory, _: &mut [()]| {
+        executor.tasks(&self.task_blocks, (out, memory, &mut []), |task, out, memory: M, _: &mut [()]| {
             let mut scratch = workspace.scratch(executor);
             let planes = self.task_planes[task]..self.task_planes[task + 1];
             dispatch!(level(), simd => passes.run(simd, planes, &mut scratch, memory, out));
@@ -219,15 +218,11 @@ impl Cascade {
     ) {
         let source = workspace.adjoint_y.blocks();
         let pass = AdjointX { layout, x: self.window(layout), source, update };
-        executor.tasks(
-            &self.task_blocks,
-            (memory, &mut [], tallies),
-            |task, memory, _: &mut [()], tallies| {
-                let mut scratch = workspace.scratch(executor);
-                let planes = self.task_planes[task]..self.task_planes[task + 1];
-                dispatch!(level(), simd => pass.run(simd, planes, &mut scratch, memory, tallies));
-            },
-        );
+        executor.tasks(&self.task_blocks, (memory, (), tallies), |task, memory, (), tallies| {
+            let mut scratch = workspace.scratch(executor);
+            let planes = self.task_planes[task]..self.task_planes[task + 1];
+            dispatch!(level(), simd => pass.run(simd, planes, &mut scratch, memory, tallies));
+        });
     }
 }
 

@@ -1,10 +1,11 @@
 //! Runs all passes of the cascade except the adjoint x pass, plane by plane, in scratch memory that stays in
 //! the cache.
 //!
-//! A plane contains the blocks with the same x. They form lines along z. The passes along y cross the lines: for each line
-//! they read lines on either side from the output of the previous pass, up to half as many as the half-width of the regions.
-//! A plane is divided into strips of at least this number of lines, and the passes form a pipeline: a pass along y
-//! processes a strip after the previous pass has processed the next strip. The passes along z stay within a strip.
+//! A plane contains the blocks with the same x. They form lines along z. The passes along y cross the lines: for each
+//! line they read lines on either side from the output of the previous pass, up to half as many as the half-width of
+//! the regions. A plane is divided into strips of at least this number of lines, and the passes form a pipeline: a pass
+//! along y processes a strip after the previous pass has processed the next strip. The passes along z stay within a
+//! strip.
 
 use std::ops::Range;
 
@@ -13,6 +14,7 @@ use fearless_simd::Simd;
 use super::{Purpose, RegionTransform};
 use crate::lattice::Layout;
 use crate::matching::windows::{RunningSums, Source, Weighted, Window};
+use crate::parallel::Split;
 use crate::simd::lanes::{Block, Lanes};
 
 /// Minimum number of blocks in a strip. The data of all passes for three strips of this size fit in the L2
@@ -34,8 +36,8 @@ pub(super) struct Strips {
 }
 
 impl Strips {
-    /// Divides the planes into strips for regions of half-width `half_width`. The last strip of a plane may have fewer lines
-    /// than the others.
+    /// Divides the planes into strips for regions of half-width `half_width`. The last strip of a plane may have fewer
+    /// lines than the others.
     pub(super) fn new(layout: &Layout, half_width: usize) -> Self {
         let min_lines = half_width.div_ceil(2);
         let (mut starts, mut planes) = (vec![0], vec![0]);
@@ -170,18 +172,20 @@ pub(super) struct PlanePasses<'a, T> {
     pub(super) purpose: Purpose,
 }
 
-impl<T: RegionTransform> PlanePasses<'_, T> {
+impl<T> PlanePasses<'_, T> {
     /// Runs the passes over `planes`. `memory` has one entry for each block of these planes. `out` receives
     /// the output of the adjoint y pass for these blocks; it is empty for [`Purpose::Regions`].
     #[inline(always)]
-    pub(super) fn run<S: Simd>(
+    pub(super) fn run<S: Simd, M: Split>(
         &self,
         simd: S,
         planes: Range<usize>,
         scratch: &mut Scratch,
-        memory: &mut [T::Memory],
+        mut memory: M,
         out: &mut [Block<6>],
-    ) {
+    ) where
+        T: RegionTransform<M>,
+    {
         let (x, y, z) = self.windows;
         let first = self.layout.blocks_of(planes.clone()).start;
         for plane in planes {
@@ -208,7 +212,7 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
                     let sums = output(after_z, blocks.clone(), start);
                     running_z.begin_plane(start);
                     z.forward(simd, blocks.clone(), source(after_y, start), running_z, sums);
-                    self.transform.apply(simd, start, sums, &mut memory[start - first..blocks.end - first]);
+                    self.transform.apply(simd, start, sums, memory.take_front(blocks.len()));
                     if self.purpose == Purpose::Vertices {
                         let out = output(adjoint_z, blocks.clone(), base);
                         running_adjoint_z.begin_plane(start);

@@ -42,8 +42,8 @@ impl Workspace {
     }
 }
 
-/// The workspaces of the threads of a simulation, for the bodies whose steps run on one thread. So the bodies that a thread
-/// steps one after the other use the same memory, which stays in its cache.
+/// The workspaces of the threads of a simulation, for the bodies whose steps run on one thread. So the bodies that a
+/// thread steps one after the other use the same memory, which stays in its cache.
 #[derive(Debug, Default)]
 pub(crate) struct Workspaces(Vec<Mutex<Workspace>>);
 

@@ -46,8 +46,8 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
 /// Greatest number of matrices of [`rotations_near`].
 pub(crate) const ROTATIONS: usize = 2 * LANES;
 
-/// Computes the rotations of up to [`ROTATIONS`] matrices as [`rotations`] does. A rotation that is not unique is the one
-/// nearest to `near`.
+/// Computes the rotations of up to [`ROTATIONS`] matrices as [`rotations`] does. A rotation that is not unique is the
+/// one nearest to `near`.
 pub(crate) fn rotations_near(
     matrices: &[Matrix3<f64>],
     near: &UnitQuaternion<f64>,

@@ -7,9 +7,9 @@
 //! computes, for the window of each vertex, the plain sum W(f) = Σ f and the offset-weighted sum
 //! W'(f) = Σ i f.
 //!
-//! Values are stored in blocks of 2 × 2 × 2 vertices, one vertex in each lane. So the vertices at an even offset from those
-//! of a block are another block, and the vertices at an odd offset are the upper half of a block and the lower half of the
-//! next one.
+//! Values are stored in blocks of 2 × 2 × 2 vertices, one vertex in each lane. So the vertices at an even offset from
+//! those of a block are another block, and the vertices at an odd offset are the upper half of a block and the lower
+//! half of the next one.
 //!
 //! | file | contents |
 //! |---|---|
@@ -47,7 +47,8 @@ pub(super) enum Method {
 }
 
 impl Method {
-    /// Chooses the method for the windows of half-width `half_width` along an axis. `restart` as in [`running::slides`].
+    /// Chooses the method for the windows of half-width `half_width` along an axis. `restart` as in
+    /// [`running::slides`].
     pub(super) fn new(
         layout: &Layout,
         axis: usize,

@@ -1,5 +1,5 @@
-//! Computes the sums of narrow windows vertex by vertex, with masks that are computed once. There is no early exit at missing
-//! links, so that there is no branch to mispredict.
+//! Computes the sums of narrow windows vertex by vertex, with masks that are computed once. There is no early exit at
+//! missing links, so that there is no branch to mispredict.
 
 use fearless_simd::{Simd, f32x8};
 

@@ -1,5 +1,5 @@
-//! Computes running sums: sums over wide windows. A running sum follows from the sum of the vertex in the same lane of the
-//! previous block, the two vertices that enter the window, and the two vertices that leave it.
+//! Computes running sums: sums over wide windows. A running sum follows from the sum of the vertex in the same lane of
+//! the previous block, the two vertices that enter the window, and the two vertices that leave it.
 //!
 //! ```text
 //! S[i]  = S[i-2]            +          f[i+w] +         f[i+w-1] -           f[i-1-w] -           f[i-2-w]
@@ -28,8 +28,8 @@ pub(in crate::matching) struct Slide {
     restarts: bool,
 }
 
-/// The vertices at two consecutive offsets from the centers of windows: at an even offset those of a block, and at an odd
-/// offset those halfway between two consecutive blocks.
+/// The vertices at two consecutive offsets from the centers of windows: at an even offset those of a block, and at an
+/// odd offset those halfway between two consecutive blocks.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     blocks: [u32; 2],
@@ -37,8 +37,8 @@ struct Change {
     lanes: [u8; 2],
 }
 
-/// Computes the [`Slide`] of each block along an axis. Returns `None` if the sums would restart at half of the blocks or more,
-/// as in thin shapes: direct sums are then faster.
+/// Computes the [`Slide`] of each block along an axis. Returns `None` if the sums would restart at half of the blocks
+/// or more, as in thin shapes: direct sums are then faster.
 ///
 /// `occupied` has, for each block, the bit mask of the lanes with a vertex. `restart(block, position)`
 /// returns whether the sums must restart at a block even if it is linked to the previous block; `position` is
@@ -129,8 +129,8 @@ pub(in crate::matching) struct RunningSums<const N: usize> {
 }
 
 impl<const N: usize> RunningSums<N> {
-    /// Allocates missing sums for planes of up to `blocks` blocks. `planes` is 1 if the previous vertex on the axis is in
-    /// the same plane, and 2 if it is in the previous plane.
+    /// Allocates missing sums for planes of up to `blocks` blocks. `planes` is 1 if the previous vertex on the axis is
+    /// in the same plane, and 2 if it is in the previous plane.
     pub(in crate::matching) fn grow(&mut self, blocks: usize, planes: usize) {
         self.planes[..planes].iter_mut().for_each(|sums| sums.grow(blocks));
     }

@@ -8,7 +8,8 @@ use crate::volume::ComponentReport;
 use crate::volume::cubic::smallest_root;
 
 impl Correction {
-    /// Makes the motions of the surface points available, if they are mesh vertices; see [`Correction::surface_motion`].
+    /// Makes the motions of the surface points available, if they are mesh vertices; see
+    /// [`Correction::surface_motion`].
     pub(crate) fn update_surface(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
         if !workspace.has_surface && self.measure.as_mesh().is_some() {
             self.evaluate(workspace, executor);
@@ -16,14 +17,15 @@ impl Correction {
         }
     }
 
-    /// Moves the corrected lattice on along the field, so that the body with a flattened surface has its rest volume. Has no
-    /// effect if the measure is not `mesh`.
+    /// Moves the corrected lattice on along the field, so that the body with a flattened surface has its rest volume.
+    /// Has no effect if the measure is not `mesh`.
     ///
-    /// The displacements add volume, so that the lattice moves away from the colliders. The displaced mesh vertices stay on them:
-    /// their displacements grow by the part of the motion that is held back. All motions are straight, so that the volume is
-    /// an exact cubic.
+    /// The displacements add volume, so that the lattice moves away from the colliders. The displaced mesh vertices
+    /// stay on them: their displacements grow by the part of the motion that is held back. All motions are straight, so
+    /// that the volume is an exact cubic.
     ///
-    /// Must be called after [`Correction::update_surface`], with the results of the correction in `corrected` and `reports`.
+    /// Must be called after [`Correction::update_surface`], with the results of the correction in `corrected` and
+    /// `reports`.
     pub(crate) fn solve_flattened(
         &self,
         workspace: &mut CorrectionWorkspace,

@@ -267,8 +267,8 @@ impl Correction {
         workspace.scratch.coefficients.iter().map(move |c| c[0] * cell_volume)
     }
 
-    /// Replaces the corrected positions by `positions`, which differ from the result of the correction, and returns the reports
-    /// on their volumes.
+    /// Replaces the corrected positions by `positions`, which differ from the result of the correction, and returns the
+    /// reports on their volumes.
     pub(crate) fn replace<'w>(
         &self,
         workspace: &'w mut CorrectionWorkspace,
@@ -368,8 +368,9 @@ impl Correction {
         workspace.has_surface = true;
     }
 
-    /// Returns the motions of the surface points, in the order of [`Embedding::by_cell`](crate::lattice::Embedding::by_cell).
-    /// Returns `None` if the correction has not computed them: it does so for the measure `mesh` with a smooth skin.
+    /// Returns the motions of the surface points, in the order of
+    /// [`Embedding::by_cell`](crate::lattice::Embedding::by_cell). Returns `None` if the correction has not computed
+    /// them: it does so for the measure `mesh` with a smooth skin.
     ///
     /// Must be called after [`Correction::write`].
     pub(crate) fn surface_motion<'w>(
@@ -387,7 +388,8 @@ impl Correction {
     /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.
     fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, excess: f64) {
         let (cell_volume, rest) = (self.cell_size.powi(3), self.rest[component]);
-        let residual = excess / rest;
+        // A sliver that broke off has no rest volume: see `VolumeError::Flat`.
+        let residual = if rest == 0.0 { 0.0 } else { excess / rest };
         workspace.reports[component] = ComponentReport {
             rest: rest * cell_volume,
             before: workspace.reports[component].before,

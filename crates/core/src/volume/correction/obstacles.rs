@@ -34,8 +34,8 @@ impl Correction {
     }
 
     /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `find_at_bodies` finds the limits at
-    /// other bodies.
+    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `find_at_bodies` finds the
+    /// limits at other bodies.
     ///
     /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
     pub(crate) fn limit_at_obstacles(

@@ -10,7 +10,7 @@ mod paper;
 mod smooth;
 mod walls;
 
-use super::adjacency::{Adjacency, first_corners, octants};
+use super::adjacency::{Adjacency, Corners, octants};
 use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
@@ -34,8 +34,8 @@ impl Field {
         surface: Option<Surface<'_>>,
         adjacency: &Adjacency,
     ) -> Self {
-        let first_corners = first_corners(lattice);
-        let octants = octants(adjacency, &first_corners);
+        let corners = Corners::new(lattice, adjacency);
+        let octants = octants(adjacency.len(), &corners);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
         let mut greatest_depth = vec![0_u32; adjacency.component_count];
         for (i, &depth) in depth.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Field {
                 return Self { directions, thickness };
             }
             (FieldKind::Surface, Some(surface)) => {
-                walls::of_surface((lattice, &first_corners), surface, adjacency, &normals)
+                walls::of_surface((lattice, &corners), surface, adjacency, &normals)
             }
             (FieldKind::Cells | FieldKind::Surface, _) => walls::of_cells(lattice),
         };

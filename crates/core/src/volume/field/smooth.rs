@@ -20,8 +20,8 @@
 //! If the walls are pieces of a surface mesh, the field does not depend on the staircase shape of the lattice
 //! boundary. Edges of the surface stay sharp: a vertex beside an edge has several walls.
 //!
-//! Vectors are stored in [`Blocks`], so that sums over links run on eight vertices at a time. Scalar products are summed in
-//! f64.
+//! Vectors are stored in [`Blocks`], so that sums over links run on eight vertices at a time. Scalar products are
+//! summed in f64.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 use nalgebra::{Matrix3, Vector3};
@@ -90,8 +90,8 @@ fn add(vectors: &mut [Block<3>], slot: u32, vector: Vector3<f32>) {
 /// Linear system whose solution is the minimum. Of its symmetric matrix, only the part of the walls is stored.
 struct System<'a> {
     blocks: &'a Blocks,
-    /// For each vertex: the number of links plus the weight of the square of its vector, and the inverse of an upper bound of
-    /// its three diagonal elements; both are 0 in lanes without a vertex.
+    /// For each vertex: the number of links plus the weight of the square of its vector, and the inverse of an upper
+    /// bound of its three diagonal elements; both are 0 in lanes without a vertex.
     diagonal: Vec<Block<2>>,
     /// Slot and matrix of the walls of a vertex, or of some of them.
     walls: Vec<(u32, Matrix3<f32>)>,
@@ -106,8 +106,8 @@ struct Norms {
 }
 
 impl<'a> System<'a> {
-    /// Creates a system. `decay`: weight of the square of each vector of a component. `near`: the near field; `None` if it
-    /// is the unknown of the system.
+    /// Creates a system. `decay`: weight of the square of each vector of a component. `near`: the near field; `None` if
+    /// it is the unknown of the system.
     fn new(
         blocks: &'a Blocks,
         all_walls: &[Wall],
@@ -225,7 +225,8 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Adds `step direction` to the field and subtracts `step image` from the residual. Returns the norms of the residual.
+    /// Adds `step direction` to the field and subtracts `step image` from the residual. Returns the norms of the
+    /// residual.
     #[inline(always)]
     fn advance<S: Simd>(
         &self,

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::lattice::{Lattice, Locator, trilinear_weights};
 use crate::mesh::Mesh;
-use crate::volume::adjacency::{Adjacency, boundary_faces};
+use crate::volume::adjacency::{Adjacency, Corners, boundary_faces};
 use crate::volume::surface::Surface;
 
 /// Greatest size, in cells, of the pieces into which the surface is divided: the width and the height of a piece,
@@ -84,9 +84,9 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
 ///
 /// * `outwards`: outward direction of each boundary vertex, zero for interior vertices. If the surface in a
 ///   component is oriented against these directions, its normals are reversed.
-/// * `first_corners`: corner 0 of each cell.
+/// * `corners`: those of the cells of the lattice.
 pub(super) fn of_surface(
-    (lattice, first_corners): (&Lattice, &[u32]),
+    (lattice, corners): (&Lattice, &Corners),
     surface: Surface<'_>,
     adjacency: &Adjacency,
     outwards: &[Vector3<f64>],
@@ -97,7 +97,7 @@ pub(super) fn of_surface(
     let pieces = Pieces { mesh: surface.mesh, spacing: spacing(lattice, surface.mesh) };
     pieces.for_each(|centroid, area| {
         let (cell, local) = locator.locate(&centroid);
-        let corners = adjacency.cell_corners(first_corners[cell as usize]);
+        let corners = corners.of_cell(cell);
         let corners = corners.into_iter().zip(trilinear_weights(local));
         for (corner, weight) in corners.filter(|(corner, _)| outwards[*corner as usize] != Vector3::zeros()) {
             sums.add(corner, &area, f64::from(weight.max(0.0)) / face);

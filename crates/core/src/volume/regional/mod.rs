@@ -275,7 +275,8 @@ fn smoothing_length(thickness: f64) -> f32 {
     (3.0 * (thickness - 4.0)).min(thickness).max(0.1) as f32
 }
 
-/// Returns [`DATA`] times the weights of eight regions, and this times the wanted scales. Not finite where there is none.
+/// Returns [`DATA`] times the weights of eight regions, and this times the wanted scales. Not finite where there is
+/// none.
 ///
 /// The wanted scale is `2 v (sqrt(v0 / v) - 1) / g` with the volume `v`, the volume `v0` at rest and the volume
 /// gradient `g`, regularized by [`MIN_GRADIENT`]: the scale that restores the volume of a stretched region

@@ -1,4 +1,4 @@
-// Reads the data of a run: see run.rs, frame.rs and points.rs.
+// Reads the data of a run: see run.rs, frame.rs, pieces.rs and points.rs.
 
 // Reads packed words: differences, zigzag-encoded, the lowest bytes of all words first.
 function readWords(bytes, at, count) {
@@ -18,23 +18,24 @@ const MESH_VALUES = 65535,
 
 // A set of points in all frames.
 class PointSet {
-  // `largest` is the largest value of a coordinate.
+  // `points` is their number while no body is broken, `largest` the largest value of a coordinate.
   constructor(points, frames, largest) {
     this.points = points;
     this.largest = largest;
     this.bounds = new Float32Array(6 * frames);
-    this.values = new Uint16Array(3 * points * frames);
-    this.last = null;
-    this.secondLast = null;
+    // For each frame, the coordinates of its points as numbers of steps of its grid.
+    this.values = [];
+    this.last = [];
+    this.secondLast = [];
   }
 
-  // Unpacks the values of the next frame.
-  unpack(frame, bytes, at) {
-    const count = this.points,
-      start = 3 * count * frame,
-      high = at + 3 * count;
+  // Unpacks the values of `count` points of the next frame.
+  unpack(frame, count, bytes, at) {
+    const high = at + 3 * count,
+      { last, secondLast } = this;
     const [low, step] = this.grid(frame);
-    const positions = new Float64Array(3 * count);
+    const values = new Uint16Array(3 * count),
+      positions = new Float64Array(3 * count);
     for (let axis = 0; axis < 3; axis++) {
       let error = 0;
       for (let point = 0; point < count; point++) {
@@ -43,17 +44,17 @@ class PointSet {
         const word = bytes[at + k] | (bytes[high + k] << 8);
         error = (error + ((word >>> 1) ^ -(word & 1))) & 65535;
         let predicted = 0;
-        if (this.last && step[axis] > 0) {
-          const last = this.last[i];
-          const next = this.secondLast ? last + (last - this.secondLast[i]) : last;
+        if (i < last.length && step[axis] > 0) {
+          const next = i < secondLast.length ? last[i] + (last[i] - secondLast[i]) : last[i];
           predicted = Math.min(Math.max(Math.floor((next - low[axis]) / step[axis] + 0.5), 0), this.largest);
         }
         const value = (predicted + error) & 65535;
-        this.values[start + i] = value;
+        values[i] = value;
         positions[i] = low[axis] + value * step[axis];
       }
     }
-    this.secondLast = this.last;
+    this.values[frame] = values;
+    this.secondLast = last;
     this.last = positions;
   }
 
@@ -66,9 +67,9 @@ class PointSet {
   // Writes the positions of a frame to `out`.
   positions(frame, out) {
     const [low, step] = this.grid(frame),
-      start = 3 * this.points * frame;
-    for (let i = 0; i < 3 * this.points; i += 3) {
-      for (let axis = 0; axis < 3; axis++) out[i + axis] = low[axis] + this.values[start + i + axis] * step[axis];
+      values = this.values[frame];
+    for (let i = 0; i < values.length; i += 3) {
+      for (let axis = 0; axis < 3; axis++) out[i + axis] = low[axis] + values[i + axis] * step[axis];
     }
   }
 }
@@ -105,6 +106,41 @@ function readArrays(header, bytes, start) {
   }
 }
 
+// Reads the pieces of the broken bodies of a frame, and adds their shapes to the bodies. Returns the end of the pieces.
+function readPieces(run, frame, bytes, view, start) {
+  let at = start;
+  const number = () => {
+    at += 4;
+    return view.getUint32(at - 4, true);
+  };
+  const words = (count) => {
+    at += 4 * count;
+    return readWords(bytes, at - 4 * count, count);
+  };
+  for (let bodies = number(); bodies > 0; bodies--) {
+    const body = run.bodies[number()];
+    // The identity of the faces and links is for programs that continue a run.
+    at += 8;
+    const vertices = number(),
+      lattice = number();
+    const [faces, caps, corners, links] = [number(), number(), number(), number()];
+    if (faces > 0) {
+      const surface = {
+        vertices,
+        sizes: words(faces),
+        sources: words(faces - caps),
+        corners: words(corners),
+        weld: words(vertices),
+      };
+      body.shapes.push({ surface, lattice, links: words(2 * links), frame });
+    }
+    body.mesh.count = vertices;
+    body.latticePoints.count = lattice;
+    body.shapeOf[frame] = body.shapes.length - 1;
+  }
+  return at;
+}
+
 // Reads a run.
 async function readRun(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -115,6 +151,9 @@ async function readRun(bytes) {
     body.mesh = new PointSet(body.surface.vertices, run.frames, MESH_VALUES);
     body.latticePoints = new PointSet(body.lattice, run.frames, LATTICE_VALUES);
     body.volumes = new Float64Array(3 * run.frames);
+    // The body when it is whole, and then its pieces; and the index of the shape in each frame.
+    body.shapes = [{ surface: body.surface, lattice: body.lattice, links: body.links, frame: 0 }];
+    body.shapeOf = new Uint32Array(run.frames);
   }
   const animated = run.colliders.filter((collider) => collider.is_animated);
   for (const collider of animated) collider.points = new PointSet(collider.surface.vertices, run.frames, MESH_VALUES);
@@ -132,9 +171,11 @@ async function readRun(bytes) {
     for (const body of run.bodies) numbers(body.volumes, 3 * frame, 3, 8);
     for (const collider of run.colliders) numbers(collider.poses, 6 * frame, 6, 8);
     for (const set of sets) numbers(set.bounds, 6 * frame, 6, 4);
+    for (const set of sets) set.count = set.points;
+    if (run.version > 1) at = readPieces(run, frame, bytes, view, at);
     for (const set of sets) {
-      set.unpack(frame, bytes, at);
-      at += 6 * set.points;
+      set.unpack(frame, set.count, bytes, at);
+      at += 6 * set.count;
     }
     if (performance.now() - paused > 50) {
       showMessage(`Unpacking ${run.name}: frame ${frame + 1} of ${run.frames}`);
@@ -142,6 +183,6 @@ async function readRun(bytes) {
       paused = performance.now();
     }
   }
-  for (const set of sets) set.last = set.secondLast = null;
+  for (const set of sets) set.last = set.secondLast = [];
   return run;
 }

@@ -80,6 +80,7 @@ class Materials {
     this.edge = line({ opacity: 0.55 });
     this.lattice = line({ opacity: 0.5 });
     this.bodies = [];
+    this.caps = [];
   }
 
   // Returns the material of the body with an index.
@@ -96,6 +97,16 @@ class Materials {
     return this.bodies[index];
   }
 
+  // Returns the material of the surfaces of the cracks of a body: its own, and lighter.
+  cap(index) {
+    if (!this.caps[index]) {
+      this.caps[index] = this.body(index).clone();
+      const { color } = this.caps[index];
+      color.lerp(color.clone().set("#ffffff"), 0.45);
+    }
+    return this.caps[index];
+  }
+
   setTheme(theme) {
     for (const name of ["plane", "grid", "collider", "colliderEdge", "edge", "lattice"])
       this[name].color.set(theme[name]);
@@ -106,7 +117,7 @@ class Materials {
 
   // Makes the bodies transparent, so that their lattices are seen.
   setTransparent(isTransparent) {
-    for (const material of this.bodies) {
+    for (const material of [...this.bodies, ...this.caps.filter(Boolean)]) {
       material.transparent = isTransparent;
       material.opacity = isTransparent ? 0.35 : 1;
       material.depthWrite = !isTransparent;

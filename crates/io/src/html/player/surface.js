@@ -3,13 +3,18 @@
 // Two faces whose normals differ by more than this angle meet in a crease: 40 degrees.
 const CREASE = Math.cos((40 * Math.PI) / 180);
 
-// Returns the triangles of a surface, as fans of its faces, and the ends of its edges.
+// Returns the triangles of a surface, as fans of its faces, and the ends of its edges. `caps` is the number of corners
+// of the triangles before those of caps: the last faces of the pieces of a body, which belong to no face of the whole
+// body.
 function triangulate(surface) {
   const triangles = [],
     edges = [],
-    known = new Set();
-  let first = 0;
-  for (const size of surface.sizes) {
+    known = new Set(),
+    uncut = surface.sources?.length ?? surface.sizes.length;
+  let first = 0,
+    caps = 0;
+  for (let face = 0; face < surface.sizes.length; face++) {
+    const size = surface.sizes[face];
     for (let k = 0; k < size; k++) {
       const a = surface.corners[first + k],
         b = surface.corners[first + ((k + 1) % size)];
@@ -22,8 +27,38 @@ function triangulate(surface) {
       if (k > 0 && k + 1 < size) triangles.push(surface.corners[first], a, b);
     }
     first += size;
+    if (face < uncut) caps = triangles.length;
   }
-  return { triangles: Uint32Array.from(triangles), edges: Uint32Array.from(edges) };
+  return { triangles: Uint32Array.from(triangles), edges: Uint32Array.from(edges), caps };
+}
+
+// Returns the normals of the faces of a surface, with the length of twice their areas.
+function faceNormals({ sizes, corners }, positions) {
+  const normals = new Float64Array(3 * sizes.length),
+    sum = new THREE.Vector3();
+  const corner = (index) => new THREE.Vector3().fromArray(positions, 3 * corners[index]);
+  let first = 0;
+  for (let face = 0; face < sizes.length; face++) {
+    const origin = corner(first);
+    sum.set(0, 0, 0);
+    for (let k = 2; k < sizes[face]; k++) {
+      const side = corner(first + k - 1).sub(origin);
+      sum.add(side.cross(corner(first + k).sub(origin)));
+    }
+    sum.toArray(normals, 3 * face);
+    first += sizes[face];
+  }
+  return normals;
+}
+
+// Replaces the normals of the triangles of pieces by those of the faces of the whole body to which they belong, except
+// those of caps.
+function takeNormals({ sizes, sources }, ofFaces, out) {
+  let t = 0;
+  for (let face = 0; face < sources.length; face++) {
+    const from = 3 * sources[face];
+    for (let k = 2; k < sizes[face]; k++, t += 3) out.set(ofFaces.subarray(from, from + 3), t);
+  }
 }
 
 // Computes the normals of triangles, with the length of twice their areas.
@@ -45,10 +80,9 @@ function triangleNormals(triangles, positions, out) {
 }
 
 // Divides the corners of the triangles into groups with a common normal: corners at one vertex, connected across edges
-// that are no creases. Returns the group of each corner and the vertex of each group.
-function smoothGroups(triangles, weld, positions) {
-  const normals = new Float64Array(triangles.length);
-  triangleNormals(triangles, positions, normals);
+// that are no creases. `normals` decide where creases are; caps, which begin at corner `caps`, have creases all around.
+// Returns the group of each corner and the vertex of each group.
+function smoothGroups(triangles, weld, normals, caps) {
   const parent = Uint32Array.from(triangles, (_, corner) => corner);
   const find = (corner) => {
     while (parent[corner] !== corner) corner = parent[corner] = parent[parent[corner]];
@@ -58,7 +92,7 @@ function smoothGroups(triangles, weld, positions) {
     const dot = normals[s] * normals[t] + normals[s + 1] * normals[t + 1] + normals[s + 2] * normals[t + 2];
     const lengths =
       Math.hypot(normals[s], normals[s + 1], normals[s + 2]) * Math.hypot(normals[t], normals[t + 1], normals[t + 2]);
-    return dot >= CREASE * lengths;
+    return s < caps === t < caps && dot >= CREASE * lengths;
   };
   // The last corner from which each edge leaves, by its welded ends.
   const count = weld.length,
@@ -110,18 +144,25 @@ function findCreases(triangles, groups, vertices, weld) {
 
 // The geometry of a surface: its triangles with normals, and its edges.
 class SurfaceGeometry {
-  // `positions` are those at rest, which decide where creases are.
-  constructor(surface, positions) {
-    const { triangles, edges } = triangulate(surface);
-    const { groups, vertices } = smoothGroups(triangles, surface.weld, positions);
+  // `positions` are those at rest, which decide where creases are; of pieces, those of their first frame. Pieces have
+  // the creases of the whole body, whose faces have the normals `ofFaces` at rest, and others on caps.
+  constructor(surface, positions, ofFaces) {
+    const { triangles, edges, caps } = triangulate(surface);
+    const normals = new Float64Array(triangles.length);
+    triangleNormals(triangles, positions, normals);
+    if (surface.sources) takeNormals(surface, ofFaces, normals);
+    const { groups, vertices } = smoothGroups(triangles, surface.weld, normals, caps);
     this.triangles = triangles;
     this.groups = groups;
     this.vertices = vertices;
-    this.normals = new Float64Array(triangles.length);
+    this.normals = normals;
     this.all = { corners: groups.map((_, corner) => corner), groups: vertices.map((_, group) => group) };
     this.creases = findCreases(triangles, groups, vertices, surface.weld);
     this.faces = new THREE.BufferGeometry();
     this.faces.setIndex(new THREE.BufferAttribute(groups, 1));
+    // The faces and the caps have a material each.
+    this.faces.addGroup(0, caps, 0);
+    this.faces.addGroup(caps, triangles.length - caps, 1);
     this.faces.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * vertices.length), 3));
     this.faces.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(3 * vertices.length), 3));
     this.positions = positions;

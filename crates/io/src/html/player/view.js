@@ -20,6 +20,22 @@ function extentOf(runs) {
   return { box, center, radius: radius || 1 };
 }
 
+// Returns the geometry of a shape of a body and that of its lattice. Shape 0 is the whole body, and others are its
+// pieces.
+function shapeGeometry(body, index) {
+  const { surface, lattice, links, frame } = body.shapes?.[index] ?? body;
+  const positionsIn = (frame, { vertices }) => {
+    const positions = new Float32Array(3 * vertices);
+    body.mesh.positions(frame, positions);
+    return positions;
+  };
+  const ofFaces = surface.sources && faceNormals(body.surface, positionsIn(0, body.surface));
+  const lines = new THREE.BufferGeometry();
+  lines.setIndex(new THREE.BufferAttribute(links, 1));
+  lines.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * lattice), 3));
+  return { geometry: new SurfaceGeometry(surface, positionsIn(frame ?? 0, surface), ofFaces), links: lines };
+}
+
 // The scene of a run.
 class View {
   constructor(run, extent, axes, materials, environment) {
@@ -39,22 +55,39 @@ class View {
   }
 
   bodyObject(body, index) {
-    const positions = new Float32Array(3 * body.surface.vertices);
-    body.mesh.positions(0, positions);
-    const geometry = new SurfaceGeometry(body.surface, positions);
-    const faces = new THREE.Mesh(geometry.faces, this.materials.body(index));
+    const whole = shapeGeometry(body, 0);
+    const material = this.materials.body(index);
+    const canBreak = body.shapes?.length > 1;
+    const faces = new THREE.Mesh(whole.geometry.faces, canBreak ? [material, this.materials.cap(index)] : material);
     faces.castShadow = faces.receiveShadow = true;
-    const edges = new THREE.LineSegments(geometry.edges, this.materials.edge);
-    const links = new THREE.BufferGeometry();
-    links.setIndex(new THREE.BufferAttribute(body.links, 1));
-    links.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * body.lattice), 3));
-    const lattice = new THREE.LineSegments(links, this.materials.lattice);
+    const edges = new THREE.LineSegments(whole.geometry.edges, this.materials.edge);
+    const lattice = new THREE.LineSegments(whole.links, this.materials.lattice);
     for (const object of [faces, edges, lattice]) {
       object.frustumCulled = false;
       this.scene.add(object);
     }
     edges.visible = lattice.visible = false;
-    return { body, geometry, faces, edges, lattice };
+    // `shapes` has the geometries of the shapes that were shown.
+    return { body, geometry: whole.geometry, shapes: [whole], faces, edges, lattice };
+  }
+
+  // Shows the shape of a body in a frame: the whole body, or its pieces.
+  showShape(object, frame) {
+    const { body, shapes } = object,
+      index = body.shapeOf?.[frame] ?? 0;
+    const { geometry, links } = (shapes[index] ??= shapeGeometry(body, index));
+    if (geometry === object.geometry) return;
+    object.geometry = geometry;
+    const shown = [
+      [object.faces, geometry.faces],
+      [object.edges, geometry.edges],
+      [object.lattice, links],
+    ];
+    for (const [lines, next] of shown) {
+      // Frees the memory of the graphics card; the geometry is loaded again when it is shown again.
+      lines.geometry.dispose();
+      lines.geometry = next;
+    }
   }
 
   // Adds a grid below the bodies to a scene without a plane, for the shadows.
@@ -74,7 +107,9 @@ class View {
   // Shows a frame; a run that has ended shows its last one.
   show(frame) {
     const shown = Math.min(frame, this.run.frames - 1);
-    for (const { body, geometry, lattice } of this.bodies) {
+    for (const object of this.bodies) {
+      this.showShape(object, shown);
+      const { body, geometry, lattice } = object;
       body.mesh.positions(shown, geometry.positions);
       geometry.update(body.mesh.normals);
       if (lattice.visible) {

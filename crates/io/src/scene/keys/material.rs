@@ -5,8 +5,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::preset;
-use super::ranges::{count, fraction, not_negative, positive, positive_fraction};
-use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
+use super::ranges::{count, fraction, not_negative, plastic_limit, positive, positive_fraction};
+use supple::{Damping, Elasticity, Material, Plasticity, Preset, RegionDamping, RegionSize, Stiffness};
 
 /// Largest half-width of a region, in cells. Lattices have fewer cells in each direction.
 const MAX_HALF_WIDTH: u32 = 1_000_000;
@@ -22,6 +22,8 @@ pub(in crate::scene) struct MaterialKeys {
     region_damping: RegionDamping,
     #[serde(deserialize_with = "positive")]
     density: f64,
+    #[serde(with = "plastic", skip_serializing_if = "Option::is_none")]
+    plastic: Option<Plasticity>,
 }
 
 /// The keys of an [`Elasticity`]. [`Field`](crate::scene::field::Field) checks that they belong to one way to set it.
@@ -116,6 +118,37 @@ enum DampingKeys {
     Ratio(#[serde(deserialize_with = "fraction")] f64),
     #[serde(rename = "damping_rate")]
     Rate(#[serde(deserialize_with = "not_negative")] f64),
+}
+
+/// The table of an optional [`Plasticity`].
+mod plastic {
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Item(#[serde(with = "PlasticKeys")] Plasticity);
+
+    pub(super) fn serialize<S: Serializer>(
+        plastic: &Option<Plasticity>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        plastic.map(Item).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Plasticity>, D::Error> {
+        Item::deserialize(value).map(|Item(plastic)| Some(plastic))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Plasticity", default, bound = "")]
+struct PlasticKeys {
+    #[serde(rename = "yield", deserialize_with = "positive_fraction")]
+    yield_strain: f64,
+    #[serde(deserialize_with = "positive")]
+    creep: f64,
+    #[serde(deserialize_with = "plastic_limit")]
+    max: f64,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -3,12 +3,14 @@
 //! | file | contents |
 //! |---|---|
 //! | `material` | the keys of a material |
+//! | `fracture` | the keys of the fracture of a body |
 //! | `parts` | the keys of pins, handles and zones, and of keyframes |
 //! | `ranges` | functions that read a number, vector or string and check its range |
 //!
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
 //! from the types of [`supple`].
 
+pub(super) mod fracture;
 mod material;
 mod parts;
 mod ranges;
@@ -18,8 +20,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    FieldKind, Interpolation, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions,
-    VolumeOptions, VolumeScope,
+    CutSurface, FieldKind, Interpolation, Placement, Preservation, Preset, Resolution, SkinKind,
+    TouchingOptions, VolumeOptions, VolumeScope,
 };
 
 pub(super) use material::MaterialKeys;
@@ -44,14 +46,21 @@ const ALTERNATIVES: [[&str; 2]; 5] = [
 /// The two motions of a handle, which exclude each other.
 const MOTIONS: [&str; 2] = ["keys", "follow"];
 
+/// The two limits of a body that breaks, which exclude each other.
+const BREAK_LIMITS: [&str; 2] = ["strength", "strain"];
+
 /// The three ways to set the elasticity of a body. Keys of different ways exclude each other.
 pub(super) const ELASTICITY: [&[&str]; 3] =
     [&["material"], &["youngs_modulus"], &["half_width", "stiffness_radius", "stiffness", "frequency"]];
 
-/// Returns the keys of a body or a handle that exclude `key`.
+/// Returns the keys of a body, its fracture or a handle that exclude `key`.
 pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
-    let alternatives =
-        ALTERNATIVES.iter().chain([&MOTIONS]).filter(|pair| pair.contains(&key)).flatten().copied();
+    let alternatives = ALTERNATIVES
+        .iter()
+        .chain([&MOTIONS, &BREAK_LIMITS])
+        .filter(|pair| pair.contains(&key))
+        .flatten()
+        .copied();
     let is_elasticity = ELASTICITY.iter().any(|way| way.contains(&key));
     let other_ways = ELASTICITY.iter().filter(|way| is_elasticity && !way.contains(&key));
     alternatives.chain(other_ways.copied().flatten().copied()).filter(|other| *other != key).collect()
@@ -61,7 +70,7 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 pub fn optional_keys() -> Vec<&'static str> {
     let mut keys: Vec<_> =
         ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
-    keys.extend(["object", "self_contact"]);
+    keys.extend(["object", "self_contact", "plastic", "fracture"]);
     keys
 }
 
@@ -71,7 +80,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
-            "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density"]),
+            "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density", "plastic"]),
             "@elasticity" => ELASTICITY.concat(),
             "@touching" => vec!["friction", "restitution", "ignore", "self_contact"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
@@ -79,6 +88,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             "@stiffness" => ALTERNATIVES[2].to_vec(),
             "@damping" => ALTERNATIVES[3].to_vec(),
             "@region_damping" => ALTERNATIVES[4].to_vec(),
+            "@limit" => BREAK_LIMITS.to_vec(),
             "@selection" => vec!["box", "sphere", "plane", "vertices"],
             "@shape" => vec!["plane", "sphere", "box", "capsule", "mesh"],
             "@window" => vec!["start", "end"],
@@ -182,4 +192,5 @@ words! {
     preset: Preset;
     skin: SkinKind;
     interpolation: Interpolation;
+    cut_surface: CutSurface;
 }

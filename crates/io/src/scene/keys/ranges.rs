@@ -23,6 +23,9 @@ ranges! {
     not_negative(f64, x): x.is_finite() && x >= 0.0, "a number of at least 0";
     positive_fraction(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
     stiffness_factor(f64, x): x > 0.0 && x <= 100.0, "in (0, 100]";
+    plastic_limit(f64, x): x > 0.0 && x <= 2.0, "in (0, 2]";
+    break_angle(f64, x): x > 0.0 && x <= 180.0, "in (0, 180]";
+    noise(f64, x): (0.0..=0.5).contains(&x), "in [0, 0.5]";
     fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
     direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
     extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";

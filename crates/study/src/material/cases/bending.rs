@@ -1,7 +1,7 @@
 //! Cases with bars that are held at one end and bend under their weight.
 //!
-//! The regions stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²), with their radius R and N cells across. Several held layers
-//! stiffen the bar beside them: as if it were shorter by about R/6 (measured).
+//! The regions stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²), with their radius R and N cells across. Several held
+//! layers stiffen the bar beside them: as if it were shorter by about R/6 (measured).
 
 use supple::{Pin, Selection, TimeWindow};
 

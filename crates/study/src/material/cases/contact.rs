@@ -29,8 +29,8 @@ fn on_a_slope(degrees: f64) -> Outcome {
     Ok(vec![distance(&before, &after).into()])
 }
 
-/// Lets a cube come to rest on the ground. Measures how deep its deepest vertex is below it, and how far the layer above
-/// the lowest one slips towards it, both in cells.
+/// Lets a cube come to rest on the ground. Measures how deep its deepest vertex is below it, and how far the layer
+/// above the lowest one slips towards it, both in cells.
 fn resting(cells: i32, preset: Preset) -> Outcome {
     let body = bar(cells, 1)?.preset(preset).build()?;
     let mut simulation = automatic(body, [0.0, -GRAVITY, 0.0]).collider(ground()).build()?;

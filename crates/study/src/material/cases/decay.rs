@@ -40,8 +40,8 @@ fn of_mode(mode: Mode) -> Outcome {
     Ok(vec![Measured::by_law(decay_of_extrema(&oscillation.record(SECONDS), dt), RATE)])
 }
 
-/// Pushes the bust, which is held at its base, to the side, and measures the decay of its energy, which is twice that of
-/// the amplitudes of its modes.
+/// Pushes the bust, which is held at its base, to the side, and measures the decay of its energy, which is twice that
+/// of the amplitudes of its modes.
 fn of_bust() -> Outcome {
     let mesh = bust()?;
     let (low, high) = mesh.bounds();

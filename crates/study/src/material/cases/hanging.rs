@@ -1,7 +1,7 @@
 //! Cases with bars that hang from their upper end.
 //!
-//! The law is the elongation ρ g l²/(2 E) of the length l between the lowest held vertices and the lower end. The masses
-//! of the lattice give it exactly: the cell j above the end carries j + 1/2 layers.
+//! The law is the elongation ρ g l²/(2 E) of the length l between the lowest held vertices and the lower end. The
+//! masses of the lattice give it exactly: the cell j above the end carries j + 1/2 layers.
 
 use supple::{Pin, Selection, TimeWindow};
 

@@ -18,8 +18,8 @@ fn at(height: f64, vertices: usize) -> Result<BodyBuilder, supple::Error> {
     Ok(body.translate([0.0, height, 0.0]))
 }
 
-/// Lets the ball roll, and measures its acceleration from 0.5 to 3 s. The law is 5/7 g sin of the slope, that of a rigid
-/// ball.
+/// Lets the ball roll, and measures its acceleration from 0.5 to 3 s. The law is 5/7 g sin of the slope, that of a
+/// rigid ball.
 fn rolled(vertices: usize, damped: bool) -> Outcome {
     let body = at(0.5, vertices)?;
     let body = if damped { body } else { body.damping_ratio(0.0) };

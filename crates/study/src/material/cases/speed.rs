@@ -44,8 +44,8 @@ fn at_rest() -> Outcome {
     Ok(vec![Spread::of(times).median.into(), (awake as f64).into()])
 }
 
-/// Measures the step of a damped and of an undamped cube that keep moving, alternately, in samples of a million steps of a
-/// vertex.
+/// Measures the step of a damped and of an undamped cube that keep moving, alternately, in samples of a million steps
+/// of a vertex.
 fn damped(cells: i32) -> Outcome {
     let steps = (1_000_000 / bar_vertices(cells, 1)) as u32;
     let simulation = |rate: f64| -> Result<Simulation, supple::Error> {

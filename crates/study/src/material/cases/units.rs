@@ -1,5 +1,5 @@
-//! Cases with a bust of the default material whose base is held: 34 units high under the gravity 981, and 0.34 units high
-//! under 9.81.
+//! Cases with a bust of the default material whose base is held: 34 units high under the gravity 981, and 0.34 units
+//! high under 9.81.
 
 use supple::{Body, Pin, Preservation, Selection, TimeWindow};
 

@@ -74,8 +74,8 @@ fn varied(body: BodyBuilder) -> Result<BodyBuilder, Error> {
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    // The speed of the impact, √(2 g L/10), must fall to the limit of sleep, √(g L)/1000: by a factor of 450. The lowest
-    // mode of jelly, of at least π √(E/ρ)/(2 L) = 22 rad/s, decays at a tenth of that, so it takes 2.8 s.
+    // The speed of the impact, √(2 g L/10), must fall to the limit of sleep, √(g L)/1000: by a factor of 450. The
+    // lowest mode of jelly, of at least π √(E/ρ)/(2 L) = 22 rad/s, decays at a tenth of that, so it takes 2.8 s.
     for preset in [Preset::Rubber, Preset::Jelly] {
         let expected = "falls on the ground, comes to rest, falls asleep within 8 s, and stays asleep";
         let case = Case::new(format!("{}, dropped", preset.name()), expected, move || asleep(preset));

@@ -1,11 +1,13 @@
 //! Lists the cases, one file per family.
 
+mod breaking;
 mod colliders;
 mod flight;
 mod holds;
 mod limits;
 mod materials;
 mod pendulums;
+mod plastic;
 mod scales;
 mod shapes;
 mod starts;
@@ -17,9 +19,11 @@ use super::case::Case;
 /// Creates the cases of a family.
 type Cases = fn() -> Vec<Case>;
 
-const FAMILIES: [(&str, Cases); 11] = [
+const FAMILIES: [(&str, Cases); 13] = [
     ("stiffness and time steps", stiffness::cases),
     ("materials", materials::cases),
+    ("plastic bodies", plastic::cases),
+    ("bodies that break", breaking::cases),
     ("pendulums", pendulums::cases),
     ("start states", starts::cases),
     ("pins and handles", holds::cases),

@@ -1,12 +1,12 @@
 //! Cases with rods that swing about pinned vertices. Elastic damping must not damp the swing.
 //!
 //! The rod of Young's modulus E hangs with its weight m g on a few vertices. Its regions have the radius R, so that it
-//! yields by at most about u = m g/(E R), the indentation of a block by a punch of the radius R. This changes the distance
-//! l of the pin from the center of mass, and so the period by u/(2 l). The direction of u turns with the rod, so elastic
-//! damping of the rate c acts on a velocity of the order ω u, where ω is the angular frequency of the swing: a swing loses
-//! π (c/ω) (u/l)² of its amplitude, less than u/(3 l) here. Rounding of goal positions by up to ε = 2^-23 cells is an
-//! acceleration of ε/dt² cells, relative to the gravity g. So the errors of period and amplitude are less than
-//! u/l + ε h/(g dt²), which is the bound: about twice the sum of the estimates.
+//! yields by at most about u = m g/(E R), the indentation of a block by a punch of the radius R. This changes the
+//! distance l of the pin from the center of mass, and so the period by u/(2 l). The direction of u turns with the rod,
+//! so elastic damping of the rate c acts on a velocity of the order ω u, where ω is the angular frequency of the swing:
+//! a swing loses π (c/ω) (u/l)² of its amplitude, less than u/(3 l) here. Rounding of goal positions by up to ε = 2^-23
+//! cells is an acceleration of ε/dt² cells, relative to the gravity g. So the errors of period and amplitude are less
+//! than u/l + ε h/(g dt²), which is the bound: about twice the sum of the estimates.
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Error, Lattice, Pin, Selection, Simulation, TimeWindow};
@@ -44,8 +44,8 @@ fn bound(modulus: f64, step_rate: f64) -> f64 {
     weight / (modulus * radius * arm) + f64::from(f32::EPSILON) * CELL_SIZE * step_rate.powi(2) / GRAVITY
 }
 
-/// Returns the period in seconds of the rigid rod with the vertex masses of the lattice. For a swing of amplitude a it is
-/// the period of small swings divided by the arithmetic-geometric mean of 1 and cos(a/2).
+/// Returns the period in seconds of the rigid rod with the vertex masses of the lattice. For a swing of amplitude a it
+/// is the period of small swings divided by the arithmetic-geometric mean of 1 and cos(a/2).
 fn rigid_period(body: &Body) -> f64 {
     let indices = body.lattice().indices().iter();
     let arms: Vec<_> = indices.map(|index| index.map(|i| f64::from(i) * CELL_SIZE)).collect();

@@ -1,0 +1,76 @@
+//! Plasticity: the plastic shapes of the regions, which the steps change.
+
+use nalgebra::Matrix3;
+
+use super::Body;
+use crate::dynamics::{Material, Plasticity};
+use crate::matching::{Shapes, symmetric};
+use crate::range::RangeError;
+use crate::simd::lanes::Lanes;
+
+impl Body {
+    /// Sets the plasticity, from the next step on. `None` removes it together with the plastic shapes: the body returns
+    /// to its rest shape. Other parameters keep the plastic shapes.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_plastic(&mut self, plastic: Option<Plasticity>) -> Result<(), RangeError> {
+        let material = Material { plastic, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        self.update_plastic();
+        Ok(())
+    }
+
+    /// Creates or removes the plastic shapes and the constants for them.
+    pub(super) fn update_plastic(&mut self) {
+        let is_plastic = self.material.plastic.is_some();
+        if is_plastic == self.state.strains.is_some() && is_plastic == self.matching.is_plastic() {
+            return;
+        }
+        self.matching.set_plastic(is_plastic);
+        if is_plastic != self.state.strains.is_some() {
+            self.state.strains = is_plastic.then(|| Lanes::zeros(self.matching.layout.blocks()));
+            self.forget_fits();
+        }
+    }
+
+    /// Returns the plastic strain of the region around each vertex, |S - 1| with the plastic shape S: 0 where the body
+    /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. See [`Plasticity`].
+    pub fn plastic_strain(&self) -> Vec<f64> {
+        let Some(strains) = &self.state.strains else { return vec![0.0; self.lattice.len()] };
+        self.by_vertex(|slot| symmetric(strains.get(slot)).norm())
+    }
+
+    /// Returns the plastic shape S of the region around each vertex, shape `(n, 3, 3)`: a symmetric matrix of
+    /// determinant 1, in the rest pose; the identity where the body has its rest shape, and everywhere without
+    /// plasticity. See [`Plasticity`].
+    pub fn plastic_shapes(&self) -> Vec<Matrix3<f64>> {
+        let strain = |slot| {
+            self.state.strains.as_ref().map_or_else(Matrix3::zeros, |strains| symmetric(strains.get(slot)))
+        };
+        self.by_vertex(|slot| Matrix3::identity() + strain(slot))
+    }
+
+    /// Resets the plastic shapes: from the next step on, the body returns to its rest shape. Without plasticity,
+    /// nothing changes.
+    pub fn reset_plastic(&mut self) {
+        let Some(strains) = &mut self.state.strains else { return };
+        *strains = Lanes::zeros(strains.blocks().len());
+        self.forget_fits();
+        self.wake();
+    }
+
+    /// Removes the results that depend on the plastic shapes.
+    fn forget_fits(&mut self) {
+        self.state.fitted = false;
+        self.state.energy_limit = None;
+    }
+
+    /// Returns the shapes in which the regions are fitted.
+    pub(super) fn shapes(&self) -> Shapes<'_> {
+        Shapes::of(self.state.strains.as_ref())
+    }
+}

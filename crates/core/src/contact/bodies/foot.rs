@@ -1,0 +1,128 @@
+//! Finds the point of a surface at rest that a sample touches, and its cell.
+
+use nalgebra::{Point3, Vector3};
+
+use super::surface::ContactSurface;
+use crate::lattice::Lattice;
+
+/// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
+/// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
+const FACING: f64 = -0.25;
+
+/// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does
+/// not.
+const FACING_RANGE: f64 = 0.25;
+
+/// Greatest additional distance, in cells, of the side of a surface that a sample touched in the last step, if another
+/// side is closer. Before the impulses of a step, a sample that is pressed near an edge may be closer to the other side
+/// of it.
+const SIDE_RANGE: f64 = 0.6;
+
+/// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
+const OUTSIDE: f64 = 0.02;
+
+/// Greatest depth in cells below an open surface and in self-contact.
+pub(super) const MAX_SHELL_DEPTH: f64 = 1.0;
+
+/// Distance in cells from an open surface at which a sample touches it. A sample moves by at most 0.5 cells between two
+/// searches, up to a limit of searches in a step, so that it is seen before it is far on the other side.
+const SHELL: f64 = 0.1;
+
+/// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
+pub(super) const SAME_SIDE: f64 = 0.3;
+
+/// Fraction of the way to the center of a cell of the same piece by which a point of the surface of a piece is moved to
+/// find its cell.
+const INWARDS: f64 = 1e-3;
+
+/// The point of a surface at rest that a sample touches.
+pub(super) struct RestFoot {
+    /// Rest coordinates.
+    pub(super) rest: Point3<f64>,
+    /// Unit normal at rest.
+    pub(super) normal: Vector3<f64>,
+    /// Distance from the surface at which a sample touches it, in cells.
+    pub(super) shell: f64,
+}
+
+/// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
+/// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
+/// with which it touched. `cell`: that of the point. `are_pieces`: whether the samples are those of the pieces of a
+/// body, which fit together where it broke. Returns `None` if no point at a distance below `limit` faces it, or the
+/// sample is outside.
+pub(super) fn foot_of_closed(
+    (surface, are_pieces): (&ContactSurface, bool),
+    (rest, cell): (&Point3<f64>, u32),
+    (facing, side): (Option<Vector3<f64>>, Option<Vector3<f64>>),
+    limit: f64,
+) -> Option<RestFoot> {
+    let tree = surface.tree_at(cell)?;
+    let closest = tree.closest(rest, limit, |_| true)?;
+    if !closest.is_inside(rest) && closest.distance > OUTSIDE {
+        return None;
+    }
+    // At small folds of the rims of cracks, the pseudonormals may be those of the inner side.
+    if are_pieces && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
+        return None;
+    }
+    let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
+    let is_same_side =
+        |normal: &Vector3<f64>| faces(normal) && side.is_some_and(|side| normal.dot(&side) > SAME_SIDE);
+    // The closest point of some triangles. The pseudonormal at an edge may belong to other triangles.
+    let among = |range: f64, accepts: &dyn Fn(&Vector3<f64>) -> bool| {
+        let found = tree
+            .closest(rest, closest.distance + range, |triangle| accepts(&tree.triangle_normal(triangle)))?;
+        let normal = if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
+        Some(RestFoot { rest: found.point, normal, shell: 0.0 })
+    };
+    // Pieces fit together: where a sample is near a triangle that does not face it, it is no deeper behind others.
+    let facing_range = match are_pieces {
+        true => FACING_RANGE.min(closest.distance),
+        false => FACING_RANGE,
+    };
+    let as_before = side.filter(|_| !is_same_side(&closest.normal));
+    if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
+        return Some(foot);
+    }
+    match faces(&closest.normal) {
+        true => Some(RestFoot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        false => among(facing_range, &faces),
+    }
+}
+
+/// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
+/// normal of the side from which the sample came.
+pub(super) fn foot_of_shell(
+    surface: &ContactSurface,
+    (rest, cell): (&Point3<f64>, u32),
+    side: impl Fn(&Vector3<f64>) -> f64,
+) -> Option<RestFoot> {
+    let closest = surface.tree_at(cell)?.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
+    let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
+    Some(RestFoot { rest: closest.point, normal, shell: SHELL })
+}
+
+/// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that
+/// is near; it is taken if no cell contains the point, as a surface may end at the boundary of the lattice.
+pub(super) fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) {
+    let local = |cell: u32| {
+        let index = lattice.cells()[cell as usize];
+        std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
+    };
+    if !lattice.broken_joints().is_empty() {
+        // The cell at the point may be that of another piece, on the other side of a crack. The smooth surface of a
+        // crack lies outside the cells of its piece in part.
+        let index = lattice.cells()[near as usize];
+        let inwards = |a: usize| f64::from(index[a]) + 0.5 - rest[a];
+        let moved: [f64; 3] = std::array::from_fn(|a| rest[a] + INWARDS * inwards(a));
+        let found = lattice.cell_at(moved.map(|x| x.floor() as i32));
+        let piece = lattice.component_of_cell(near);
+        let cell = found.filter(|&cell| lattice.component_of_cell(cell) == piece).unwrap_or(near);
+        return (cell, local(cell).map(|u| u.clamp(-1.0, 2.0) as f32));
+    }
+    let is_inside = |local: &[f64; 3]| local.iter().all(|u| (0.0..=1.0).contains(u));
+    let found =
+        if is_inside(&local(near)) { None } else { lattice.cell_at(rest.map(|x| x.floor() as i32).into()) };
+    let cell = found.unwrap_or(near);
+    (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
+}

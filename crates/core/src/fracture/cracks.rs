@@ -1,0 +1,157 @@
+//! Cracks: planes along which joints break, and their growth.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::cut::{BrokenJoint, CrackPlane};
+use crate::lattice::{Joint, Lattice};
+
+/// A crack. Coordinates are grid indices of the lattice: cell sizes from its origin, at rest.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Crack {
+    /// A point of the plane.
+    point: [f64; 3],
+    /// Unit normal of the plane.
+    normal: [f64; 3],
+    /// Whether the crack can still grow.
+    pub(super) is_growing: bool,
+}
+
+impl Crack {
+    pub(super) fn new(point: Point3<f64>, normal: Vector3<f64>, is_growing: bool) -> Self {
+        Self { point: point.into(), normal: normal.into(), is_growing }
+    }
+
+    pub(super) fn normal(&self) -> Vector3<f64> {
+        self.normal.into()
+    }
+
+    /// Returns the plane in the model's frame.
+    pub(super) fn plane(&self, lattice: &Lattice) -> CrackPlane {
+        let point = lattice.origin() + Vector3::from(self.point) * lattice.cell_size();
+        CrackPlane { point, normal: self.normal() }
+    }
+
+    /// Returns whether a joint lies on the crack: its cells are on different sides of the plane.
+    fn is_on_path(&self, lattice: &Lattice, joint: Joint) -> bool {
+        let index = lattice.cells()[joint.cell as usize];
+        let mut next = index;
+        next[usize::from(joint.axis)] += 1;
+        let plane = self.plane(lattice);
+        plane.is_positive(lattice, index) != plane.is_positive(lattice, next)
+    }
+
+    /// Returns whether the numbers are finite and the normal has the length 1, up to rounding.
+    fn is_valid(&self) -> bool {
+        self.point.iter().all(|x| x.is_finite()) && (self.normal().norm() - 1.0).abs() < 1e-6
+    }
+}
+
+/// The cracks of a body and the joints that they broke: the state of fracture.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Cracks {
+    pub(super) list: Vec<Crack>,
+    /// The broken joints, sorted, with the crack of each.
+    broken: Vec<(Joint, u32)>,
+    /// Number of events: steps or cuts in which joints broke.
+    events: u64,
+}
+
+impl Cracks {
+    /// Returns the number of broken joints.
+    pub(crate) fn broken_count(&self) -> usize {
+        self.broken.len()
+    }
+
+    /// Returns the number of events: steps or cuts in which joints broke.
+    pub(crate) fn event_count(&self) -> u64 {
+        self.events
+    }
+
+    /// Returns the lattice in which exactly the joints of the cracks are broken.
+    pub(crate) fn broken_lattice(&self, lattice: &Lattice) -> Lattice {
+        let joints: Vec<Joint> = self.broken.iter().map(|(joint, _)| *joint).collect();
+        lattice.with_broken_joints(&joints)
+    }
+
+    /// Returns the broken joints as the cut of the mesh takes them.
+    pub(super) fn cuts(&self) -> Vec<BrokenJoint> {
+        let cut = |&(Joint { cell, axis }, crack): &(Joint, u32)| BrokenJoint { cell, axis, crack };
+        self.broken.iter().map(cut).collect()
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.list) + size_of_val(&*self.broken)
+    }
+
+    /// Breaks joints, in any order, of which none is broken.
+    pub(super) fn break_joints(&mut self, joints: &[(Joint, u32)]) {
+        self.broken.extend_from_slice(joints);
+        self.broken.sort_unstable();
+        self.events += 1;
+    }
+
+    /// Checks deserialized data for a lattice.
+    pub(crate) fn fits(&self, lattice: &Lattice) -> bool {
+        let exists = |joint: &Joint| {
+            (joint.cell as usize) < lattice.cells().len()
+                && joint.axis < 3
+                && lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()
+        };
+        self.broken.is_sorted_by(|a, b| a.0 < b.0)
+            && self.broken.iter().all(|(joint, crack)| exists(joint) && (*crack as usize) < self.list.len())
+            && self.list.iter().all(Crack::is_valid)
+    }
+
+    /// Returns all joints on a plane that hold.
+    pub(super) fn on_plane(&self, lattice: &Lattice, crack: &Crack) -> Vec<Joint> {
+        let holds = |joint: &Joint| !lattice.is_broken(*joint) && crack.is_on_path(lattice, *joint);
+        lattice.joints().map(|(joint, _)| joint).filter(holds).collect()
+    }
+
+    /// Finds the front of a crack: the joints on its plane that hold and have a lattice vertex in common with a joint
+    /// that it broke. Sorted.
+    pub(super) fn front(&self, lattice: &Lattice, number: u32) -> Vec<Joint> {
+        let crack = &self.list[number as usize];
+        let mut front = Vec::new();
+        for &(joint, _) in self.broken.iter().filter(|(_, crack)| *crack == number) {
+            let Some(other) = lattice.cell_beyond(joint.cell, joint.axis, 1) else { continue };
+            let corners = [joint.cell, other].map(|cell| lattice.cell_corners(cell));
+            let index = lattice.cells()[joint.cell as usize];
+            for k in 0..27 {
+                let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+                let Some(cell) = lattice.cell_at(std::array::from_fn(|a| index[a] + offset[a])) else {
+                    continue;
+                };
+                for axis in 0..3 {
+                    let near = Joint { cell, axis };
+                    if lattice.cell_beyond(cell, axis, 1).is_none()
+                        || lattice.is_broken(near)
+                        || !crack.is_on_path(lattice, near)
+                    {
+                        continue;
+                    }
+                    let face = lattice.joint_corners(near);
+                    if face.iter().any(|corner| corners.iter().any(|cell| cell.contains(corner))) {
+                        front.push(near);
+                    }
+                }
+            }
+        }
+        front.sort_unstable();
+        front.dedup();
+        front
+    }
+
+    /// Returns whether a joint is broken within `distance` cells of a cell, along each axis.
+    pub(super) fn is_broken_near(&self, lattice: &Lattice, cell: u32, distance: u32) -> bool {
+        let cells = lattice.cells();
+        let index = cells[cell as usize];
+        self.broken.iter().any(|(joint, _)| {
+            let other = cells[joint.cell as usize];
+            (0..3).all(|a| index[a].abs_diff(other[a]) <= distance)
+        })
+    }
+}

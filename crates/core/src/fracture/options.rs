@@ -1,0 +1,65 @@
+//! Options of fracture: when joints break, and how cracks look.
+
+use crate::cut::CutSurface;
+use crate::range::{RangeError, in_range};
+
+/// When a body breaks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BreakLimit {
+    /// Tensile stress, > 0: force per area in scene units. The strain at which a joint breaks is this stress divided by
+    /// Young's modulus in force.
+    Strength(f64),
+    /// Tensile strain, > 0: 0.15 breaks where the material is stretched by 15 %.
+    Strain(f64),
+}
+
+/// Options of a body that can break. The fields have the names and defaults of the keys in a scene file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FractureOptions {
+    /// Where a joint breaks: the greatest principal strain at which it holds.
+    pub limit: BreakLimit,
+    /// Angle in degrees, in (0, 180], between the rotations of two neighboring cells at which their joint breaks
+    /// (Rivers & James 2007, section 6). It depends on the size of the cells. `None`, the default: rotations break
+    /// nothing.
+    pub rotation: Option<f64>,
+    /// Greatest number of cracks that grow at a time in each connected part of the body, at least 1; default 1.
+    pub cracks: usize,
+    /// Relative variation of the limit from joint to joint, in [0, 0.5]; default 0.05.
+    pub noise: f64,
+    /// Seed of the variation; default 0.
+    pub seed: u64,
+    /// Shape of the surfaces of cracks; default smooth.
+    pub surface: CutSurface,
+}
+
+impl FractureOptions {
+    /// Default of [`FractureOptions::noise`].
+    pub const NOISE: f64 = 0.05;
+
+    /// Creates options with defaults for all but the limit.
+    pub fn new(limit: BreakLimit) -> Self {
+        Self { limit, rotation: None, cracks: 1, noise: Self::NOISE, seed: 0, surface: CutSurface::default() }
+    }
+
+    /// Checks the ranges.
+    pub(crate) fn validate(&self) -> Result<(), RangeError> {
+        match self.limit {
+            BreakLimit::Strength(stress) => in_range("strength", stress, stress > 0.0, "greater than 0")?,
+            BreakLimit::Strain(strain) => in_range("strain", strain, strain > 0.0, "greater than 0")?,
+        };
+        if let Some(angle) = self.rotation {
+            in_range("rotation", angle, angle > 0.0 && angle <= 180.0, "in (0, 180] degrees")?;
+        }
+        in_range("cracks", self.cracks as f64, self.cracks >= 1, "at least 1")?;
+        in_range("noise", self.noise, (0.0..=0.5).contains(&self.noise), "from 0 to 0.5")?;
+        Ok(())
+    }
+
+    /// Returns the strain at which joints without variation break, for Young's modulus `modulus`.
+    pub(crate) fn strain_limit(&self, modulus: f64) -> f64 {
+        match self.limit {
+            BreakLimit::Strength(stress) => stress / modulus,
+            BreakLimit::Strain(strain) => strain,
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Lets each shell of a cut mesh follow one piece of the lattice.
+//!
+//! Where a smooth crack meets a thin part, a point of the mesh can be nearer to a cell of a sliver of the lattice than
+//! to the piece whose surface it belongs to. The faces around it would stretch when the sliver moves away.
+
+use crate::cut::CutMesh;
+use crate::lattice::Lattice;
+use crate::mesh::UnionFind;
+
+/// Greatest share of the vertices of a shell that may follow other cells than those of its piece. A shell with more of
+/// them lies in several pieces, because the cut of a mesh with openings is open as well.
+const GREATEST_SHARE: f64 = 0.2;
+
+/// Assigns the vertices of each shell, a connected part of the mesh, that follow cells of other pieces than most of its
+/// vertices to the nearest of the cells that vertices of the same face follow.
+pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
+    let CutMesh { mesh, hosts, .. } = cut;
+    let mut shells = UnionFind::new(hosts.len());
+    for face in mesh.faces() {
+        face.iter().for_each(|&vertex| {
+            shells.unite(face[0], vertex);
+        });
+    }
+    let (count, shell_of) = shells.labels();
+    let piece = |hosts: &[u32], vertex: u32| lattice.component_of_cell(hosts[vertex as usize]);
+    let mut members: Vec<(u32, u32)> =
+        (0..).zip(&shell_of).map(|(vertex, &shell)| (shell, piece(hosts, vertex))).collect();
+    members.sort_unstable();
+    // The piece of each shell, and the shells with vertices that follow others.
+    let mut pieces = vec![None; count];
+    for shell in members.chunk_by(|a, b| a.0 == b.0) {
+        let most = shell.chunk_by(|a, b| a == b).max_by_key(|group| group.len());
+        if let Some(most) = most.filter(|most| (most.len() as f64) < shell.len() as f64)
+            && most.len() as f64 >= (1.0 - GREATEST_SHARE) * shell.len() as f64
+        {
+            pieces[most[0].0 as usize] = Some(most[0].1);
+        }
+    }
+    if pieces.iter().all(Option::is_none) {
+        return;
+    }
+    let center = |cell: u32| {
+        let index = nalgebra::Vector3::from(lattice.cells()[cell as usize].map(|i| f64::from(i) + 0.5));
+        lattice.origin() + index * lattice.cell_size()
+    };
+    // Each round reaches the vertices one edge further.
+    loop {
+        let mut found: Vec<(u32, f64, u32)> = Vec::new();
+        for face in mesh.faces() {
+            let Some(wanted) = pieces[shell_of[face[0] as usize] as usize] else { continue };
+            for &vertex in face.iter().filter(|&&vertex| piece(hosts, vertex) != wanted) {
+                let position = mesh.vertices()[vertex as usize];
+                found.extend(face.iter().filter(|&&other| piece(hosts, other) == wanted).map(|&other| {
+                    let cell = hosts[other as usize];
+                    (vertex, (center(cell) - position).norm_squared(), cell)
+                }));
+            }
+        }
+        if found.is_empty() {
+            return;
+        }
+        found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        found.dedup_by_key(|(vertex, ..)| *vertex);
+        found.into_iter().for_each(|(vertex, _, cell)| hosts[vertex as usize] = cell);
+    }
+}

@@ -1,0 +1,142 @@
+//! Joints between cells, and what a lattice some of whose joints are broken has besides.
+//!
+//! A *joint* is the common face of two occupied cells. Cells that touch at an edge or a corner only have no joint.
+
+use super::Lattice;
+use super::charts::Chart;
+use super::components::Components;
+
+/// Corners of a cell on its upper face along each axis.
+const FACES: [[usize; 4]; 3] = [[1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]];
+
+/// The common face of two occupied cells: a cell and the next cell along an axis. Joints are ordered by cell, then
+/// axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Joint {
+    /// The cell on the lower side of the face.
+    pub cell: u32,
+    /// The axis along which the other cell is the next one: 0, 1 or 2.
+    pub axis: u8,
+}
+
+impl Joint {
+    /// Returns the vertices of the face. `corners`: the vertices at the corners of the cell on its lower side.
+    pub(super) fn corners(self, corners: [u32; 8]) -> [u32; 4] {
+        FACES[usize::from(self.axis)].map(|corner| corners[corner])
+    }
+}
+
+/// What broken joints change in a lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Broken {
+    /// The broken joints, sorted.
+    pub(super) joints: Vec<Joint>,
+    pub(super) whole: Whole,
+    /// Number of vertices of the lattice without broken joints. Further vertices are copies.
+    pub(super) whole_len: usize,
+    /// For each copy, the vertex of the lattice without broken joints at its grid index.
+    pub(super) sources: Vec<u32>,
+    /// Vertices at the corners of each cell.
+    pub(super) corners: Vec<[u32; 8]>,
+    /// Neighbors of each vertex at -x, +x, -y, +y, -z, +z; [`NO_NEIGHBOR`](super::charts::NO_NEIGHBOR) if there is
+    /// none.
+    pub(super) neighbors: Vec<[u32; 6]>,
+    /// How the vertices are stored in blocks.
+    pub(super) chart: Chart,
+}
+
+/// The arrays of the lattice without broken joints that broken joints change.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Whole {
+    pub(super) links: Vec<u8>,
+    pub(super) occupied_cells: Vec<u8>,
+    pub(super) components: Components,
+}
+
+impl Broken {
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let Whole { links, occupied_cells, components } = &self.whole;
+        size_of_val(&**links)
+            + size_of_val(&**occupied_cells)
+            + size_of_val(&*components.of_vertex)
+            + size_of_val(&*self.joints)
+            + size_of_val(&*self.sources)
+            + size_of_val(&*self.corners)
+            + size_of_val(&*self.neighbors)
+            + self.chart.bytes()
+    }
+}
+
+impl Lattice {
+    /// Returns the joints, broken ones included, in order, and the cell on the upper side of each.
+    pub fn joints(&self) -> impl Iterator<Item = (Joint, u32)> + '_ {
+        (0..self.cells.len() as u32).flat_map(move |cell| {
+            (0..3).filter_map(move |axis| Some((Joint { cell, axis }, self.cell_beyond(cell, axis, 1)?)))
+        })
+    }
+
+    /// Returns the occupied cell on the other side of a face of a cell, whether or not the joint is broken. `step`
+    /// is -1 for the lower face along the axis and 1 for the upper face.
+    pub(crate) fn cell_beyond(&self, cell: u32, axis: u8, step: i32) -> Option<u32> {
+        let mut index = self.cells[cell as usize];
+        index[usize::from(axis)] += step;
+        self.cell_at(index)
+    }
+
+    /// Returns the cell on the other side of a face of a cell if an unbroken joint joins them. `side`: 0 to 5 for the
+    /// face at -x, +x, -y, +y, -z, +z.
+    pub(crate) fn joined_cell(&self, cell: u32, side: usize) -> Option<u32> {
+        let (axis, is_upper) = ((side / 2) as u8, side % 2 == 1);
+        let other = self.cell_beyond(cell, axis, if is_upper { 1 } else { -1 })?;
+        let joint = Joint { cell: if is_upper { cell } else { other }, axis };
+        (!self.is_broken(joint)).then_some(other)
+    }
+
+    /// Returns the broken joints, in order.
+    pub fn broken_joints(&self) -> &[Joint] {
+        self.broken.as_ref().map_or(&[], |broken| &broken.joints)
+    }
+
+    /// Returns whether a joint is broken.
+    pub(crate) fn is_broken(&self, joint: Joint) -> bool {
+        self.broken_joints().binary_search(&joint).is_ok()
+    }
+
+    /// Returns the connected component that contains a cell.
+    pub(crate) fn component_of_cell(&self, cell: u32) -> u32 {
+        self.components.of_vertex[self.cell_corners(cell)[0] as usize]
+    }
+
+    /// Returns the four vertices of the face of a joint; those of its lower cell if the joint is broken.
+    pub(crate) fn joint_corners(&self, joint: Joint) -> [u32; 4] {
+        joint.corners(self.cell_corners(joint.cell))
+    }
+
+    /// Returns the number of vertices of the lattice without broken joints. The vertices from this number on are copies
+    /// at grid indices of other vertices.
+    pub fn whole_len(&self) -> usize {
+        self.broken.as_ref().map_or(self.indices.len(), |broken| broken.whole_len)
+    }
+
+    /// Returns the vertex of the lattice without broken joints at the grid index of a vertex: the vertex itself unless
+    /// it is a copy.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such vertex.
+    pub fn source(&self, vertex: u32) -> u32 {
+        match &self.broken {
+            Some(broken) if vertex as usize >= broken.whole_len => {
+                broken.sources[vertex as usize - broken.whole_len]
+            }
+            _ => vertex,
+        }
+    }
+
+    /// Returns how the vertices are stored in blocks if joints are broken.
+    pub(super) fn chart(&self) -> Option<&Chart> {
+        self.broken.as_ref().map(|broken| &broken.chart)
+    }
+}

@@ -1,0 +1,377 @@
+//! Splits the vertices of a lattice along broken joints.
+//!
+//! While all joints hold, each grid index has one lattice vertex. Where joints break, a vertex splits: a lattice vertex
+//! is the class of the pairs (cell, corner) at one grid index that unbroken joints unite (Rivers & James 2007, section
+//! 6, break links between cells in the same way). Cells that touch at an edge or a corner only stay connected.
+
+use super::Lattice;
+use super::charts::{Chart, NO_NEIGHBOR};
+use super::components::Components;
+use super::joints::{Broken, Joint, Whole};
+use super::split_links::links;
+use super::tables::corners_from;
+use crate::mesh::UnionFind;
+
+impl Lattice {
+    /// Returns the lattice in which exactly the given joints are broken, sorted and without repetition.
+    ///
+    /// The vertices keep their numbers. Copies have the numbers from [`Lattice::whole_len`] on.
+    ///
+    /// # Panics
+    ///
+    /// If a joint is none of the lattice.
+    pub(crate) fn with_broken_joints(&self, joints: &[Joint]) -> Self {
+        let mut whole = self.clone();
+        whole.mend();
+        if joints.is_empty() {
+            return whole;
+        }
+        let neighbors = whole.neighbor_table();
+        let corners: Vec<_> = whole.first_corners().map(|first| corners_from(first, &neighbors)).collect();
+        let classes = Classes::of(&whole, corners.clone(), joints, (&[], &[]));
+        let mut lattice = classes.lattice(whole.clone(), &neighbors, joints);
+        let mut unsplit = lattice.loose_copies(&[]);
+        if unsplit.is_empty() {
+            return lattice;
+        }
+        let pieces: Vec<u32> =
+            (0..whole.cells.len() as u32).map(|cell| lattice.component_of_cell(cell)).collect();
+        loop {
+            let classes = Classes::of(&whole, corners.clone(), joints, (&unsplit, &pieces));
+            lattice = classes.lattice(whole.clone(), &neighbors, joints);
+            let loose = lattice.loose_copies(&unsplit);
+            if loose.is_empty() {
+                return lattice;
+            }
+            unsplit.extend(loose);
+            unsplit.sort_unstable();
+        }
+    }
+
+    /// Returns the vertices of the lattice without broken joints that should not split, because links do not connect one of
+    /// their copies with its component: at the front of a crack not every edge of a cell is a link, see
+    /// `split_links` and `charts`. Nothing would hold such a copy. Sorted; without those of `unsplit`.
+    fn loose_copies(&self, unsplit: &[u32]) -> Vec<u32> {
+        let Some(broken) = &self.broken else { return Vec::new() };
+        let mut sets = UnionFind::new(self.len());
+        for (vertex, neighbors) in (0..).zip(&broken.neighbors) {
+            for &next in neighbors.iter().skip(1).step_by(2).filter(|next| **next != NO_NEIGHBOR) {
+                sets.unite(vertex, next);
+            }
+        }
+        let (count, set_of) = sets.labels();
+        if count == self.components.count {
+            return Vec::new();
+        }
+        let mut sizes = vec![0; count];
+        set_of.iter().for_each(|&set| sizes[set as usize] += 1);
+        // The greatest set of each component; of several the first one.
+        let mut greatest = vec![None; self.components.count];
+        for (&set, &component) in set_of.iter().zip(&self.components.of_vertex) {
+            let found: &mut Option<u32> = &mut greatest[component as usize];
+            if found.is_none_or(|found| sizes[found as usize] < sizes[set as usize]) {
+                *found = Some(set);
+            }
+        }
+        let mut has_copies = vec![false; broken.whole_len];
+        broken.sources.iter().for_each(|&source| has_copies[source as usize] = true);
+        let is_loose = |&vertex: &u32| {
+            let component = self.components.of_vertex[vertex as usize];
+            greatest[component as usize] != Some(set_of[vertex as usize])
+        };
+        let loose = (0..self.len() as u32).filter(is_loose).map(|vertex| self.source(vertex));
+        let is_new = |source: &u32| has_copies[*source as usize] && unsplit.binary_search(source).is_err();
+        let mut loose: Vec<u32> = loose.filter(is_new).collect();
+        loose.sort_unstable();
+        loose.dedup();
+        loose
+    }
+
+    /// Mends all joints, which removes the copies.
+    fn mend(&mut self) {
+        let Some(broken) = self.broken.take() else { return };
+        let Broken { whole_len, whole: Whole { links, occupied_cells, components }, .. } = *broken;
+        self.indices.truncate(whole_len);
+        (self.links, self.occupied_cells, self.components) = (links, occupied_cells, components);
+    }
+}
+
+/// The classes of (cell, corner) after joints broke.
+struct Classes {
+    /// Vertices at the corners of each cell.
+    corners: Vec<[u32; 8]>,
+    /// For each copy, the vertex of the whole lattice at its grid index.
+    sources: Vec<u32>,
+    /// The vertices of the whole lattice at the corners of broken joints, sorted, but for those that stay whole.
+    split: Vec<u32>,
+}
+
+impl Classes {
+    /// Finds the classes at the corners of the broken joints. `corners`: those of the whole lattice. `unsplit`:
+    /// vertices that have one class in each piece, sorted. `pieces`: the piece of each cell.
+    fn of(
+        whole: &Lattice,
+        mut corners: Vec<[u32; 8]>,
+        joints: &[Joint],
+        (unsplit, pieces): (&[u32], &[u32]),
+    ) -> Self {
+        let mut at_joints: Vec<u32> =
+            joints.iter().flat_map(|joint| joint.corners(corners[joint.cell as usize])).collect();
+        at_joints.sort_unstable();
+        at_joints.dedup();
+        let (mut split, mut sources) = (Vec::with_capacity(at_joints.len()), Vec::new());
+        for vertex in at_joints {
+            let cells =
+                std::array::from_fn(|octant| whole.cell_around(whole.indices[vertex as usize], octant));
+            let mut classes = classes_around(&cells, |joint| joints.binary_search(&joint).is_err());
+            // Cells that touch at an edge or a corner only, and that no joints connect around the vertex, stay
+            // connected: the lowest cells of the classes that the whole lattice has.
+            let before = classes_around(&cells, |_| true);
+            let lowest_of = |label: u8| (0..8).find(|&k| before[k] == label && cells[k].is_some());
+            let firsts: Vec<usize> = (0..8).filter_map(|label| lowest_of(label as u8)).collect();
+            for &other in firsts.iter().skip(1) {
+                let (kept, united) = (classes[firsts[0]], classes[other]);
+                classes.iter_mut().filter(|class| **class == united).for_each(|class| *class = kept);
+            }
+            let is_unsplit = unsplit.binary_search(&vertex).is_ok();
+            if is_unsplit {
+                // The lowest cell of each piece is the label of its class.
+                let piece = cells.map(|cell| cell.map(|cell| pieces[cell as usize]));
+                classes = piece.map(|own| piece.iter().position(|other| *other == own).unwrap_or(0) as u8);
+            }
+            let copies = sources.len();
+            // The class of the lowest cell keeps the number of the vertex. Octants are in the order of the cells.
+            let mut numbers = [u32::MAX; 8];
+            let mut is_first = true;
+            for k in 0..8 {
+                let Some(cell) = cells[k] else { continue };
+                let number = &mut numbers[usize::from(classes[k])];
+                if *number == u32::MAX {
+                    *number = if is_first { vertex } else { (whole.len() + sources.len()) as u32 };
+                    if !is_first {
+                        sources.push(vertex);
+                    }
+                    is_first = false;
+                }
+                corners[cell as usize][7 - k] = *number;
+            }
+            if !is_unsplit || sources.len() > copies {
+                split.push(vertex);
+            }
+        }
+        Self { corners, sources, split }
+    }
+
+    /// Builds the lattice of the classes.
+    fn lattice(self, mut whole: Lattice, neighbors: &[[u32; 6]], joints: &[Joint]) -> Lattice {
+        let Self { corners, sources, split } = self;
+        let whole_len = whole.len();
+        let neighbors = links((&whole, neighbors), &corners, &sources, &split);
+        whole
+            .indices
+            .extend(sources.iter().map(|&source| whole.indices[source as usize]).collect::<Vec<_>>());
+        let (chart, neighbors) = Chart::new(&whole.indices, whole_len, &split, neighbors);
+        let links = neighbors.iter().map(|neighbors| {
+            neighbors
+                .iter()
+                .enumerate()
+                .fold(0, |links, (side, &n)| links | u8::from(n != NO_NEIGHBOR) << side)
+        });
+        let links = links.collect();
+        let mut occupied_cells = vec![0; whole.indices.len()];
+        let mut sets = UnionFind::new(whole.indices.len());
+        for cell in &corners {
+            for &corner in cell {
+                occupied_cells[corner as usize] += 1;
+                sets.unite(cell[0], corner);
+            }
+        }
+        let (count, of_vertex) = sets.labels();
+        let before = Whole {
+            links: std::mem::replace(&mut whole.links, links),
+            occupied_cells: std::mem::replace(&mut whole.occupied_cells, occupied_cells),
+            components: std::mem::replace(&mut whole.components, Components { count, of_vertex }),
+        };
+        let joints = joints.to_vec();
+        let broken = Broken { joints, whole: before, whole_len, sources, corners, neighbors, chart };
+        whole.broken = Some(Box::new(broken));
+        whole
+    }
+}
+
+/// Returns a label of each of the eight cells around a vertex. Two cells have the same label iff joints that `holds`
+/// accepts connect them around the vertex.
+fn classes_around(cells: &[Option<u32>; 8], holds: impl Fn(Joint) -> bool) -> [u8; 8] {
+    let mut labels = [0, 1, 2, 3, 4, 5, 6, 7];
+    for axis in 0..3 {
+        for k in (0..8).filter(|k| k >> axis & 1 == 0) {
+            let next = k | 1 << axis;
+            if let (Some(cell), Some(_)) = (cells[k], cells[next])
+                && holds(Joint { cell, axis: axis as u8 })
+            {
+                let (from, to) = (labels[k].max(labels[next]), labels[k].min(labels[next]));
+                labels.iter_mut().filter(|label| **label == from).for_each(|label| *label = to);
+            }
+        }
+    }
+    labels
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Vector3};
+
+    use super::*;
+    use crate::matching::{Matching, Purpose, Shapes, Workspace};
+    use crate::parallel::Executor;
+    use crate::reference::{Naive, Regions};
+    use crate::simd::lanes::Lanes;
+
+    fn block(size: [i32; 3]) -> Lattice {
+        let [nx, ny, nz] = size;
+        let cells: Vec<_> = (0..nx * ny * nz).map(|k| [k % nx, k / nx % ny, k / nx / ny]).collect();
+        Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap()
+    }
+
+    /// Returns a pseudorandom number in [0, 1).
+    fn random(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (*state >> 40) as f64 / (1u64 << 24) as f64
+    }
+
+    /// Returns the joints along x between the cells at `x` and `x + 1` whose cells `accepts`.
+    fn section(lattice: &Lattice, x: i32, accepts: impl Fn([i32; 3]) -> bool) -> Vec<Joint> {
+        let is_on = |joint: &Joint| {
+            let index = lattice.cells()[joint.cell as usize];
+            joint.axis == 0 && index[0] == x && accepts(index)
+        };
+        lattice.joints().map(|(joint, _)| joint).filter(is_on).collect()
+    }
+
+    /// Checks that the corners, sources, components and links of a lattice fit together.
+    fn check(lattice: &Lattice) {
+        let mut cells = vec![0; lattice.len()];
+        for cell in 0..lattice.cells().len() as u32 {
+            let index = lattice.cells()[cell as usize];
+            for (k, corner) in lattice.cell_corners(cell).into_iter().enumerate() {
+                let offset: [i32; 3] = std::array::from_fn(|a| index[a] + (k as i32 >> a & 1));
+                assert_eq!(lattice.indices()[corner as usize], offset);
+                assert_eq!(lattice.vertex_at(offset), Some(lattice.source(corner)));
+                cells[corner as usize] += 1;
+            }
+            for side in 0..6 {
+                let Some(other) = lattice.joined_cell(cell, side) else { continue };
+                let (own, other) = (lattice.cell_corners(cell), lattice.cell_corners(other));
+                // A joint that holds keeps the four vertices of its face in common.
+                assert_eq!(own.iter().filter(|corner| other.contains(corner)).count(), 4);
+            }
+        }
+        assert_eq!(cells, lattice.occupied_cells());
+        let mut sets = UnionFind::new(lattice.len());
+        for vertex in 0..lattice.len() as u32 {
+            let neighbors = lattice.neighbors(vertex);
+            for (side, other) in neighbors.into_iter().enumerate() {
+                let Some(other) = other else { continue };
+                assert_eq!(lattice.neighbors(other)[side ^ 1], Some(vertex));
+                let components = &lattice.components().of_vertex;
+                assert_eq!(components[vertex as usize], components[other as usize]);
+                sets.unite(vertex, other);
+            }
+        }
+        assert_eq!(sets.labels().0, lattice.components().count, "links connect each component");
+    }
+
+    #[test]
+    fn a_broken_section_divides_a_bar() {
+        let whole = block([6, 3, 3]);
+        let broken = whole.with_broken_joints(&section(&whole, 2, |_| true));
+        check(&broken);
+        assert_eq!((broken.components().count, broken.len()), (2, whole.len() + 16));
+        assert_eq!(broken.with_broken_joints(&[]), whole);
+        let again = broken.with_broken_joints(broken.broken_joints());
+        assert_eq!(again, broken);
+    }
+
+    #[test]
+    fn vertices_at_the_front_of_a_slit_have_no_copies() {
+        let whole = block([6, 4, 3]);
+        let slit = whole.with_broken_joints(&section(&whole, 2, |[_, y, _]| y < 2));
+        check(&slit);
+        // Rows at y = 0 and y = 1 open, the row at y = 2 is the front.
+        assert_eq!((slit.components().count, slit.len()), (1, whole.len() + 2 * 4));
+    }
+
+    #[test]
+    fn cells_that_touch_at_an_edge_stay_connected() {
+        let cells = [[0, 0, 0], [1, 0, 0], [2, 1, 0], [3, 1, 0]];
+        let whole = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
+        let broken = whole.with_broken_joints(&section(&whole, 0, |_| true));
+        check(&broken);
+        assert_eq!(broken.components().count, 2);
+    }
+
+    #[test]
+    fn pieces_are_those_that_joints_connect_and_never_unite_again() {
+        let (mut seed, mut count) = (5, 1);
+        let whole = block([7, 6, 5]);
+        let mut joints: Vec<(f64, Joint)> =
+            whole.joints().map(|(joint, _)| (random(&mut seed), joint)).collect();
+        joints.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for broken in (0..=joints.len()).step_by(20) {
+            let mut broken: Vec<Joint> = joints[..broken].iter().map(|(_, joint)| *joint).collect();
+            broken.sort_unstable();
+            let lattice = whole.with_broken_joints(&broken);
+            check(&lattice);
+            let mut cells = UnionFind::new(whole.cells().len());
+            for (joint, other) in lattice.joints().filter(|(joint, _)| !lattice.is_broken(*joint)) {
+                cells.unite(joint.cell, other);
+            }
+            assert_eq!(lattice.components().count, cells.labels().0);
+            assert!(lattice.components().count >= count);
+            count = lattice.components().count;
+        }
+        assert!(count > 100, "{count}");
+    }
+
+    #[test]
+    fn goals_of_lattices_with_random_broken_joints_are_those_of_the_reference() {
+        let mut seed = 7;
+        for (trial, share) in [0.02, 0.1, 0.3, 0.6, 0.1, 0.3, 0.2, 0.4].into_iter().enumerate() {
+            let whole = block([7, 6, 5]);
+            let joints: Vec<_> =
+                whole.joints().map(|(joint, _)| joint).filter(|_| random(&mut seed) < share).collect();
+            let lattice = whole.with_broken_joints(&joints);
+            check(&lattice);
+            let masses: Vec<f32> =
+                lattice.occupied_cells().iter().map(|&cells| f32::from(cells) / 8.0).collect();
+            let positions: Vec<Point3<f64>> = (0..lattice.len() as u32)
+                .map(|vertex| {
+                    let shift = Vector3::from_fn(|_, _| f64::from((0.3 * random(&mut seed)) as f32));
+                    (lattice.rest_position(vertex) + shift).map(|x| f64::from(x as f32))
+                })
+                .collect();
+            for half_width in 1..=7 {
+                let matching = Matching::new(&lattice, &masses, half_width);
+                let mut local = Lanes::zeros(matching.layout.blocks());
+                for (&slot, position) in matching.layout.slots().iter().zip(&positions) {
+                    local.set(slot, position.coords.map(|x| x as f32).into());
+                }
+                let mut rotations = Lanes::filled(matching.layout.blocks(), crate::state::IDENTITIES);
+                let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
+                let fitted = (&local, &mut rotations, Shapes::Rest);
+                matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
+                let goals = matching.goals(&workspace, &executor);
+                let naive = Naive::new(&lattice, half_width, Regions::Staircase);
+                let vectors: Vec<Vector3<f64>> = positions.iter().map(|position| position.coords).collect();
+                let expected = naive.goals(&naive.motions(&vectors));
+                for (vertex, (&slot, expected)) in matching.layout.slots().iter().zip(&expected).enumerate() {
+                    let goal = Vector3::from(goals.get(slot).map(f64::from));
+                    assert!(
+                        (goal - expected).norm() < 2e-4,
+                        "{trial} {half_width} {vertex}: {goal} {expected}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Compares a file that has all frames of a sequence with the records of the frames.
+
+use std::path::Path;
+
+use super::record::{Compare, Record};
+use super::{OutputError, Sequence};
+use crate::count::counted;
+
+/// Returns the problem of a file with `complete` frames, of which `frames` are to be kept.
+pub(super) fn too_short(complete: u64, frames: u64) -> String {
+    format!("it has {complete} of {} to keep", counted(frames as usize, "frame"))
+}
+
+/// Returns the problem of a file whose frame with the number `index` in the file is not that of its record.
+pub(super) fn changed(sequence: &Sequence, index: u64, path: &Path) -> String {
+    let number = sequence.first + index * sequence.every;
+    format!("frame {number} of {} has changed since it was written", path.display())
+}
+
+/// Compares the contents of the frames of [`Sequence::continued_path`] with their records. `start`: offset of the first
+/// frame. Returns the problem if they differ.
+pub(super) fn check_frames(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+    mut start: u64,
+) -> Result<Option<String>, OutputError> {
+    if compare == Compare::Sizes {
+        return Ok(None);
+    }
+    let path = sequence.continued_path();
+    for (record, index) in records.iter().zip(0..) {
+        let found = Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))?;
+        if found != *record {
+            return Ok(Some(changed(sequence, index, &path)));
+        }
+        start += record.bytes;
+    }
+    Ok(None)
+}

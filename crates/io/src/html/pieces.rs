@@ -1,0 +1,165 @@
+//! The pieces of the broken bodies of a frame: their numbers of points, and their faces and links when these change.
+//!
+//! ```text
+//! u32  number of broken bodies
+//! for each of them
+//!      u32  index of the body
+//!      u64  hash of the faces and links: frames with the same hash have the same ones
+//!      u32  number of vertices of the mesh, number of vertices of the lattice
+//!      u32  number of faces, of caps, of corners and of links; 0 if the faces and links are those of the frame before
+//!      u8   the arrays of the faces and links, unless these numbers are 0
+//! ```
+//!
+//! The first vertices of the mesh and of the lattice are those of the whole body, and the caps are the last faces. The
+//! arrays are the number of corners of each face, for each face that is no cap the face of the whole body to which it
+//! belongs, the corners of all faces, the first vertex at the position of each vertex, and the pairs of lattice
+//! vertices that are linked. See `points::pack_words`.
+
+use supple::mesh::Mesh;
+use supple::{FaceSource, Lattice};
+
+use super::points::pack_words;
+
+/// Number of words before the arrays of a body.
+const WORDS: usize = 9;
+
+/// The faces of the pieces of a body, and the links of its lattice.
+#[derive(Debug)]
+pub(crate) struct Topology {
+    /// Numbers of faces, caps, corners and links.
+    counts: [u32; 4],
+    arrays: Vec<u8>,
+}
+
+impl Topology {
+    /// `sources`: origin of each face.
+    pub(crate) fn new(mesh: &Mesh, sources: &[FaceSource], lattice: &Lattice) -> Self {
+        let links = links(lattice);
+        let of_whole: Vec<u32> = sources
+            .iter()
+            .filter_map(|source| match *source {
+                FaceSource::Whole(face) | FaceSource::Part(face) => Some(face),
+                FaceSource::Cap { .. } => None,
+            })
+            .collect();
+        let caps = &sources[of_whole.len()..];
+        debug_assert!(
+            caps.iter().all(|cap| matches!(cap, FaceSource::Cap { .. })),
+            "caps are the last faces"
+        );
+        let corners: u32 = mesh.faces().map(|face| face.len() as u32).sum();
+        let faces = mesh.face_count() as u32;
+        let mut arrays = Vec::new();
+        pack_words(mesh.faces().map(|face| face.len() as u32), &mut arrays);
+        pack_words(of_whole.iter().copied(), &mut arrays);
+        pack_words(mesh.faces().flatten().copied(), &mut arrays);
+        pack_words(mesh.weld().iter().copied(), &mut arrays);
+        pack_words(links.as_flattened().iter().copied(), &mut arrays);
+        Self { counts: [faces, caps.len() as u32, corners, links.len() as u32], arrays }
+    }
+}
+
+/// Returns the pairs of linked vertices of a lattice.
+pub(super) fn links(lattice: &Lattice) -> Vec<[u32; 2]> {
+    let of_vertex = |vertex: u32| {
+        let [_, x, _, y, _, z] = lattice.neighbors(vertex);
+        [x, y, z].into_iter().flatten().map(move |next| [vertex, next])
+    };
+    (0..lattice.len() as u32).flat_map(of_vertex).collect()
+}
+
+/// A broken body in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BrokenBody {
+    /// Index of the body.
+    pub(crate) body: usize,
+    /// Hash of its faces and links.
+    pub(crate) identity: u64,
+    /// Numbers of vertices of its mesh and its lattice.
+    pub(crate) points: [usize; 2],
+}
+
+impl BrokenBody {
+    /// Appends the body to the pieces of a frame, with its topology if it is not that of the frame before.
+    pub(super) fn write(&self, topology: Option<&Topology>, pieces: &mut Vec<u8>) {
+        let [mesh, lattice] = self.points.map(|points| points as u32);
+        pieces.extend((self.body as u32).to_le_bytes());
+        pieces.extend(self.identity.to_le_bytes());
+        let counts = topology.map_or([0; 4], |topology| topology.counts);
+        pieces.extend([mesh, lattice].into_iter().chain(counts).flat_map(u32::to_le_bytes));
+        pieces.extend(topology.iter().flat_map(|topology| &topology.arrays));
+    }
+}
+
+/// Reads the pieces at the start of `bytes`. Returns the broken bodies and the size of the pieces in bytes, or `None`
+/// if they are incomplete or invalid.
+pub(super) fn read(bytes: &[u8]) -> Option<(Vec<BrokenBody>, usize)> {
+    let (count, mut rest) = bytes.split_first_chunk::<4>()?;
+    let mut bodies = Vec::new();
+    for _ in 0..u32::from_le_bytes(*count) {
+        let (words, after) = rest.split_at_checked(4 * WORDS)?;
+        let word = |index: usize| u32::from_le_bytes(std::array::from_fn(|byte| words[4 * index + byte]));
+        let [faces, caps, corners, links] = [5, 6, 7, 8].map(|index| u64::from(word(index)));
+        let arrays = match faces {
+            0 => 0,
+            _ => faces + faces.checked_sub(caps)? + corners + u64::from(word(3)) + 2 * links,
+        };
+        rest = after.split_at_checked(usize::try_from(4 * arrays).ok()?)?.1;
+        bodies.push(BrokenBody {
+            body: word(0) as usize,
+            identity: u64::from(word(1)) | u64::from(word(2)) << 32,
+            points: [word(3) as usize, word(4) as usize],
+        });
+    }
+    Some((bodies, bytes.len() - rest.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use supple::{Body, Origin};
+
+    use super::*;
+
+    /// The pieces of a frame with two broken bodies, the second one with the topology of the frame before.
+    fn pieces() -> (Vec<u8>, [BrokenBody; 2]) {
+        let vertices = vec![[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+        let mesh = Mesh::new(vertices, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+        let mut body = Body::builder(mesh).cell_size(1.0).build().unwrap();
+        body.cut([1.0, 0.0, 0.0], [1.0, 0.1, 0.2]).unwrap();
+        let (mesh, lattice, origin) = (body.mesh().unwrap(), body.lattice(), body.piece_mesh().unwrap());
+        assert!(origin.origins().iter().any(|origin| matches!(origin, Origin::Cap { .. })));
+        let topology = Topology::new(mesh, origin.face_sources(), lattice);
+        let first = BrokenBody { body: 3, identity: 9, points: [mesh.vertices().len(), lattice.len()] };
+        let second = BrokenBody { body: 5, identity: u64::MAX - 1, points: [7, 8] };
+        let mut bytes = 2_u32.to_le_bytes().to_vec();
+        first.write(Some(&topology), &mut bytes);
+        second.write(None, &mut bytes);
+        (bytes, [first, second])
+    }
+
+    #[test]
+    fn pieces_read_back_with_their_size() {
+        let (mut bytes, bodies) = pieces();
+        let size = bytes.len();
+        bytes.extend([1; 50]);
+        assert_eq!(read(&bytes), Some((bodies.to_vec(), size)));
+        assert_eq!(read(&[0; 9]), Some((Vec::new(), 4)));
+    }
+
+    #[test]
+    fn incomplete_and_changed_pieces_are_refused() {
+        let (bytes, _) = pieces();
+        for length in 0..bytes.len() {
+            assert_eq!(read(&bytes[..length]), None, "{length} bytes");
+        }
+        // More caps than faces, and more elements than any file has.
+        for word in [5, 6, 7, 8] {
+            let mut changed = bytes.clone();
+            changed[4 + 4 * word..8 + 4 * word].fill(0xff);
+            assert_eq!(read(&changed), None, "word {word}");
+        }
+        let mut changed = bytes.clone();
+        changed[..4].fill(0xff);
+        assert_eq!(read(&changed), None);
+    }
+}

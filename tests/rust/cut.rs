@@ -1,0 +1,294 @@
+//! Cuts of meshes along the broken joints of lattices: closed pieces, the same volume, smooth caps.
+
+use nalgebra::{Point3, Vector3};
+use supple::{
+    BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Lattice, LatticeOptions, Mesh, Origin,
+    Resolution, cut,
+};
+
+use crate::shapes;
+
+/// Returns a closed box with faces of `n` x `n` quads. The six sides share no vertices.
+fn cuboid(size: [f64; 3], n: i32) -> Mesh {
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    for side in 0..6 {
+        let (axis, upper) = (side / 2, side % 2);
+        let first = vertices.len() as u32;
+        for k in 0..(n + 1) * (n + 1) {
+            let mut p = [0.0; 3];
+            p[axis] = f64::from(u8::from(upper > 0)) * size[axis];
+            p[(axis + 1) % 3] = f64::from(k % (n + 1)) / f64::from(n) * size[(axis + 1) % 3];
+            p[(axis + 2) % 3] = f64::from(k / (n + 1)) / f64::from(n) * size[(axis + 2) % 3];
+            vertices.push(p);
+        }
+        for k in 0..n * n {
+            let a = first + (k / n * (n + 1) + k % n) as u32;
+            let [b, c, d] = [a + 1, a + n as u32 + 2, a + n as u32 + 1];
+            faces.push(if upper > 0 { vec![a, b, c, d] } else { vec![a, d, c, b] });
+        }
+    }
+    Mesh::new(vertices, &faces).unwrap()
+}
+
+/// Returns a torus around the z axis.
+fn torus(around: u32, across: u32) -> Mesh {
+    let angle = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
+    let vertices = (0..around * across).map(|k| {
+        let (a, b) = (angle(k / across, around), angle(k % across, across));
+        let radius = 1.0 + 0.4 * b.cos();
+        [radius * a.cos(), radius * a.sin(), 0.4 * b.sin()]
+    });
+    let at = |i: u32, j: u32| i % around * across + j % across;
+    let faces: Vec<_> = (0..around * across)
+        .map(|k| (k / across, k % across))
+        .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
+        .collect();
+    Mesh::new(vertices.collect(), &faces).unwrap()
+}
+
+/// Returns the bust that the scenes use.
+fn bust() -> Mesh {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
+    supple_io::obj::read(path).unwrap()
+}
+
+fn lattice(mesh: &Mesh, vertices: usize) -> Lattice {
+    let options = LatticeOptions { resolution: Resolution::Vertices(vertices), ..LatticeOptions::default() };
+    Lattice::from_mesh(mesh, &options).unwrap()
+}
+
+/// Returns the joints between cells on opposite sides of each plane, where `is_broken` accepts the middle of the joint.
+fn joints(
+    lattice: &Lattice,
+    planes: &[CrackPlane],
+    is_broken: impl Fn(&Point3<f64>) -> bool,
+) -> Vec<BrokenJoint> {
+    let center = |index: [i32; 3]| {
+        lattice.origin() + Vector3::from(index.map(|x| f64::from(x) + 0.5)) * lattice.cell_size()
+    };
+    let mut joints = Vec::new();
+    for (cell, &index) in lattice.cells().iter().enumerate() {
+        for axis in 0..3 {
+            let mut next = index;
+            next[axis] += 1;
+            if lattice.cell_at(next).is_none() {
+                continue;
+            }
+            let (a, b) = (center(index), center(next));
+            let crosses =
+                |plane: &CrackPlane| plane.is_positive(lattice, index) != plane.is_positive(lattice, next);
+            let crack = (0..planes.len()).find(|&n| crosses(&planes[n]));
+            let crack = crack.filter(|_| is_broken(&nalgebra::center(&a, &b)));
+            if let Some(crack) = crack {
+                joints.push(BrokenJoint { cell: cell as u32, axis: axis as u8, crack: crack as u32 });
+            }
+        }
+    }
+    joints
+}
+
+/// Checks that the pieces are closed, keep the volume, and are described.
+fn check(name: &str, mesh: &Mesh, lattice: &Lattice, pieces: &CutMesh) {
+    let (before, after) = (mesh.topology(), pieces.mesh.topology());
+    assert_eq!(after.open_edges, before.open_edges, "{name}: open edges");
+    assert_eq!(pieces.unclosed_faces, 0, "{name}");
+    let volume = pieces.mesh.signed_volume();
+    assert!((volume / mesh.signed_volume() - 1.0).abs() < 1e-12, "{name}: {volume} {}", mesh.signed_volume());
+    let count = pieces.mesh.vertices().len();
+    assert_eq!(pieces.mesh.vertices()[..mesh.vertices().len()], *mesh.vertices());
+    assert_eq!((pieces.hosts.len(), pieces.origins.len()), (count, count));
+    assert!(pieces.hosts.iter().all(|&host| (host as usize) < lattice.cells().len()));
+    assert_eq!(pieces.face_sources.len(), pieces.mesh.face_count());
+    for (vertex, origin) in pieces.origins.iter().enumerate() {
+        let at = |vertex: u32| mesh.vertices()[vertex as usize];
+        let expected = match *origin {
+            Origin::Vertex(vertex) => at(vertex),
+            Origin::Edge { vertices: [a, b], t } => at(a) + (at(b) - at(a)) * t,
+            Origin::Face { vertices, weights } => {
+                let sum: Vector3<f64> = (0..3).map(|c| at(vertices[c]).coords * weights[c]).sum();
+                sum.into()
+            }
+            Origin::Cap { .. } => continue,
+        };
+        let error = (pieces.mesh.vertices()[vertex] - expected).norm();
+        assert!(error < 1e-9 * lattice.cell_size(), "{name}: vertex {vertex} {origin:?} is off by {error}");
+    }
+}
+
+/// Returns the number of faces whose vertices follow cells on different sides of a plane.
+fn faces_across(lattice: &Lattice, planes: &[CrackPlane], pieces: &CutMesh) -> usize {
+    let is_across = |face: &&[u32]| {
+        let side = |plane: &CrackPlane, vertex: u32| {
+            plane.is_positive(lattice, lattice.cells()[pieces.hosts[vertex as usize] as usize])
+        };
+        planes.iter().any(|plane| face.iter().any(|&v| side(plane, v) != side(plane, face[0])))
+    };
+    pieces.mesh.faces().filter(is_across).count()
+}
+
+/// Returns the root mean square of the distances of the cap's vertices from the planes, in cells.
+fn roughness(lattice: &Lattice, planes: &[CrackPlane], pieces: &CutMesh) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for (face, source) in pieces.mesh.faces().zip(&pieces.face_sources) {
+        if let FaceSource::Cap { crack } = source {
+            let CrackPlane { point, normal } = planes[*crack as usize];
+            for &corner in face {
+                let position = pieces.mesh.vertices()[corner as usize];
+                sum += (normal.normalize().dot(&(position - point)) / lattice.cell_size()).powi(2);
+                count += 1;
+            }
+        }
+    }
+    (sum / f64::from(count.max(1))).sqrt()
+}
+
+fn meshes() -> Vec<(&'static str, Mesh, Lattice)> {
+    let shapes = [
+        ("box", cuboid([2.0, 1.0, 1.0], 2)),
+        ("fine box", cuboid([1.0; 3], 30)),
+        ("ball", shapes::ball(1.0)),
+        ("torus", torus(40, 20)),
+        ("bust", bust()),
+    ];
+    let with_lattice = |(name, mesh)| {
+        let lattice = lattice(&mesh, 1000);
+        (name, mesh, lattice)
+    };
+    shapes.map(with_lattice).into()
+}
+
+/// Returns a plane through the middle of a mesh. `aligned`: whether its normal is an axis.
+fn random_plane(random: &mut fastrand::Rng, mesh: &Mesh, aligned: bool) -> CrackPlane {
+    let (low, high) = mesh.bounds();
+    let mut at = || 0.3 + 0.4 * random.f64();
+    let point = Point3::from(std::array::from_fn::<_, 3, _>(|a| low[a] + at() * (high[a] - low[a])));
+    let normal = if aligned {
+        Vector3::ith(random.usize(..3), 1.0)
+    } else {
+        Vector3::from_fn(|_, _| 2.0 * random.f64() - 1.0)
+    };
+    CrackPlane { point, normal }
+}
+
+#[test]
+fn pieces_of_random_cracks_are_closed_and_keep_the_volume() {
+    for (name, mesh, lattice) in meshes() {
+        let mut random = fastrand::Rng::with_seed(7);
+        for n in 0..50 {
+            let count = 1 + n % 3;
+            let planes: Vec<_> = (0..count).map(|_| random_plane(&mut random, &mesh, n % 5 == 0)).collect();
+            // Half of the cases break one side of another plane only.
+            let is_partial = n % 2 == 1;
+            let half = random_plane(&mut random, &mesh, false);
+            let is_broken = |p: &Point3<f64>| !is_partial || half.normal.dot(&(p - half.point)) > 0.0;
+            let joints = joints(&lattice, &planes, is_broken);
+            for surface in [CutSurface::Cells, CutSurface::Smooth] {
+                let name = format!("{name}, case {n}, {surface:?}");
+                let pieces = cut(&mesh, &lattice, &joints, &planes, surface).unwrap();
+                check(&name, &mesh, &lattice, &pieces);
+                if !is_partial {
+                    // Where several cracks meet there can be wedges without a cell on their side of all planes.
+                    let most = if count == 1 || surface == CutSurface::Cells {
+                        0
+                    } else {
+                        pieces.mesh.face_count() / 50
+                    };
+                    let across = faces_across(&lattice, &planes, &pieces);
+                    assert!(across <= most, "{name}: {across}");
+                }
+                if planes.len() == 1 && surface == CutSurface::Smooth {
+                    // Only corners that are farther from the plane than they may move are off it.
+                    let roughness = roughness(&lattice, &planes, &pieces);
+                    assert!(roughness <= 0.2, "{name}: {roughness}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn pieces_of_crossing_cracks_are_separate() {
+    let mesh = cuboid([2.0; 3], 3);
+    let lattice = lattice(&mesh, 1000);
+    let plane = |normal: [f64; 3]| CrackPlane { point: Point3::new(1.05, 0.95, 1.1), normal: normal.into() };
+    for (planes, expected) in [
+        (vec![plane([1.0, 0.0, 0.0])], 2),
+        (vec![plane([1.0, 0.4, 0.3])], 2),
+        (vec![plane([1.0, 0.0, 0.0]), plane([0.0, 1.0, 0.0])], 4),
+        (vec![plane([1.0, 0.2, 0.3]), plane([-0.3, 1.0, 0.2]), plane([0.1, -0.3, 1.0])], 8),
+    ] {
+        let joints = joints(&lattice, &planes, |_| true);
+        for surface in [CutSurface::Cells, CutSurface::Smooth] {
+            let pieces = cut(&mesh, &lattice, &joints, &planes, surface).unwrap();
+            check(&format!("{planes:?}"), &mesh, &lattice, &pieces);
+            let components = &pieces.mesh.topology().components;
+            assert_eq!(components.len(), expected, "{planes:?} {surface:?}");
+            assert!(components.iter().all(|piece| piece.closed && piece.signed_volume > 0.0));
+        }
+    }
+}
+
+#[test]
+fn a_slit_leaves_one_piece_that_shares_its_front() {
+    let mesh = cuboid([2.0; 3], 5);
+    let lattice = lattice(&mesh, 1000);
+    let planes = [CrackPlane { point: Point3::new(1.0, 1.0, 1.0), normal: Vector3::new(0.2, 1.0, 0.1) }];
+    let joints = joints(&lattice, &planes, |p| p.x < 0.9);
+    for surface in [CutSurface::Cells, CutSurface::Smooth] {
+        let pieces = cut(&mesh, &lattice, &joints, &planes, surface).unwrap();
+        check("slit", &mesh, &lattice, &pieces);
+        assert_eq!(pieces.mesh.topology().components.len(), 1, "{surface:?}");
+        let caps = pieces.face_sources.iter().filter(|source| matches!(source, FaceSource::Cap { .. }));
+        assert!(caps.count() >= 2 * joints.len(), "{surface:?}");
+    }
+}
+
+#[test]
+fn cuts_of_nothing_change_nothing() {
+    let mesh = cuboid([2.0, 1.0, 1.0], 4);
+    let lattice = lattice(&mesh, 300);
+    let pieces = cut(&mesh, &lattice, &[], &[], CutSurface::Smooth).unwrap();
+    assert!(pieces.mesh.faces().eq(mesh.faces()) && pieces.mesh.vertices() == mesh.vertices());
+    assert!(pieces.face_sources.iter().zip(0..).all(|(source, face)| *source == FaceSource::Whole(face)));
+    let embedding = supple::internals::Embedding::new(&lattice, mesh.vertices());
+    assert!(pieces.hosts.iter().enumerate().all(|(vertex, &host)| host == embedding.cell(vertex)));
+}
+
+#[test]
+fn open_inside_out_and_crumpled_meshes_are_cut_without_panic() {
+    let mut random = fastrand::Rng::with_seed(3);
+    for n in 0..40 {
+        let ball = shapes::ball(1.0);
+        let mut vertices: Vec<[f64; 3]> = ball.vertices().iter().map(|&vertex| vertex.into()).collect();
+        let mut faces: Vec<Vec<u32>> = ball.faces().map(<[u32]>::to_vec).collect();
+        match n % 4 {
+            0 => faces.truncate(faces.len() / 2),
+            1 => faces.iter_mut().for_each(|face| face.reverse()),
+            2 => vertices.iter_mut().flatten().for_each(|x| *x += 0.5 * random.f64()),
+            _ => faces.retain(|_| random.u8(..4) > 0),
+        }
+        let mesh = Mesh::new(vertices, &faces).unwrap();
+        let lattice = lattice(&mesh, 500);
+        let planes = [random_plane(&mut random, &mesh, n % 3 == 0), random_plane(&mut random, &mesh, false)];
+        let joints = joints(&lattice, &planes, |_| true);
+        for surface in [CutSurface::Cells, CutSurface::Smooth] {
+            let pieces = cut(&mesh, &lattice, &joints, &planes, surface).unwrap();
+            if n % 4 == 1 {
+                check("inside out", &mesh, &lattice, &pieces);
+            }
+        }
+    }
+}
+
+#[test]
+fn cuts_have_the_same_bits_each_time() {
+    let mesh = bust();
+    let lattice = lattice(&mesh, 800);
+    let mut random = fastrand::Rng::with_seed(1);
+    let planes = [random_plane(&mut random, &mesh, false), random_plane(&mut random, &mesh, false)];
+    let joints = joints(&lattice, &planes, |_| true);
+    let run = || cut(&mesh, &lattice, &joints, &planes, CutSurface::Smooth).unwrap();
+    let (a, b) = (run(), run());
+    assert!(a.mesh.vertices() == b.mesh.vertices() && a.mesh.faces().eq(b.mesh.faces()));
+    assert!(a.hosts == b.hosts && a.cap_uvs == b.cap_uvs && a.mesh.weld() == b.mesh.weld());
+}

@@ -1,0 +1,419 @@
+//! Bodies that break: cracks, pieces, their meshes and volumes, cuts and saved states.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Rotation3, Vector3};
+use supple::reference::joint_strains;
+use supple::{
+    Body, BodyBuilder, BreakLimit, Collider, FractureOptions, Handle, Key, Lattice, Material, Mesh,
+    Selection, Simulation, TimeWindow, VolumeMeasure,
+};
+
+use crate::common::{lattice, without_gravity};
+
+/// Options with a strain limit and no variation.
+fn breaks_at(strain: f64) -> FractureOptions {
+    FractureOptions { noise: 0.0, ..FractureOptions::new(BreakLimit::Strain(strain)) }
+}
+
+/// Returns the mesh of a cuboid of unit cells: a quad for each face of a cell on its surface.
+fn cuboid(size: [usize; 3]) -> Mesh {
+    let mut vertices: Vec<[f64; 3]> = Vec::new();
+    let mut faces: Vec<[u32; 4]> = Vec::new();
+    let mut numbers = std::collections::BTreeMap::new();
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for at in [0, size[axis]] {
+            for (i, j) in (0..size[u]).flat_map(|i| (0..size[v]).map(move |j| (i, j))) {
+                let quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[di, dj]| {
+                    let mut place = [0; 3];
+                    (place[axis], place[u], place[v]) = (at, i + di, j + dj);
+                    *numbers.entry(place).or_insert_with(|| {
+                        vertices.push(place.map(|x| x as f64));
+                        vertices.len() as u32 - 1
+                    })
+                });
+                let [a, b, c, d] = quad;
+                faces.push(if at > 0 { quad } else { [a, d, c, b] });
+            }
+        }
+    }
+    Mesh::new(vertices, &faces).unwrap()
+}
+
+/// Mass, momentum, angular momentum about the origin, and kinetic energy.
+struct Quantities {
+    mass: f64,
+    linear: Vector3<f64>,
+    angular: Vector3<f64>,
+    kinetic: f64,
+    /// Sum of m |v| and of m |x| |v|, by which rounding errors are measured.
+    scale: [f64; 2],
+}
+
+fn quantities(body: &Body) -> Quantities {
+    let (linear, angular) = (Vector3::zeros(), Vector3::zeros());
+    let mut sums = Quantities { mass: 0.0, linear, angular, kinetic: 0.0, scale: [0.0; 2] };
+    for ((m, x), v) in body.masses().into_iter().zip(body.positions()).zip(body.velocities()) {
+        sums.mass += m;
+        sums.linear += v * m;
+        sums.angular += x.coords.cross(&v) * m;
+        sums.kinetic += 0.5 * m * v.norm_squared();
+        sums.scale[0] += m * v.norm();
+        sums.scale[1] += m * x.coords.norm() * v.norm();
+    }
+    sums
+}
+
+/// Asserts that an event changed neither mass nor momenta nor the kinetic energy, but for the rounding of sums in f64.
+fn assert_kept(before: &Quantities, after: &Quantities) {
+    assert_eq!(after.mass, before.mass);
+    assert!((after.linear - before.linear).norm() <= 1e-12 * before.scale[0]);
+    assert!((after.angular - before.angular).norm() <= 1e-12 * before.scale[1]);
+    assert!((after.kinetic - before.kinetic).abs() <= 1e-12 * before.kinetic);
+}
+
+#[test]
+fn cuts_keep_mass_momenta_energy_and_the_volume_of_each_piece() {
+    let body = Body::builder(cuboid([8, 4, 4])).cell_size(1.0).material(Material::fast_lsm());
+    let body = body.volume(VolumeMeasure::Mesh).velocity([1.0, 2.0, 3.0]).spin([0.3, -0.2, 0.5]);
+    let mut simulation = without_gravity(body.build().unwrap());
+    simulation.steps(3);
+    let rest = simulation.bodies()[0].mesh().unwrap().volume();
+    for (version, normal) in [(1, [1.0, 0.3, 0.1]), (2, [0.0, 1.0, 0.2])] {
+        let before = quantities(&simulation.bodies()[0]);
+        let points = simulation.bodies()[0].positions();
+        let center = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
+        let known = simulation.bodies()[0].broken_joints();
+        let broken = simulation.body_mut(0).cut(center.into(), normal).unwrap();
+        let body = &simulation.bodies()[0];
+        assert_eq!((body.pieces(), body.topology_version()), (2 * version, version as u64));
+        assert_eq!(body.broken_joints(), known + broken);
+        assert_kept(&before, &quantities(body));
+        let mesh = body.mesh().unwrap();
+        assert!(mesh.is_closed());
+        assert!((mesh.volume() - rest).abs() <= 1e-12 * rest);
+        simulation.steps(30);
+        let report = simulation.body(0).volume_report();
+        assert_eq!(report.components.len(), 2 * version);
+        for component in &report.components {
+            assert!(component.residual.abs() <= 1e-6, "{component:?}");
+        }
+        let vertices = simulation.bodies()[0].mesh().unwrap().vertices().len();
+        assert_eq!(simulation.body(0).surface().positions.len(), vertices);
+    }
+    let outside = simulation.body_mut(0).cut([1e3; 3], [1.0, 0.0, 0.0]).unwrap();
+    assert_eq!((outside, simulation.bodies()[0].topology_version()), (0, 2));
+    assert!(simulation.body_mut(0).cut([0.0; 3], [0.0; 3]).is_err());
+    assert!(simulation.body_mut(0).cut([f64::NAN; 3], [1.0; 3]).is_err());
+}
+
+/// Returns a bar of 24 x 8 x 8 cells, turned about z, with a notch `notch` cells wide and two deep in the middle of its
+/// upper side.
+fn bar(degrees: f64, notch: f64) -> Lattice {
+    let back = Rotation3::from_axis_angle(&Vector3::z_axis(), -degrees.to_radians());
+    let mut cells = Vec::new();
+    for k in 0..40 * 40 * 8 {
+        let cell = [k % 40 - 20, k / 40 % 40 - 20, k / 1600];
+        let center = back * Vector3::from(cell.map(|i| f64::from(i) + 0.5));
+        let is_notch = center.x.abs() < notch / 2.0 && center.y > 2.0;
+        if center.x.abs() < 12.0 && center.y.abs() < 4.0 && !is_notch {
+            cells.push(cell);
+        }
+    }
+    lattice(&cells)
+}
+
+/// Returns the vertices of a bar that are more than 10.5 cells from its middle, on one side.
+fn end(bar: &Lattice, degrees: f64, side: f64) -> Selection {
+    let axis = axis(degrees) * side;
+    let is_end = |vertex: &u32| bar.rest_position(*vertex).coords.dot(&axis) > 10.5;
+    Selection::Vertices((0..bar.len() as u32).filter(is_end).collect())
+}
+
+fn axis(degrees: f64) -> Vector3<f64> {
+    Rotation3::from_axis_angle(&Vector3::z_axis(), degrees.to_radians()) * Vector3::x()
+}
+
+/// Returns a bar whose ends are driven to poses within 4 s.
+fn driven(bar: Lattice, degrees: f64, half_width: usize, pose: impl Fn(f64) -> Key) -> BodyBuilder {
+    let handle = |side: f64| Handle {
+        selection: end(&bar, degrees, side),
+        motion: vec![Key { time: 0.0, translate: [0.0; 3], rotate: [0.0; 3] }, pose(side)].into(),
+        window: TimeWindow::default(),
+    };
+    let (first, second) = (handle(1.0), handle(-1.0));
+    let body = Body::from_lattice(bar).material(Material::fast_lsm()).half_width(half_width);
+    body.stiffness(0.5).damping_rate(20.0).handle(first).handle(second)
+}
+
+/// Pulls the ends of a bar apart.
+fn pulled(bar: Lattice, degrees: f64, half_width: usize) -> BodyBuilder {
+    let pose =
+        |side: f64| Key { time: 4.0, translate: (axis(degrees) * (4.0 * side)).into(), rotate: [0.0; 3] };
+    driven(bar, degrees, half_width, pose)
+}
+
+fn simulation(body: BodyBuilder, threads: usize) -> Simulation {
+    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
+    builder.dt(1.0 / 240.0).threads(threads).build().unwrap()
+}
+
+/// Steps until the body has parted, at most 4 s. Returns the step in which the first joint broke.
+fn step_until_parted(simulation: &mut Simulation) -> u64 {
+    let mut first = 0;
+    for _ in 0..4 * 240 {
+        simulation.step();
+        if first == 0 && simulation.bodies()[0].broken_joints() > 0 {
+            first = simulation.step_count();
+        }
+        if simulation.bodies()[0].pieces() > 1 {
+            break;
+        }
+    }
+    first
+}
+
+#[test]
+fn notched_bars_part_in_two_pieces_at_the_notch() {
+    // The section below the notch has 6 x 8 joints. A plane beside the middle of the notch, or one that is not along the
+    // cells, meets more.
+    for half_width in [1, 2] {
+        for (degrees, most) in [(0.0, 60), (30.0, 75), (45.0, 75)] {
+            let body = pulled(bar(degrees, 2.0), degrees, half_width).fracture(breaks_at(0.1));
+            let mut simulation = simulation(body, 1);
+            step_until_parted(&mut simulation);
+            let body = &simulation.bodies()[0];
+            assert_eq!(body.pieces(), 2, "{half_width} {degrees}");
+            assert!(
+                (48..=most).contains(&body.broken_joints()),
+                "{half_width} {degrees}: {}",
+                body.broken_joints()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_slow_pull_without_a_notch_makes_one_crack() {
+    for half_width in [1, 2, 3] {
+        let options = FractureOptions { noise: 0.05, ..breaks_at(0.1) };
+        let mut simulation = simulation(pulled(bar(0.0, 0.0), 0.0, half_width).fracture(options), 1);
+        step_until_parted(&mut simulation);
+        let body = &simulation.bodies()[0];
+        assert_eq!(body.pieces(), 2, "{half_width}");
+        assert!((64..=80).contains(&body.broken_joints()), "{half_width}: {}", body.broken_joints());
+    }
+}
+
+#[test]
+fn a_crack_in_a_bent_bar_stops() {
+    let pose =
+        |side: f64| Key { time: 4.0, translate: [-3.0 * side, 0.0, 0.0], rotate: [0.0, 0.0, 70.0 * side] };
+    let body = driven(bar(0.0, 0.0), 0.0, 1, pose).fracture(breaks_at(0.1));
+    let mut simulation = simulation(body, 1);
+    simulation.steps(4 * 240);
+    let body = &simulation.bodies()[0];
+    assert_eq!(body.pieces(), 1);
+    assert!((16..64).contains(&body.broken_joints()), "{}", body.broken_joints());
+}
+
+#[test]
+fn a_spinning_bar_flies_apart_and_gains_no_energy() {
+    let body = Body::from_lattice(bar(0.0, 0.0)).material(Material::fast_lsm()).half_width(1).stiffness(0.5);
+    let body = body.spin([0.0, 0.0, 14.0]).fracture(breaks_at(0.05)).build().unwrap();
+    // Without contact, the pieces are the only system whose momenta must stay the same to rounding.
+    let builder = Simulation::builder().body(body).gravity([0.0; 3]).contact(false);
+    let mut simulation = builder.dt(1.0 / 240.0).build().unwrap();
+    let before = quantities(&simulation.bodies()[0]);
+    let mut energy = f64::INFINITY;
+    for _ in 0..200 {
+        simulation.step();
+        let kinetic = quantities(&simulation.bodies()[0]).kinetic;
+        energy = kinetic + simulation.body(0).elastic_energy().unwrap();
+        // Verlet's method keeps an energy near this one; the stretch of the bar oscillates.
+        assert!(energy < 1.05 * before.kinetic, "{energy} {}", before.kinetic);
+    }
+    assert!(energy < before.kinetic);
+    let body = &simulation.bodies()[0];
+    assert!(body.pieces() > 1);
+    let after = quantities(body);
+    assert_eq!(after.mass, before.mass);
+    // The momenta of pieces are measured anew from f32 velocities at each event.
+    assert!((after.linear - before.linear).norm() <= 1e-6 * before.scale[0]);
+    assert!((after.angular - before.angular).norm() <= 1e-6 * before.scale[1]);
+}
+
+#[test]
+fn saved_states_of_breaking_bodies_continue_with_the_same_bits() {
+    let build = |threads| {
+        let options = FractureOptions::new(BreakLimit::Strain(0.1));
+        simulation(pulled(bar(30.0, 2.0), 30.0, 1).fracture(options), threads)
+    };
+    let mut whole = build(1);
+    let start = whole.state();
+    while whole.bodies()[0].broken_joints() == 0 {
+        whole.step();
+    }
+    whole.steps(4);
+    let state = whole.state();
+    let mut resumed = build(2);
+    resumed.restore(&state).unwrap();
+    assert_eq!(resumed.bodies()[0].topology_version(), whole.bodies()[0].topology_version());
+    for _ in 0..60 {
+        whole.step();
+        resumed.step();
+        assert_eq!(whole.state(), resumed.state());
+    }
+    assert_eq!(whole.bodies()[0].pieces(), 2);
+    assert_eq!(whole.body(0).surface().positions, resumed.body(0).surface().positions);
+    // Back to the whole body, and on.
+    resumed.restore(&start).unwrap();
+    assert_eq!((resumed.bodies()[0].pieces(), resumed.bodies()[0].topology_version()), (1, 0));
+    resumed.steps(whole.step_count());
+    assert_eq!(whole.state(), resumed.state());
+}
+
+#[test]
+fn bodies_that_do_not_break_have_the_same_bits() {
+    let run = |options: Option<FractureOptions>| {
+        let body = pulled(bar(0.0, 2.0), 0.0, 2);
+        let body = if let Some(options) = options { body.fracture(options) } else { body };
+        let mut simulation = simulation(body, 1);
+        simulation.steps(100);
+        simulation.bodies()[0].positions()
+    };
+    assert_eq!(run(Some(breaks_at(10.0))), run(None));
+}
+
+/// Pieces fit together where a body was cut, also where the smooth surface of the cut leaves their cells, so that they do not
+/// push each other apart.
+#[test]
+fn pieces_of_a_cut_body_stay_at_rest() {
+    for planes in [vec![[0.0, 1.0, 0.0]], vec![[0.3, 1.0, 0.2]], vec![[0.3, 1.0, 0.2], [1.0, 0.1, 0.3]]] {
+        let body = Body::builder(cuboid([8; 3])).lattice_vertices(600).build().unwrap();
+        let mut simulation = without_gravity(body);
+        for normal in &planes {
+            assert!(simulation.body_mut(0).cut([4.0; 3], *normal).unwrap() > 30);
+        }
+        assert!(simulation.body(0).pieces() > 1, "{planes:?}");
+        simulation.advance(100);
+        assert!(simulation.contacts().len() > 100, "{planes:?}");
+        // Rounding of the positions to f32, whose unit is 1e-6 cells, in each of 100 steps of 0.01 s.
+        let speed = simulation.body(0).velocities().iter().map(|v| v.norm()).fold(0.0, f64::max);
+        assert!(speed < 1e-2, "{planes:?}: {speed} units per second");
+    }
+}
+
+#[test]
+fn pieces_touch_each_other() {
+    // A block on a plane, cut in an upper and a lower half, of which the upper one is then lifted and falls back.
+    let body = Body::builder(cuboid([6, 6, 6])).cell_size(1.0).youngs_modulus(1e7).damping_ratio(0.5);
+    let plane = Collider::plane([0.0, -0.01, 0.0], [0.0, 1.0, 0.0]);
+    let builder =
+        Simulation::builder().body(body.build().unwrap()).collider(plane).gravity([0.0, -9.81, 0.0]);
+    let mut simulation = builder.dt(1.0 / 120.0).build().unwrap();
+    simulation.steps(20);
+    simulation.body_mut(0).cut([3.0, 3.0, 3.0], [0.0, 1.0, 0.0]).unwrap();
+    let upper = |body: &Body| -> Vec<usize> {
+        let lattice = body.lattice();
+        let top = (0..lattice.len() as u32).find(|&v| lattice.rest_position(v).y > 5.9).unwrap();
+        let piece = lattice.components().of_vertex[top as usize];
+        (0..lattice.len()).filter(|&v| lattice.components().of_vertex[v] == piece).collect()
+    };
+    let body = simulation.body_mut(0);
+    let vertices = upper(body);
+    let mut positions = body.positions();
+    vertices.iter().for_each(|&vertex| positions[vertex].y += 0.5);
+    body.set_positions(&positions).unwrap();
+    simulation.steps(240);
+    let body = &simulation.bodies()[0];
+    let heights: Vec<f64> = vertices.iter().map(|&vertex| body.positions()[vertex].y).collect();
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    // It lies on the lower half, which is three cells high and compressed a little by its weight.
+    assert!((2.7..3.05).contains(&lowest), "{lowest}");
+}
+
+/// A plane beside a slanted face cuts off cells that contain a part of the mesh on the other side of the plane only.
+#[test]
+fn pieces_without_a_surface_do_not_fall_through_the_ground() {
+    let corners = [0, 1, 2]
+        .map(|axis| [-1.0, 1.0].map(|side| [0, 1, 2].map(|a| if a == axis { 4.0 * side } else { 0.0 })));
+    let faces: Vec<[u32; 3]> = (0u32..8)
+        .map(|k| {
+            let [x, y, z] = [k & 1, 2 + (k >> 1 & 1), 4 + (k >> 2 & 1)];
+            if k.count_ones() % 2 == 1 { [x, y, z] } else { [x, z, y] }
+        })
+        .collect();
+    let octahedron = Mesh::new(corners.concat(), &faces).unwrap();
+    let body = Body::builder(octahedron).cell_size(1.0).build().unwrap();
+    let ground = Collider::plane([0.0, -5.0, 0.0], [0.0, 1.0, 0.0]);
+    let mut simulation = Simulation::builder()
+        .body(body)
+        .collider(ground)
+        .gravity([0.0, -9.81, 0.0])
+        .fps(60.0)
+        .build()
+        .unwrap();
+    // Just outside the face.
+    assert!(simulation.body_mut(0).cut([4.05, 0.0, 0.0], [1.0; 3]).unwrap() > 0);
+    let body = &simulation.bodies()[0];
+    let with_surface: BTreeSet<u32> = body.piece_of_mesh_vertices().unwrap().into_iter().collect();
+    assert!(with_surface.len() < body.pieces());
+    // A fall from the greatest height, 9 units, takes 1.4 s, and what falls through the ground is 35 units lower after 3 s.
+    simulation.advance(180);
+    let lowest = simulation.bodies()[0].positions().iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!(lowest > -6.0, "{lowest}");
+}
+
+/// A piece that hangs by an edge swings freely, so that the lowest frequency of a cut body would be none.
+#[test]
+fn a_body_that_was_cut_keeps_the_damping_of_the_whole_body() {
+    let frequency = |normals: &[[f64; 3]]| {
+        let mut simulation = without_gravity(Body::builder(cuboid([12, 6, 6])).build().unwrap());
+        for normal in normals {
+            assert!(simulation.body_mut(0).cut([5.0, 3.0, 3.0], *normal).unwrap() > 0);
+        }
+        simulation.body(0).lowest_frequency().unwrap()
+    };
+    let whole = frequency(&[]);
+    assert_eq!(whole, frequency(&[[1.0, 0.0, 0.0]]));
+    assert_eq!(whole, frequency(&[[0.3, 1.0, 0.2], [1.0, 0.1, 0.3]]));
+}
+
+#[test]
+fn the_first_joint_that_breaks_has_the_greatest_strain_of_the_reference() {
+    let limit = 0.1;
+    let mut simulation = simulation(pulled(bar(30.0, 2.0), 30.0, 1).fracture(breaks_at(limit)), 1);
+    while simulation.bodies()[0].broken_joints() == 0 {
+        // The step finds the strains of the goal positions before it moves the vertices.
+        let body = &simulation.bodies()[0];
+        let goals: Vec<Vector3<f64>> = body.goals().iter().map(|goal| goal.coords).collect();
+        let strains = joint_strains(body.lattice(), &goals);
+        let greatest = strains.iter().map(|(_, strain)| *strain).fold(0.0, f64::max);
+        simulation.step();
+        let broken = simulation.bodies()[0].lattice().broken_joints();
+        assert_eq!(!broken.is_empty(), greatest > limit, "{greatest}");
+        if let [found] = broken {
+            // Strains within a thousandth count as equal. Goals in f32 have rounding errors of about 1e-6 cells.
+            let (_, strain) = strains.iter().find(|(joint, _)| joint == found).unwrap();
+            assert!(*strain >= greatest * (1.0 - 1.1e-3), "{strain} {greatest}");
+        }
+    }
+    assert_eq!(simulation.bodies()[0].broken_joints(), 1);
+}
+
+#[test]
+fn faces_of_pieces_follow_one_piece() {
+    let body = Body::builder(cuboid([10, 6, 6])).cell_size(0.7).build().unwrap();
+    let mut simulation = without_gravity(body);
+    for normal in [[1.0, 0.4, 0.3], [0.9, -0.5, 0.2], [0.1, 1.0, -0.4]] {
+        simulation.body_mut(0).cut([5.0, 3.0, 3.0], normal).unwrap();
+        let body = &simulation.bodies()[0];
+        let (mesh, piece) = (body.mesh().unwrap(), body.piece_of_mesh_vertices().unwrap());
+        assert!(mesh.is_closed());
+        for face in mesh.faces() {
+            assert!(face.iter().all(|&vertex| piece[vertex as usize] == piece[face[0] as usize]), "{face:?}");
+        }
+    }
+}
