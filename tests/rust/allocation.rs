@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, Collider, Display, Handle, HandleMotion, Key, Lattice, Material, Mesh, MeshAnimation,
-    Pin, Plasticity, Preservation, Selection, Simulation, SkinKind, Substeps, TimeWindow, Touched,
-    VolumeMeasure, VolumeOptions, VolumeScope,
+    Body, BodyBuilder, BreakLimit, Collider, Display, FractureOptions, Handle, HandleMotion, Key, Lattice,
+    Material, Mesh, MeshAnimation, Pin, Plasticity, Preservation, Selection, Simulation, SkinKind, Substeps,
+    TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
@@ -32,7 +32,7 @@ fn sheet() -> Mesh {
     Mesh::new(vertices, &[[0, 1, 2, 3]]).unwrap()
 }
 
-/// Returns a simulation of a plastic body with both kinds of damping, a pin, a moving handle and contact with the ground.
+/// Returns a simulation of a plastic body that can break with both kinds of damping, a pin, a moving handle and contact with the ground.
 fn full_simulation(n: i32, threads: usize) -> Simulation {
     let top = Selection::Plane { point: [0.0, 0.1 * f64::from(n), 0.0], normal: [0.0, 1.0, 0.0] };
     let corner = Selection::Sphere { center: [0.0; 3], radius: 0.05 };
@@ -41,6 +41,7 @@ fn full_simulation(n: i32, threads: usize) -> Simulation {
         .damping_ratio(0.2)
         .region_damping(0.1)
         .plastic(Plasticity { yield_strain: 1e-3, ..Plasticity::default() })
+        .fracture(FractureOptions { rotation: Some(180.0), ..FractureOptions::new(BreakLimit::Strain(9.0)) })
         .pin(Pin { selection: corner, window: TimeWindow::default() })
         .handle(Handle {
             selection: top,
@@ -247,16 +248,14 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "elastic damping",
         "begin contacts",
         "shape matching",
+        "fracture",
         "integration",
         "contacts",
         "pins and handles",
         "volume correction",
     ];
     assert_eq!(stages(&sim), all);
-    assert_eq!(
-        sim.plan().bodies[0].left_out,
-        ["external forces", "fracture", "contact of bodies", "mesh update"]
-    );
+    assert_eq!(sim.plan().bodies[0].left_out, ["external forces", "contact of bodies", "mesh update"]);
     let bare =
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{Rotation3, Vector3};
-use supple::reference::joint_strains;
+use supple::reference::{Naive, Regions, joint_strains};
 use supple::{
     Body, BodyBuilder, BreakLimit, Collider, FractureOptions, Handle, Key, Lattice, Material, Mesh,
     Selection, Simulation, TimeWindow, VolumeMeasure,
@@ -159,19 +159,14 @@ fn simulation(body: BodyBuilder, threads: usize) -> Simulation {
     builder.dt(1.0 / 240.0).threads(threads).build().unwrap()
 }
 
-/// Steps until the body has parted, at most 4 s. Returns the step in which the first joint broke.
-fn step_until_parted(simulation: &mut Simulation) -> u64 {
-    let mut first = 0;
+/// Steps until the body has parted, at most 4 s.
+fn step_until_parted(simulation: &mut Simulation) {
     for _ in 0..4 * 240 {
         simulation.step();
-        if first == 0 && simulation.bodies()[0].broken_joints() > 0 {
-            first = simulation.step_count();
-        }
         if simulation.bodies()[0].pieces() > 1 {
             break;
         }
     }
-    first
 }
 
 #[test]
@@ -386,10 +381,12 @@ fn the_first_joint_that_breaks_has_the_greatest_strain_of_the_reference() {
     let limit = 0.1;
     let mut simulation = simulation(pulled(bar(30.0, 2.0), 30.0, 1).fracture(breaks_at(limit)), 1);
     while simulation.bodies()[0].broken_joints() == 0 {
-        // The step finds the strains of the goal positions before it moves the vertices.
+        // The step finds the strains before it moves the vertices.
         let body = &simulation.bodies()[0];
-        let goals: Vec<Vector3<f64>> = body.goals().iter().map(|goal| goal.coords).collect();
-        let strains = joint_strains(body.lattice(), &goals);
+        let positions: Vec<Vector3<f64>> = body.positions().iter().map(|p| p.coords).collect();
+        let masses = body.fit_masses();
+        let naive = Naive::new(body.lattice(), body.half_width(), Regions::Staircase).with_masses(masses);
+        let strains = joint_strains(body.lattice(), &naive.motions(&positions));
         let greatest = strains.iter().map(|(_, strain)| *strain).fold(0.0, f64::max);
         simulation.step();
         let broken = simulation.bodies()[0].lattice().broken_joints();
@@ -416,4 +413,195 @@ fn faces_of_pieces_follow_one_piece() {
             assert!(face.iter().all(|&vertex| piece[vertex as usize] == piece[face[0] as usize]), "{face:?}");
         }
     }
+}
+
+/// Pulls a notched bar apart, and returns the greatest force of a handle. Asks for the force after each step, also after
+/// those in which the bar breaks.
+fn greatest_load(degrees: f64, half_width: usize) -> f64 {
+    let body = pulled(bar(degrees, 2.0), degrees, half_width).fracture(breaks_at(0.1));
+    let mut simulation = simulation(body, 1);
+    let mut greatest: f64 = 0.0;
+    while simulation.bodies()[0].pieces() == 1 {
+        simulation.step();
+        let hold = simulation.body(0).hold_force(0).unwrap().unwrap();
+        greatest = greatest.max(hold.force.dot(&axis(degrees)));
+    }
+    greatest
+}
+
+#[test]
+fn notched_bars_break_at_the_same_load_however_they_lie_in_the_grid() {
+    for half_width in [1, 2] {
+        let loads = [0.0, 30.0, 45.0].map(|degrees| greatest_load(degrees, half_width));
+        let [least, greatest] = [f64::min, f64::max].map(|of| loads.into_iter().reduce(of).unwrap());
+        // The number of cells below the notch, by which the section is known to a sixth, follows from the angle.
+        assert!(greatest <= 1.15 * least, "{half_width}: {loads:?}");
+    }
+}
+
+#[test]
+fn the_force_of_a_pin_is_known_after_a_state_is_restored() {
+    let mut simulation = simulation(pulled(bar(0.0, 0.0), 0.0, 1), 1);
+    simulation.steps(100);
+    let state = simulation.state();
+    let before = simulation.body(0).hold_force(0).unwrap().unwrap().force;
+    simulation.restore(&state).unwrap();
+    let after = simulation.body(0).hold_force(0).unwrap().unwrap().force;
+    // The reaction of the damping is missing until the next step; the bar moves slowly.
+    assert!((after - before).norm() < 0.1 * before.norm(), "{before} {after}");
+}
+
+#[test]
+fn bodies_break_in_the_same_way_on_any_number_of_threads() {
+    let cells: Vec<_> = (0..36 * 14 * 14).map(|k| [k % 36, k / 36 % 14, k / 504]).collect();
+    let block = lattice(&cells);
+    // Lattices of up to 4,096 vertices are one task.
+    assert!(block.len() > 4096);
+    let run = |threads| {
+        let layer = |x: f64| {
+            let is_in = |vertex: &u32| block.rest_position(*vertex).x == x;
+            Selection::Vertices((0..block.len() as u32).filter(is_in).collect())
+        };
+        let handle = |x: f64, way: f64| Handle {
+            selection: layer(x),
+            motion: vec![
+                Key { time: 0.0, translate: [0.0; 3], rotate: [0.0; 3] },
+                Key { time: 0.5, translate: [way, 0.0, 0.0], rotate: [0.0; 3] },
+            ]
+            .into(),
+            window: TimeWindow::default(),
+        };
+        let options =
+            FractureOptions { rotation: Some(60.0), ..FractureOptions::new(BreakLimit::Strain(0.1)) };
+        let body = Body::from_lattice(block.clone()).material(Material::fast_lsm()).half_width(2);
+        let body = body.handle(handle(0.0, -4.0)).handle(handle(36.0, 4.0)).fracture(options);
+        let mut simulation = simulation(body, threads);
+        simulation.steps(100);
+        simulation
+    };
+    let (one, two) = (run(1), run(2));
+    assert!(one.bodies()[0].pieces() > 1);
+    assert_eq!(one.state(), two.state());
+}
+
+/// Returns the vertices of the piece that contains the vertex nearest to a rest position.
+fn piece_at(body: &Body, place: [f64; 3]) -> Vec<usize> {
+    let lattice = body.lattice();
+    let distance = |vertex: &u32| (lattice.rest_position(*vertex) - nalgebra::Point3::from(place)).norm();
+    let nearest = (0..lattice.len() as u32).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+    let of_vertex = &lattice.components().of_vertex;
+    (0..lattice.len()).filter(|&vertex| of_vertex[vertex] == of_vertex[nearest as usize]).collect()
+}
+
+#[test]
+fn a_cut_goes_through_the_piece_that_it_meets() {
+    let body = Body::builder(cuboid([8, 4, 4])).cell_size(1.0).build().unwrap();
+    let mut simulation = without_gravity(body);
+    simulation.body_mut(0).cut([4.0, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap();
+    // The right half is turned by a right angle about z, and its center, at rest at x = 6, is moved to x = 20.
+    let body = simulation.body_mut(0);
+    let right = piece_at(body, [8.0, 2.0, 2.0]);
+    let mut positions = body.positions();
+    for &vertex in &right {
+        let [x, y, z] = [0, 1, 2].map(|axis| positions[vertex][axis] - [6.0, 2.0, 2.0][axis]);
+        positions[vertex] = [20.0 - y, 2.0 + x, 2.0 + z].into();
+    }
+    body.set_positions(&positions).unwrap();
+    // Between the pieces there is nothing to cut.
+    assert_eq!(body.cut([10.0, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap(), 0);
+    assert_eq!((body.pieces(), body.topology_version()), (2, 1));
+    // The rest plane x = 7 of the right half is at y = 3. The left half is below.
+    assert_eq!(body.cut([20.0, 3.0, 2.0], [0.0, -1e200, 0.0]).unwrap(), 16 + 8 * 2);
+    assert_eq!(body.pieces(), 4);
+}
+
+#[test]
+fn forces_stay_on_the_material_on_which_they_act() {
+    let body =
+        Body::builder(cuboid([6, 4, 4])).cell_size(1.0).material(Material::fast_lsm()).build().unwrap();
+    let mut simulation = without_gravity(body);
+    simulation.body_mut(0).cut([4.0, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap();
+    let body = simulation.body_mut(0);
+    let right = piece_at(body, [6.0, 2.0, 2.0]);
+    let mass: f64 = right.iter().map(|&vertex| body.masses()[vertex]).sum();
+    let forces: Vec<(u32, [f64; 3])> =
+        right.iter().map(|&vertex| (vertex as u32, [0.0, 0.0, 100.0 * body.masses()[vertex]])).collect();
+    body.apply_forces(&forces).unwrap();
+    // Splits and numbers vertices of both pieces before the force acts.
+    assert!(body.cut([3.0, 2.0, 2.0], [0.0, 1.0, 0.0]).unwrap() > 0);
+    assert!(body.cut([1.5, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap() > 0);
+    simulation.step();
+    let body = &simulation.bodies()[0];
+    let after = quantities(body);
+    let expected = mass * 100.0 * simulation.dt();
+    assert!((after.linear.z - expected).abs() < 1e-6 * expected, "{} {expected}", after.linear.z);
+    // The other pieces have none of it: their speed is the rounding of positions up to 8, 5e-7, in a step of 0.01 s.
+    for vertex in piece_at(body, [0.0, 0.0, 2.0]) {
+        assert!(body.velocities()[vertex].z.abs() < 1e-4);
+    }
+}
+
+#[test]
+fn a_whole_state_that_is_restored_after_a_cut_continues_with_the_same_bits() {
+    // Cells that are filled in part, whose shares are rounded where bodies break.
+    let build =
+        || without_gravity(Body::builder(crate::shapes::ball(1.0)).spin([1.0, 2.0, 3.0]).build().unwrap());
+    let (mut never, mut cut) = (build(), build());
+    never.steps(5);
+    cut.steps(5);
+    let state = cut.state();
+    let before = cut.bodies()[0].mass();
+    cut.body_mut(0).cut([0.1, 0.2, 0.0], [1.0, 0.3, 0.1]).unwrap();
+    assert!((cut.bodies()[0].mass() / before - 1.0).abs() < 1e-7);
+    cut.restore(&state).unwrap();
+    assert_eq!(cut.bodies()[0].masses(), never.bodies()[0].masses());
+    never.steps(20);
+    cut.steps(20);
+    assert_eq!(never.state(), cut.state());
+}
+
+#[test]
+fn a_body_of_the_lattice_of_a_broken_body_is_an_error() {
+    let mut body = Body::builder(cuboid([6, 4, 4])).cell_size(1.0).build().unwrap();
+    body.cut([3.0, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap();
+    let error = Body::from_lattice(body.lattice().clone()).build().unwrap_err();
+    assert!(error.to_string().contains("broken body"), "{error}");
+}
+
+/// The strength of a part is that of its own Young's modulus: with a tenth of it, it breaks at ten times the strain.
+#[test]
+fn strength_is_a_stress_also_in_zones() {
+    let strain_at_break = |factor: f64| {
+        let bar = bar(0.0, 0.0);
+        let everywhere = Selection::Vertices((0..bar.len() as u32).collect());
+        let modulus = simulation(pulled(bar.clone(), 0.0, 1), 1).body(0).youngs_modulus().unwrap();
+        let options =
+            FractureOptions { noise: 0.0, ..FractureOptions::new(BreakLimit::Strength(0.02 * modulus)) };
+        let body = pulled(bar, 0.0, 1).fracture(options).zone(supple::Zone::new(everywhere, factor));
+        let mut simulation = simulation(body, 1);
+        while simulation.bodies()[0].broken_joints() == 0 {
+            simulation.step();
+        }
+        simulation.time()
+    };
+    // The bar is pulled at a constant speed.
+    let ratio = strain_at_break(0.25) / strain_at_break(1.0);
+    assert!((3.6..4.4).contains(&ratio), "{ratio}");
+}
+
+/// A bar that flows while it is pulled has little stress, and breaks later than an elastic one.
+#[test]
+fn plastic_strain_breaks_nothing() {
+    let time_of_break = |plastic: Option<supple::Plasticity>| {
+        let body = pulled(bar(0.0, 0.0), 0.0, 1).fracture(breaks_at(0.1));
+        let body = if let Some(plastic) = plastic { body.plastic(plastic) } else { body };
+        let mut simulation = simulation(body, 1);
+        while simulation.bodies()[0].broken_joints() == 0 && simulation.time() < 4.0 {
+            simulation.step();
+        }
+        simulation.time()
+    };
+    let soft = supple::Plasticity { yield_strain: 0.02, creep: 50.0, ..Default::default() };
+    assert!(time_of_break(None) < 2.0);
+    assert_eq!(time_of_break(Some(soft)), 4.0);
 }

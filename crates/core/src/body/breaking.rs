@@ -6,14 +6,15 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::transfer::{Parents, transfer};
 use super::{Body, StepContext};
 use crate::contact::Contacts;
-use crate::dynamics::{ElasticDamper, MomentumTracker, RegionDamper, StiffnessFactors};
+use crate::cut::CrackPlane;
+use crate::dynamics::{ElasticDamper, MomentumTracker, RegionDamper};
 use crate::error::Error;
-use crate::fracture::{Cracks, Fracture, FractureOptions, Stretch};
+use crate::fracture::{Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, cell_shares, masses_of_shares};
 use crate::matching::{Matching, Workspace};
 use crate::mesh::Mesh;
@@ -32,7 +33,7 @@ pub(super) struct Breaking {
     whole_masses: Vec<f32>,
     /// Whether joints were found that break at the end of the step.
     is_due: bool,
-    /// Whether the contacts of the simulation have to learn of new pieces.
+    /// Whether there are pieces that the contacts of the simulation have not registered.
     has_new_pieces: bool,
 }
 
@@ -40,6 +41,7 @@ impl Body {
     /// Prepares the body to break. `shares`: the filled share of each cell, which the masses of the body have.
     pub(super) fn arm(&mut self, options: FractureOptions, shares: Vec<f64>) {
         self.breaking = Some(Box::new(self.create_breaking(Some(options), shares)));
+        self.matching.set_spreads(true);
     }
 
     /// Prepares the body to be cut.
@@ -108,8 +110,8 @@ impl Body {
     /// Cuts the body along a plane: breaks all joints between cells on different sides of it. Returns the number of
     /// joints that broke.
     ///
-    /// The plane is in world space. It is carried back to the rest shape by the affine motion that fits the body best,
-    /// so that it is met exactly where the body is not bent.
+    /// The plane is in world space. It is carried back to the rest shape of each connected piece by the affine motion that
+    /// fits the piece best, so that it is met exactly where the piece is not bent.
     ///
     /// * `point`: a point of the plane.
     /// * `normal`: a normal, of any length > 0.
@@ -118,67 +120,87 @@ impl Body {
     ///
     /// A point or normal that is not finite, or a normal of length 0. The body is then unchanged.
     pub fn cut(&mut self, point: [f64; 3], normal: [f64; 3]) -> Result<usize, Error> {
-        for x in point.into_iter().chain(normal) {
+        for x in point {
             in_range("cut", x, x.abs() <= self.coordinate_limit(), "finite and at most 1e15 cells")?;
         }
-        let length = Vector3::from(normal).norm();
-        in_range("length of the normal of a cut", length, length > 0.0, "greater than 0")?;
-        let (point, normal) = self.plane_at_rest(point.into(), Vector3::from(normal) / length);
+        // Divided by the greatest coordinate first, so that no square overflows.
+        let greatest = normal
+            .into_iter()
+            .fold(0.0, |greatest: f64, x| if x.abs() <= greatest { greatest } else { x.abs() });
+        in_range(
+            "length of the normal of a cut",
+            greatest,
+            greatest > 0.0 && greatest.is_finite(),
+            "finite and greater than 0",
+        )?;
+        let normal = (Vector3::from(normal) / greatest).normalize();
+        let planes = self.planes_at_rest(point.into(), normal);
         self.prepare_cut();
         let before = self.broken_joints();
         let Self { breaking: Some(breaking), lattice, .. } = self else { return Ok(0) };
-        if breaking.fracture.cut(lattice, point, normal) {
+        if breaking.fracture.cut(lattice, &planes) {
             self.change_topology()?;
         }
         Ok(self.broken_joints() - before)
     }
 
-    /// Returns a plane of world space at rest, in the model's frame: see [`Body::cut`].
-    fn plane_at_rest(&self, point: Point3<f64>, normal: Vector3<f64>) -> (Point3<f64>, Unit<Vector3<f64>>) {
-        let mass: f64 = self.masses.iter().map(|&mass| f64::from(mass)).sum();
-        let positions = self.positions();
-        let rest = |vertex: usize| self.lattice.rest_position(vertex as u32).coords;
-        let (mut center, mut rest_center) = (Vector3::zeros(), Vector3::zeros());
-        for (vertex, position) in positions.iter().enumerate() {
-            let share = f64::from(self.masses[vertex]) / mass;
-            center += position.coords * share;
-            rest_center += rest(vertex) * share;
+    /// Returns a plane of world space in the rest shape of each component: see [`Body::cut`]. `None` for a component that
+    /// is flattened, so that no plane at rest has this normal.
+    fn planes_at_rest(&self, point: Point3<f64>, normal: Vector3<f64>) -> Vec<Option<CrackPlane>> {
+        let components = self.lattice.components();
+        let mut sums = vec![AffineSums::default(); components.count];
+        let origin = self.state.frame.to_world(Vector3::zeros());
+        let vertices = || {
+            (0..).zip(&components.of_vertex).zip(&self.masses).map(|((vertex, &component), &mass)| {
+                let slot = self.matching.layout.slots()[vertex as usize];
+                let position = self.state.frame.to_world(self.state.local(slot)) - origin;
+                (component as usize, f64::from(mass), position, self.lattice.rest_position(vertex).coords)
+            })
+        };
+        for (component, mass, position, rest) in vertices() {
+            let sums = &mut sums[component];
+            sums.mass += mass;
+            sums.center += position * mass;
+            sums.rest_center += rest * mass;
         }
-        let (mut moment, mut rest_moment) = (nalgebra::Matrix3::zeros(), nalgebra::Matrix3::zeros());
-        for (vertex, position) in positions.iter().enumerate() {
-            let m = f64::from(self.masses[vertex]);
-            let arm = rest(vertex) - rest_center;
-            moment += (position.coords - center) * arm.transpose() * m;
-            rest_moment += arm * arm.transpose() * m;
+        for AffineSums { mass, center, rest_center, .. } in &mut sums {
+            *center /= *mass;
+            *rest_center /= *mass;
         }
-        // Each cell spans three dimensions, so that the moment at rest is regular.
-        let affine =
-            rest_moment.try_inverse().map_or_else(nalgebra::Matrix3::identity, |inverse| moment * inverse);
-        let direction = affine.transpose() * normal;
-        let squared = direction.norm_squared();
-        if squared == 0.0 || !squared.is_finite() {
-            return (Point3::from(rest_center), Unit::new_unchecked(normal));
+        for (component, mass, position, rest) in vertices() {
+            let sums = &mut sums[component];
+            let arm = rest - sums.rest_center;
+            sums.moment += (position - sums.center) * arm.transpose() * mass;
+            sums.rest_moment += arm * arm.transpose() * mass;
         }
-        // The points X with normal . (affine (X - rest_center) + center - point) = 0.
-        let offset = normal.dot(&(point.coords - center)) / squared;
-        (Point3::from(rest_center + direction * offset), Unit::new_normalize(direction))
+        sums.iter().map(|sums| sums.plane_at_rest(point - origin, normal)).collect()
     }
 
     /// Finds the joints that break in this step.
     pub(super) fn find_breaking(&mut self, context: &StepContext, executor: &Executor) {
         let modulus = self.modulus_in_force(context.interval.dt);
-        let half_width = self.half_width();
-        let shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let Self { breaking: Some(breaking), matching, workspace, lattice, state, constraints, .. } = self
+        let (half_width, factor) = (self.half_width(), self.greatest_factor());
+        let Self {
+            breaking: Some(breaking), matching, lattice, state, constraints, stiffness_factors, ..
+        } = self
         else {
             return;
         };
-        let workspace = shared.as_deref().unwrap_or(workspace);
-        matching.goals_into(workspace, executor, breaking.fracture.goals_mut());
-        let held = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
-        let (layout, rotations) = (&matching.layout, &state.rotations);
-        let stretch = Stretch { lattice, layout, rotations, half_width, modulus, held };
-        breaking.is_due = breaking.fracture.find_breaking(&stretch, executor, matching.cascade.task_blocks());
+        if let Some(strains) = &state.strains
+            && let Some(gradients) = breaking.fracture.gradients(modulus, factor)
+        {
+            gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
+        }
+        let deformation = Deformation {
+            lattice,
+            layout: &matching.layout,
+            rotations: &state.rotations,
+            half_width,
+            modulus,
+            factors: stiffness_factors.as_ref().map(|factors| (factors.specified(), factor)),
+            held: constraints.as_ref().map_or(&[], |constraints| constraints.constrained()),
+        };
+        breaking.is_due = breaking.fracture.find_breaking(&deformation);
     }
 
     /// Breaks the joints that the step found. Returns whether there were any.
@@ -186,11 +208,10 @@ impl Body {
         let Some(breaking) = self.breaking.as_mut().filter(|breaking| breaking.is_due) else { return false };
         breaking.is_due = false;
         breaking.fracture.break_found();
-        // The mesh of the pieces has as many vertices as a mesh can have at most, or the body stays as it is displayed.
         self.change_topology().is_ok()
     }
 
-    /// Returns whether the body has pieces of which the contacts of the simulation do not know yet, and forgets it.
+    /// Returns whether the body has pieces that the contacts of the simulation have not registered, and resets this mark.
     pub(crate) fn take_new_pieces(&mut self) -> bool {
         self.breaking.as_mut().is_some_and(|breaking| std::mem::take(&mut breaking.has_new_pieces))
     }
@@ -240,9 +261,9 @@ impl Body {
         breaking.has_new_pieces = true;
         let lattice = breaking.fracture.cracks().broken_lattice(&self.lattice);
         let parents = Parents::new(&self.lattice, &lattice);
-        let masses = masses_of_shares(&lattice, &breaking.shares);
+        let masses = divided_masses(&lattice, &breaking.shares, &breaking.whole_masses);
         let mut matching = Matching::new(&lattice, &masses, self.matching.regions.half_width());
-        matching.set_plastic(self.matching.is_plastic());
+        matching.set_spreads(self.matching.has_spreads());
         breaking.fracture.prepare(&lattice, &matching.layout);
 
         self.state = transfer(&self.state, &parents, &self.masses, (&self.matching, &matching), &lattice);
@@ -260,20 +281,66 @@ impl Body {
         self.surface = self.surface.as_ref().map(|_| OnceLock::new());
         self.workspace =
             if self.is_one_task() { Workspace::default() } else { self.matching.cascade.workspace() };
-        if let Some(factors) = self.stiffness_factors.take() {
-            let specified = factors.specified();
-            let specified = parents.first.iter().map(|&parent| specified[parent as usize]).collect();
-            self.replace_stiffness_factors(Some(StiffnessFactors::new(specified)?));
+        if let Some(factors) = &mut self.stiffness_factors {
+            factors.transfer(&parents.first);
+            self.pass_stiffness_factors();
         }
         if let Some(constraints) = &mut self.constraints {
             constraints.transfer(&parents.first);
             self.track_constraints();
         }
-        if let Some(spacing) = self.contacts.as_ref().map(Contacts::spacing) {
-            self.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
+        if let Some(forces) = &mut self.forces {
+            forces.transfer(&parents.pairs(), &self.masses);
+        }
+        if let Some(before) = self.contacts.take() {
+            let mut contacts = Contacts::within(before.spacing(), self.create_samples(before.spacing()));
+            contacts.continue_from(&before, &parents.first, &self.lattice);
+            self.contacts = Some(contacts);
         }
         self.renew_body_contact();
         self.wake();
         Ok(())
+    }
+}
+
+/// Returns the masses of the vertices of a broken lattice: copies share the mass of their vertex in proportion to the filled
+/// shares of their cells.
+fn divided_masses(lattice: &Lattice, shares: &[f64], whole_masses: &[f32]) -> Vec<f32> {
+    if lattice.broken_joints().is_empty() {
+        return whole_masses.to_vec();
+    }
+    let parts = masses_of_shares(lattice, shares);
+    let source = |vertex: usize| lattice.source(vertex as u32) as usize;
+    let mut sums = vec![0.0; whole_masses.len()];
+    parts.iter().enumerate().for_each(|(vertex, &part)| sums[source(vertex)] += f64::from(part));
+    // The masses of an armed body are made of the same shares, so that this factor is exactly 1.
+    let factor = |source: usize| f64::from(whole_masses[source]) / sums[source];
+    let part = |(vertex, &part): (usize, &f32)| (f64::from(part) * factor(source(vertex))) as f32;
+    parts.iter().enumerate().map(part).collect()
+}
+
+/// Sums over the vertices of a component, for the affine motion from its rest shape that fits it best.
+#[derive(Clone, Debug, Default)]
+struct AffineSums {
+    mass: f64,
+    center: Vector3<f64>,
+    rest_center: Vector3<f64>,
+    /// Σ m (x - center) (x⁰ - rest center)ᵀ
+    moment: Matrix3<f64>,
+    /// Σ m (x⁰ - rest center) (x⁰ - rest center)ᵀ
+    rest_moment: Matrix3<f64>,
+}
+
+impl AffineSums {
+    /// Returns the plane at rest that the motion moves to a plane through `point`.
+    fn plane_at_rest(&self, point: Vector3<f64>, normal: Vector3<f64>) -> Option<CrackPlane> {
+        let affine = self.moment * self.rest_moment.try_inverse()?;
+        // The points X with normal . (affine (X - rest_center) + center - point) = 0.
+        let direction = affine.transpose() * normal;
+        let squared = direction.norm_squared();
+        let offset = normal.dot(&(point - self.center)) / squared;
+        let point = Point3::from(self.rest_center + direction * offset);
+        let is_finite = squared > 0.0 && point.iter().all(|x| x.is_finite());
+        is_finite.then(|| CrackPlane { point, normal: direction.normalize() })
     }
 }

@@ -12,7 +12,8 @@ use crate::dynamics::{
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{
-    Embedding, Lattice, LatticeOptions, Resolution, cell_shares, masses_of_shares, vertex_masses,
+    Embedding, Lattice, LatticeError, LatticeOptions, Resolution, cell_shares, masses_of_shares,
+    vertex_masses,
 };
 use crate::matching::{Matching, Workspace};
 use crate::mesh::Mesh;
@@ -322,6 +323,9 @@ impl BodyBuilder {
         self.touching.validate()?;
         self.fracture.iter().try_for_each(FractureOptions::validate)?;
         let (lattice, surface) = match self.shape {
+            Shape::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
+                return Err(LatticeError::Broken.into());
+            }
             Shape::Lattice(lattice) => {
                 let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
                 (scaled, None)

@@ -109,7 +109,7 @@ impl Body {
             Stage::BeginContacts => ("stores the velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
-                let plastic = if self.matching.is_plastic() { ", plastic shapes" } else { "" };
+                let plastic = if self.state.strains.is_some() { ", plastic shapes" } else { "" };
                 let suffix = if limiter.is_some() { ", energy limiter" } else { "" };
                 let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
                 let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());

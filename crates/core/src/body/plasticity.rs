@@ -27,10 +27,10 @@ impl Body {
     /// Creates or removes the plastic shapes and the constants for them.
     pub(super) fn update_plastic(&mut self) {
         let is_plastic = self.material.plastic.is_some();
-        if is_plastic == self.state.strains.is_some() && is_plastic == self.matching.is_plastic() {
-            return;
+        let needs_spreads = is_plastic || self.is_armed();
+        if needs_spreads != self.matching.has_spreads() {
+            self.matching.set_spreads(needs_spreads);
         }
-        self.matching.set_plastic(is_plastic);
         if is_plastic != self.state.strains.is_some() {
             self.state.strains = is_plastic.then(|| Lanes::zeros(self.matching.layout.blocks()));
             self.forget_fits();

@@ -194,8 +194,8 @@ impl Body {
             // that contain the vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and
             // then the plastic shapes S flow. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
-            // fracture: strains of the joints at the goal positions g. The joints that exceed their limits break at the
-            // end of the step.
+            // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching
+            // measured. The joints that exceed their limits break at the end of the step.
             Stage::Fracture => self.find_breaking(context, executor),
             // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
@@ -375,8 +375,19 @@ impl Body {
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let Self { matching, workspace, momentum, energy, elastic_damping, lattice, material, state, .. } =
-            self;
+        let stiffness = self.is_armed().then(|| (self.modulus_in_force(dt), self.greatest_factor()));
+        let Self {
+            matching,
+            workspace,
+            momentum,
+            energy,
+            elastic_damping,
+            lattice,
+            material,
+            state,
+            breaking,
+            ..
+        } = self;
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if let Some(damping) = elastic_damping {
             damping.finish(state, momentum);
@@ -392,7 +403,14 @@ impl Body {
             _ => Shapes::Rest,
         };
         let fitted = (&state.positions, &mut state.rotations, shapes);
-        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Vertices);
+        let gradients = breaking
+            .as_mut()
+            .zip(stiffness)
+            .and_then(|(breaking, (modulus, factor))| breaking.fracture.gradients(modulus, factor));
+        let unconverged = match gradients {
+            Some(gradients) => matching.fit_and_measure(workspace, executor, fitted, gradients),
+            None => matching.fit(workspace, executor, fitted, None, Purpose::Vertices),
+        };
         self.unconverged += unconverged;
         state.fitted = true;
         let limiter =

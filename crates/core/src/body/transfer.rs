@@ -33,6 +33,11 @@ impl Parents {
         Self { first, merged }
     }
 
+    /// Returns all pairs of a vertex after an event and a vertex before.
+    pub(super) fn pairs(&self) -> Vec<(u32, u32)> {
+        (0..).zip(self.first.iter().copied()).chain(self.merged.iter().copied()).collect()
+    }
+
     /// Returns the values of the vertices after an event. United vertices have the mean, weighted by the masses before.
     fn transferred<const N: usize>(
         &self,
@@ -91,8 +96,9 @@ pub(super) fn transfer(
         escapes: state.escapes.clone(),
         rest: Rest::default(),
     };
-    // The ways belong to components that no longer exist, and a piece does not begin inside a collider.
-    transferred.escapes.retain(|_| false);
-    transferred.touches.forget();
+    // The ways belong to components that no longer exist.
+    if !transferred.escapes.list().is_empty() {
+        transferred.escapes.search();
+    }
     transferred
 }

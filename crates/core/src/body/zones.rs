@@ -49,9 +49,19 @@ impl Body {
 
     /// Passes the factors in force to the shape matching.
     fn apply_stiffness_factors(&mut self) {
+        self.pass_stiffness_factors();
+        self.forget_elastic_measures();
+    }
+
+    /// As [`apply_stiffness_factors`](Self::apply_stiffness_factors), for the same factors in a new shape matching.
+    pub(super) fn pass_stiffness_factors(&mut self) {
         let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force(1.0));
         self.matching.set_factors(in_force.as_deref());
-        self.forget_elastic_measures();
+    }
+
+    /// Returns the greatest stiffness factor in force.
+    pub(super) fn greatest_factor(&self) -> f64 {
+        self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 
     /// Returns the least and the greatest stiffness factor.

@@ -289,6 +289,27 @@ impl SampleCells {
         })
     }
 
+    /// Returns the place of each sample at rest in thousandths of a cell, by the index of its block times eight plus its
+    /// lane; `None` for padding. `rest_position` returns the rest position of a vertex.
+    pub(super) fn places(
+        &self,
+        rest_position: impl Fn(u32) -> Point3<f64>,
+        cell_size: f64,
+    ) -> Vec<Option<[i64; 3]>> {
+        let mut places = Vec::with_capacity(self.blocks.len() * LANES);
+        for cell in 0..self.corners.len() {
+            let first = rest_position(self.vertices[self.corners[cell][0] as usize]) / cell_size;
+            for block in self.cell_blocks(cell) {
+                places.extend((0..LANES).map(|lane| {
+                    let place = |axis: usize| first[axis] + f64::from(block.positions[axis][lane]);
+                    (block.fractions[lane] > 0.0)
+                        .then(|| std::array::from_fn(|axis| (place(axis) * 1e3).round() as i64))
+                }));
+            }
+        }
+        places
+    }
+
     /// Returns the range of the indices of the blocks of a range of cells.
     pub(super) fn block_range(&self, cells: Range<usize>) -> Range<u32> {
         self.first[cells.start]..self.first[cells.end]

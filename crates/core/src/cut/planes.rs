@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::CrackPlane;
-use crate::lattice::Lattice;
+use crate::lattice::{Joint, Lattice};
 
 /// Grid index of a cell.
 pub(super) type Cell = [i32; 3];
@@ -75,6 +75,24 @@ impl Planes {
     pub(super) fn is_positive(&self, crack: u32, cell: Cell) -> bool {
         let center = Vector3::from(cell.map(|x| f64::from(x) + 0.5));
         self.distance(crack, &center) >= 0.0
+    }
+}
+
+impl CrackPlane {
+    /// Prepares the plane for tests of many joints.
+    pub(crate) fn in_grid(&self, lattice: &Lattice) -> GridPlane {
+        GridPlane(Planes::new(lattice, std::slice::from_ref(self)))
+    }
+}
+
+/// A plane, prepared for tests of the joints of a lattice.
+pub(crate) struct GridPlane(Planes);
+
+impl GridPlane {
+    /// Returns whether the centers of the cells of a joint are on different sides of the plane.
+    pub(crate) fn is_between(&self, lattice: &Lattice, joint: Joint) -> bool {
+        let cell = lattice.cells()[joint.cell as usize];
+        self.0.is_positive(0, cell) != self.0.is_positive(0, step(cell, usize::from(joint.axis), 1))
     }
 }
 

@@ -89,6 +89,23 @@ impl Forces {
         sum_duplicates(&mut self.displacements);
     }
 
+    /// Transfers the lists to a lattice whose vertices were split. `pairs` has pairs of a vertex and a vertex before. Copies
+    /// share the force on their vertex in proportion to their `masses`, and have its displacement.
+    pub(crate) fn transfer(&mut self, pairs: &[(u32, u32)], masses: &[f32]) {
+        let mass = |vertex: u32| f64::from(masses[vertex as usize]);
+        let mut sums = std::collections::BTreeMap::new();
+        pairs.iter().for_each(|&(vertex, before)| *sums.entry(before).or_insert(0.0) += mass(vertex));
+        for list in [&mut self.next, &mut self.at_rest] {
+            *list = transferred(list, pairs, |(vertex, before), force| {
+                let share = mass(vertex) / sums[&before];
+                force.map(|x| x * share)
+            });
+            sum_duplicates(list);
+        }
+        self.displacements = transferred(&self.displacements, pairs, |_, displacement| displacement);
+        self.displacements.dedup_by_key(|(vertex, _)| *vertex);
+    }
+
     /// Returns the displacements by the forces of the current frame: pairs of a lattice vertex and its
     /// velocity change times dt, in cells.
     pub(crate) fn displacements(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
@@ -112,6 +129,22 @@ impl Forces {
         self.next.iter().chain(&self.at_rest).all(|&(vertex, _)| in_range(vertex))
             && self.displacements.iter().all(|&(vertex, _)| in_range(vertex))
     }
+}
+
+/// Returns the entries of a list, sorted by vertex, for each pair of a vertex and a vertex before whose latter is in the list:
+/// with the value that `value` returns for the pair and the value before. Sorted.
+fn transferred<T: Copy>(
+    list: &[(u32, T)],
+    pairs: &[(u32, u32)],
+    value: impl Fn((u32, u32), T) -> T,
+) -> Vec<(u32, T)> {
+    let entry = |&pair: &(u32, u32)| {
+        let place = list.binary_search_by_key(&pair.1, |&(vertex, _)| vertex).ok()?;
+        Some((pair.0, value(pair, list[place].1)))
+    };
+    let mut entries: Vec<_> = pairs.iter().filter_map(entry).collect();
+    entries.sort_by_key(|&(vertex, _)| vertex);
+    entries
 }
 
 /// Replaces the entries of each vertex by one entry, their sum. `list` must be sorted by vertex.

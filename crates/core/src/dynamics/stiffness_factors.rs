@@ -53,6 +53,11 @@ impl StiffnessFactors {
         &self.specified
     }
 
+    /// Transfers the factors to a lattice whose vertices were split: `parents` has the vertex before of each vertex.
+    pub(crate) fn transfer(&mut self, parents: &[u32]) {
+        self.specified = parents.iter().map(|&parent| self.specified[parent as usize]).collect();
+    }
+
     /// Returns the least and the greatest specified factor, both at least 1e-6.
     pub(crate) fn range(&self) -> (f64, f64) {
         (self.least, self.greatest)

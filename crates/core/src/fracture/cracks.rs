@@ -14,12 +14,12 @@ pub(crate) struct Crack {
     /// Unit normal of the plane.
     normal: [f64; 3],
     /// Whether the crack can still grow.
-    pub(super) is_growing: bool,
+    pub(super) can_grow: bool,
 }
 
 impl Crack {
-    pub(super) fn new(point: Point3<f64>, normal: Vector3<f64>, is_growing: bool) -> Self {
-        Self { point: point.into(), normal: normal.into(), is_growing }
+    pub(super) fn new(point: Point3<f64>, normal: Vector3<f64>, can_grow: bool) -> Self {
+        Self { point: point.into(), normal: normal.into(), can_grow }
     }
 
     pub(super) fn normal(&self) -> Vector3<f64> {
@@ -30,15 +30,6 @@ impl Crack {
     pub(super) fn plane(&self, lattice: &Lattice) -> CrackPlane {
         let point = lattice.origin() + Vector3::from(self.point) * lattice.cell_size();
         CrackPlane { point, normal: self.normal() }
-    }
-
-    /// Returns whether a joint lies on the crack: its cells are on different sides of the plane.
-    fn is_on_path(&self, lattice: &Lattice, joint: Joint) -> bool {
-        let index = lattice.cells()[joint.cell as usize];
-        let mut next = index;
-        next[usize::from(joint.axis)] += 1;
-        let plane = self.plane(lattice);
-        plane.is_positive(lattice, index) != plane.is_positive(lattice, next)
     }
 
     /// Returns whether the numbers are finite and the normal has the length 1, up to rounding.
@@ -86,6 +77,32 @@ impl Cracks {
         size_of_val(&*self.list) + size_of_val(&*self.broken)
     }
 
+    /// Breaks all joints that hold between cells on the two sides of a plane, with a plane for each component; `None`
+    /// leaves a component as it is. Returns whether there are any.
+    pub(super) fn cut(&mut self, lattice: &Lattice, planes: &[Option<CrackPlane>]) -> bool {
+        let in_grid: Vec<_> = planes.iter().map(|plane| plane.map(|plane| plane.in_grid(lattice))).collect();
+        let mut numbers = vec![None; planes.len()];
+        let mut joints = Vec::new();
+        for (joint, _) in lattice.joints() {
+            let component = lattice.component_of_cell(joint.cell) as usize;
+            let (Some(plane), Some(grid_plane)) = (&planes[component], &in_grid[component]) else { continue };
+            if lattice.is_broken(joint) || !grid_plane.is_between(lattice, joint) {
+                continue;
+            }
+            let number = *numbers[component].get_or_insert_with(|| {
+                let point = Point3::from((plane.point - lattice.origin()) / lattice.cell_size());
+                self.list.push(Crack::new(point, plane.normal, false));
+                self.list.len() as u32 - 1
+            });
+            joints.push((joint, number));
+        }
+        if joints.is_empty() {
+            return false;
+        }
+        self.break_joints(&joints);
+        true
+    }
+
     /// Breaks joints, in any order, of which none is broken.
     pub(super) fn break_joints(&mut self, joints: &[(Joint, u32)]) {
         self.broken.extend_from_slice(joints);
@@ -105,16 +122,10 @@ impl Cracks {
             && self.list.iter().all(Crack::is_valid)
     }
 
-    /// Returns all joints on a plane that hold.
-    pub(super) fn on_plane(&self, lattice: &Lattice, crack: &Crack) -> Vec<Joint> {
-        let holds = |joint: &Joint| !lattice.is_broken(*joint) && crack.is_on_path(lattice, *joint);
-        lattice.joints().map(|(joint, _)| joint).filter(holds).collect()
-    }
-
     /// Finds the front of a crack: the joints on its plane that hold and have a lattice vertex in common with a joint
     /// that it broke. Sorted.
     pub(super) fn front(&self, lattice: &Lattice, number: u32) -> Vec<Joint> {
-        let crack = &self.list[number as usize];
+        let plane = self.list[number as usize].plane(lattice).in_grid(lattice);
         let mut front = Vec::new();
         for &(joint, _) in self.broken.iter().filter(|(_, crack)| *crack == number) {
             let Some(other) = lattice.cell_beyond(joint.cell, joint.axis, 1) else { continue };
@@ -129,7 +140,7 @@ impl Cracks {
                     let near = Joint { cell, axis };
                     if lattice.cell_beyond(cell, axis, 1).is_none()
                         || lattice.is_broken(near)
-                        || !crack.is_on_path(lattice, near)
+                        || !plane.is_between(lattice, near)
                     {
                         continue;
                     }

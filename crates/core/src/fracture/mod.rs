@@ -1,40 +1,46 @@
 //! Fracture: finds the joints of a lattice that break, and grows cracks (O'Brien & Hodgins 1999 choose the plane of a
 //! crack by the principal stress in the same way; Rivers & James 2007, section 6, break the links of a lattice).
 //!
-//! A joint breaks by the strain of the goal positions. F of a joint is the mean of the gradients of its two cells, and
-//! its strain is the square root of the greatest eigenvalue of FᵀF, minus 1. A crack is a plane. It begins at the joint
-//! with the greatest strain relative to its limit, and grows along the plane, a ring of joints in a step, where the
-//! strain along its normal, times [`TIP`], exceeds the limit.
+//! A joint breaks by the strain of the regions around its four corners. F of a joint is the mean of their deformation
+//! gradients, and its strain is the square root of the greatest eigenvalue of FᵀF, minus 1. So the strain is a mean over
+//! the width of the regions, and the load at which a body breaks depends little on how its notches lie in the grid. A crack
+//! is a plane. It begins at the joint with the greatest strain relative to its limit, and grows along the plane, a ring of
+//! joints in a step, where the strain along its normal, times [`TIP`], exceeds the limit.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `options` | when joints break |
-//! | `cells` | finds stretched cells |
 //! | `cracks` | planes, broken joints, fronts |
+//! | `strains` | the strain of joints |
 //! | `shells` | the mesh of a piece follows the cells of one piece |
 //! | `mod` | [`Fracture`]: the stage |
 
-mod cells;
 mod cracks;
 mod options;
 mod shells;
+mod strains;
 
 pub(crate) use cracks::Cracks;
 pub use options::{BreakLimit, FractureOptions};
+pub(crate) use strains::Deformation;
 
-use cells::{Cells, gradient, greatest_stretch};
 use cracks::Crack;
-use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
+use strains::{CellRotations, greatest_stretch};
 
-use crate::cut::{CutMesh, CutSurface, cut};
+use crate::cut::{CrackPlane, CutMesh, CutSurface, cut};
 use crate::lattice::{Joint, Lattice, Layout};
+use crate::matching::Gradients;
 use crate::mesh::{Mesh, MeshError, mix};
-use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 
 /// Factor of the strain along the normal of a crack at its front. The lattice resolves the concentration of the strain
 /// at the front of a crack in part only.
 const TIP: f64 = 1.6;
+
+/// Ratio of a strain to its limit above which a crack begins although others can grow. A crack that has stopped relieves the
+/// material beside it; where the strain rises nevertheless, it is in the way of no other crack.
+const OVERLOAD: f64 = 2.0;
 
 /// The least distance, in cells, of a new crack from broken joints; and per cell of the half-width of the regions.
 const LEAST_DISTANCE: [u32; 2] = [3, 2];
@@ -46,56 +52,61 @@ const EQUAL_STRAINS: f64 = 1e-3;
 /// The stage of a body that can break.
 #[derive(Clone, Debug)]
 pub(crate) struct Fracture {
-    /// `None` if the body is only cut.
+    /// `None` if the body is only cut. All further arrays but the cracks are then empty.
     options: Option<FractureOptions>,
     cracks: Cracks,
-    cells: Cells,
     /// The joints at which each crack can grow; computed after each event.
     fronts: Vec<Vec<Joint>>,
-    /// Goal positions.
-    goals: Lanes<3>,
+    /// Deformation gradient of each region, column by column.
+    gradients: Lanes<9>,
+    /// For each block, the bit mask of the lanes whose regions are stretched so far that a joint may break.
+    stretched: Vec<u8>,
+    /// The rotation of each cell; empty unless rotations break joints.
+    rotations: CellRotations,
     /// Buffers.
-    stretched: Vec<u32>,
     breaking: Vec<(Joint, u32)>,
+    growing: Vec<(u32, u32)>,
+    cells: Vec<u32>,
+    candidates: Vec<Candidate>,
 }
 
-/// What the stage reads in a step.
-pub(crate) struct Stretch<'a> {
-    pub(crate) lattice: &'a Lattice,
-    pub(crate) layout: &'a Layout,
-    /// Rotation of the region around each vertex: unit quaternions (x, y, z, w).
-    pub(crate) rotations: &'a Lanes<4>,
-    /// Half-width of the regions in cells.
-    pub(crate) half_width: usize,
-    /// Young's modulus in force.
-    pub(crate) modulus: f64,
-    /// Whether each lattice vertex is held by a pin or handle; empty if none is.
-    pub(crate) held: &'a [bool],
+/// A joint at which a crack can begin.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    component: u32,
+    /// The strain divided by the limit.
+    ratio: f64,
+    joint: Joint,
+    /// The direction in which the joint is stretched most, at rest.
+    direction: Vector3<f64>,
 }
 
 impl Fracture {
     pub(crate) fn new(options: Option<FractureOptions>, lattice: &Lattice, layout: &Layout) -> Self {
-        let is_armed = options.is_some();
+        let blocks = if options.is_some() { layout.blocks() } else { 0 };
+        let is_rotation_limited = options.is_some_and(|options| options.rotation.is_some());
         Self {
             options,
             cracks: Cracks::default(),
-            cells: Cells::new(lattice, layout),
             fronts: Vec::new(),
-            goals: Lanes::zeros(if is_armed { layout.blocks() } else { 0 }),
-            stretched: Vec::with_capacity(if is_armed { lattice.cells().len() } else { 0 }),
+            gradients: Lanes::zeros(blocks),
+            stretched: vec![0; blocks],
+            rotations: CellRotations::new(if is_rotation_limited { lattice.cells().len() } else { 0 }),
             breaking: Vec::new(),
+            growing: Vec::new(),
+            cells: Vec::new(),
+            candidates: Vec::new(),
         }
     }
 
     /// Prepares for a lattice whose joints broke.
     pub(crate) fn prepare(&mut self, lattice: &Lattice, layout: &Layout) {
-        let (cracks, breaking) = (std::mem::take(&mut self.cracks), std::mem::take(&mut self.breaking));
-        *self = Self { cracks, breaking, ..Self::new(self.options, lattice, layout) };
-        self.breaking.clear();
+        let cracks = std::mem::take(&mut self.cracks);
+        *self = Self { cracks, ..Self::new(self.options, lattice, layout) };
         for number in 0..self.cracks.list.len() as u32 {
-            let is_growing = self.cracks.list[number as usize].is_growing;
-            let front = if is_growing { self.cracks.front(lattice, number) } else { Vec::new() };
-            self.cracks.list[number as usize].is_growing = !front.is_empty();
+            let can_grow = self.is_armed() && self.cracks.list[number as usize].can_grow;
+            let front = if can_grow { self.cracks.front(lattice, number) } else { Vec::new() };
+            self.cracks.list[number as usize].can_grow = !front.is_empty();
             self.fronts.push(front);
         }
     }
@@ -122,64 +133,123 @@ impl Fracture {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.cells.bytes()
-            + self.cracks.bytes()
-            + self.goals.bytes()
-            + self.stretched.capacity() * size_of::<u32>()
+        self.cracks.bytes()
+            + self.gradients.bytes()
+            + self.stretched.len()
+            + self.rotations.bytes()
             + self.breaking.capacity() * size_of::<(Joint, u32)>()
+            + self.growing.capacity() * size_of::<(u32, u32)>()
+            + self.cells.capacity() * size_of::<u32>()
+            + self.candidates.capacity() * size_of::<Candidate>()
             + self.fronts.iter().map(|front| size_of_val(&**front)).sum::<usize>()
     }
 
-    /// Returns the buffer of the goal positions.
-    pub(crate) fn goals_mut(&mut self) -> &mut Lanes<3> {
-        &mut self.goals
+    /// Returns where the shape matching stores the deformation gradients; `None` if the body does not break by itself.
+    /// `modulus` is Young's modulus in force, and `factor` the greatest factor of it.
+    pub(crate) fn gradients(&mut self, modulus: f64, factor: f64) -> Option<Gradients<'_>> {
+        let Self { options: Some(options), gradients: values, stretched, .. } = self else { return None };
+        // No crack begins at a smaller stretch: the noise takes at most this fraction off the limit of a joint. Joints
+        // at the fronts of cracks break at smaller strains, and are tested in each step.
+        let least = 1.0 + options.strain_limit(modulus * factor) * (1.0 - options.noise);
+        // A margin for the rounding of gradients in f32.
+        Some(Gradients { values, stretched, least: (least * (1.0 - 1e-5)) as f32 })
     }
 
-    /// Finds the joints that break at the goal positions. Returns whether there are any; [`Fracture::break_found`]
-    /// breaks them.
-    pub(crate) fn find_breaking(
-        &mut self,
-        stretch: &Stretch,
-        executor: &Executor,
-        task_blocks: &[usize],
-    ) -> bool {
+    /// Finds the joints that break. Returns whether there are any; [`Fracture::break_found`] breaks them. The shape
+    /// matching has stored the [gradients](Fracture::gradients).
+    pub(crate) fn find_breaking(&mut self, deformation: &Deformation) -> bool {
         self.breaking.clear();
         let Some(options) = self.options else { return false };
-        let limit = options.strain_limit(stretch.modulus);
-        self.stretched.clear();
-        // No crack begins at a smaller stretch: the noise takes at most this fraction off the limit of a joint. The
-        // joints at the fronts of cracks, which break at smaller strains, are all tested.
-        let least = 1.0 + limit * (1.0 - options.noise);
-        match options.rotation {
-            None => self.cells.find_stretched(
-                (stretch.layout, &self.goals),
-                least as f32,
-                (executor, task_blocks),
-                &mut self.stretched,
-            ),
-            Some(_) => self.stretched.extend(0..stretch.lattice.cells().len() as u32),
+        let angle = options.rotation.map(f64::to_radians);
+        if angle.is_some() {
+            self.rotations.compute(deformation);
         }
-        let Self { cracks, fronts, goals, stretched, breaking, .. } = self;
-        let goals = Goals { stretch, goals };
-        let limit_of =
-            |joint: Joint| limit * (1.0 + options.noise * variation(options.seed, stretch.lattice, joint));
+        let limits = Limits { options: &options, angle, deformation };
+        self.grow(&limits);
+        self.begin(&limits);
+        !self.breaking.is_empty()
+    }
+
+    /// Finds the joints at the fronts of cracks that break, and the components in which cracks can grow. A crack that has
+    /// stopped can grow again.
+    fn grow(&mut self, limits: &Limits) {
+        let Self { cracks, fronts, gradients, rotations, breaking, growing, .. } = self;
+        growing.clear();
+        let lattice = limits.deformation.lattice;
         for ((number, crack), front) in (0..).zip(&cracks.list).zip(&*fronts) {
-            for &joint in front {
-                let strain = goals.strain_along(joint, &crack.normal());
-                if TIP * strain > limit_of(joint) && !goals.is_held(joint) {
+            for &joint in front.iter().filter(|joint| !limits.deformation.is_held(**joint)) {
+                let strain = limits.deformation.strain_along(gradients, joint, &crack.normal());
+                let ratio = limits.ratio(joint, TIP * strain, rotations);
+                if ratio > 1.0 {
                     breaking.push((joint, number));
                 }
+                growing.push((lattice.component_of_cell(joint.cell), number));
             }
         }
-        let angle = options.rotation.map(f64::to_radians);
-        if let Some(crack) = begin(cracks, fronts, &goals, stretched, (&limit_of, angle, options.cracks)) {
-            let number = cracks.list.len() as u32;
-            breaking.push((crack.1, number));
-            cracks.list.push(crack.0);
+        growing.sort_unstable();
+        growing.dedup();
+    }
+
+    /// Begins at most one crack in each component.
+    fn begin(&mut self, limits: &Limits) {
+        let Self {
+            cracks,
+            gradients,
+            stretched,
+            rotations,
+            growing,
+            breaking,
+            cells,
+            candidates,
+            fronts,
+            ..
+        } = self;
+        let Deformation { lattice, half_width, .. } = limits.deformation;
+        candidates.clear();
+        match limits.angle {
+            None => strains::cells_beside(limits.deformation, stretched, cells),
+            Some(_) => {
+                cells.clear();
+                cells.extend(0..lattice.cells().len() as u32);
+            }
+        }
+        let growing_in = |wanted: u32| growing.iter().filter(|(component, _)| *component == wanted).count();
+        let [least, per_cell] = LEAST_DISTANCE;
+        let distance = least.max(per_cell * *half_width as u32);
+        let joints = cells.iter().flat_map(|&cell| (0..3).map(move |axis| Joint { cell, axis }));
+        for joint in joints.filter(|joint| lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()) {
+            let stretch = greatest_stretch(&limits.deformation.gradient(gradients, joint));
+            let strain = stretch.map_or(0.0, |(stretch, _)| stretch - 1.0);
+            let ratio = limits.ratio(joint, strain, rotations);
+            let component = lattice.component_of_cell(joint.cell);
+            if ratio > 1.0
+                && (ratio > OVERLOAD || growing_in(component) < limits.options.cracks)
+                && !lattice.is_broken(joint)
+                && !limits.deformation.is_held(joint)
+                && !cracks.is_broken_near(lattice, joint.cell, distance)
+            {
+                let axis = Vector3::ith(usize::from(joint.axis), 1.0);
+                let direction = stretch.map_or(axis, |(_, direction)| direction);
+                candidates.push(Candidate { component, ratio, joint, direction });
+            }
+        }
+        // The order of the joints decides among equals.
+        candidates.sort_unstable_by_key(|candidate| (candidate.component, candidate.joint));
+        for candidates in candidates.chunk_by(|a, b| a.component == b.component) {
+            let greatest = candidates.iter().map(|candidate| candidate.ratio).fold(0.0, f64::max);
+            let equal =
+                candidates.iter().filter(|candidate| candidate.ratio > greatest * (1.0 - EQUAL_STRAINS));
+            let alignment =
+                |candidate: &&Candidate| candidate.direction[usize::from(candidate.joint.axis)].abs();
+            let first = equal.rev().max_by(|a, b| alignment(a).total_cmp(&alignment(b)));
+            let Some(&Candidate { joint, direction, .. }) = first else { continue };
+            let mut center = Vector3::from(lattice.cells()[joint.cell as usize].map(|i| f64::from(i) + 0.5));
+            center[usize::from(joint.axis)] += 0.5;
+            breaking.push((joint, cracks.list.len() as u32));
+            cracks.list.push(Crack::new(center.into(), direction, true));
             // It grows after the event.
             fronts.push(Vec::new());
         }
-        !breaking.is_empty()
     }
 
     /// Breaks the joints that were found.
@@ -192,20 +262,10 @@ impl Fracture {
         self.breaking = breaking;
     }
 
-    /// Breaks all joints between the cells on the two sides of a plane. `point` and `normal`: the plane at rest in the
-    /// model's frame. Returns whether there are any.
-    pub(crate) fn cut(&mut self, lattice: &Lattice, point: Point3<f64>, normal: Unit<Vector3<f64>>) -> bool {
-        let in_grid = Point3::from((point - lattice.origin()) / lattice.cell_size());
-        let crack = Crack::new(in_grid, normal.into_inner(), false);
-        let number = self.cracks.list.len() as u32;
-        let joints: Vec<_> =
-            self.cracks.on_plane(lattice, &crack).into_iter().map(|joint| (joint, number)).collect();
-        if joints.is_empty() {
-            return false;
-        }
-        self.cracks.list.push(crack);
-        self.cracks.break_joints(&joints);
-        true
+    /// Breaks all joints between the cells on the two sides of a plane at rest in the model's frame, with a plane for each
+    /// component of the lattice. Returns whether there are any.
+    pub(crate) fn cut(&mut self, lattice: &Lattice, planes: &[Option<CrackPlane>]) -> bool {
+        self.cracks.cut(lattice, planes)
     }
 
     /// Cuts the mesh of the whole body along the broken joints.
@@ -222,56 +282,23 @@ impl Fracture {
     }
 }
 
-/// Chooses the joint at which a crack begins, with the crack; `None` if there is none. `limit_of` returns the strain
-/// limit of a joint; then the limit of the angle between its cells, and the greatest number of cracks that grow in a
-/// component.
-fn begin(
-    cracks: &Cracks,
-    fronts: &[Vec<Joint>],
-    goals: &Goals,
-    stretched: &[u32],
-    (limit_of, angle, greatest_number): (&impl Fn(Joint) -> f64, Option<f64>, usize),
-) -> Option<(Crack, Joint)> {
-    let lattice = goals.stretch.lattice;
-    let component = |cell: u32| lattice.component_of_cell(cell);
-    let growing_in = |wanted: u32| {
-        fronts
-            .iter()
-            .filter_map(|front| front.first())
-            .filter(|joint| component(joint.cell) == wanted)
-            .count()
-    };
-    let [least, per_cell] = LEAST_DISTANCE;
-    let distance = least.max(per_cell * goals.stretch.half_width as u32);
-    let mut candidates: Vec<(f64, Joint, Vector3<f64>)> = Vec::new();
-    let mut greatest = 1.0;
-    for &cell in stretched {
-        if growing_in(component(cell)) >= greatest_number {
-            continue;
-        }
-        for side in 0..6 {
-            let Some(other) = lattice.joined_cell(cell, side) else { continue };
-            let joint = Joint { cell: if side % 2 == 1 { cell } else { other }, axis: (side / 2) as u8 };
-            let (stretch, direction) = greatest_stretch(&goals.gradient(joint));
-            let turn = angle.map_or(0.0, |angle| goals.angle(joint) / angle);
-            let ratio = ((stretch - 1.0) / limit_of(joint)).max(turn);
-            if ratio > greatest * (1.0 - EQUAL_STRAINS) && ratio > 1.0 && !goals.is_held(joint) {
-                greatest = ratio.max(greatest);
-                candidates.push((ratio, joint, direction));
-            }
-        }
+/// The limits of joints.
+struct Limits<'a> {
+    options: &'a FractureOptions,
+    /// Angle between the rotations of two cells at which their joint breaks, in radians.
+    angle: Option<f64>,
+    deformation: &'a Deformation<'a>,
+}
+
+impl Limits<'_> {
+    /// Returns the strain of a joint, or the angle between its cells, relative to its limit, whichever is greater.
+    fn ratio(&self, joint: Joint, strain: f64, rotations: &CellRotations) -> f64 {
+        let Self { options, angle, deformation } = self;
+        let modulus = deformation.modulus * deformation.factor(joint);
+        let variation = 1.0 + options.noise * variation(options.seed, deformation.lattice, joint);
+        let by_angle = angle.map_or(0.0, |angle| rotations.angle(deformation.lattice, joint) / angle);
+        (strain / options.strain_limit(modulus)).max(by_angle) / variation
     }
-    candidates.retain(|(ratio, joint, _)| {
-        *ratio > greatest * (1.0 - EQUAL_STRAINS) && !cracks.is_broken_near(lattice, joint.cell, distance)
-    });
-    let alignment = |joint: Joint, direction: &Vector3<f64>| direction[usize::from(joint.axis)].abs();
-    let (_, joint, direction) = candidates.into_iter().max_by(|a, b| {
-        let [x, y] = [a, b].map(|(_, joint, direction)| alignment(*joint, direction));
-        x.total_cmp(&y).then(b.1.cmp(&a.1))
-    })?;
-    let mut center = Vector3::from(lattice.cells()[joint.cell as usize].map(|i| f64::from(i) + 0.5));
-    center[usize::from(joint.axis)] += 0.5;
-    Some((Crack::new(center.into(), direction, true), joint))
 }
 
 /// Returns a number in [-1, 1) that depends on the seed and on the place of a joint in the grid.
@@ -279,60 +306,4 @@ fn variation(seed: u64, lattice: &Lattice, joint: Joint) -> f64 {
     let place = lattice.cells()[joint.cell as usize].into_iter().fold(seed, |hash, i| mix(hash, i as u64));
     let hash = mix(mix(place, u64::from(joint.axis)), 0);
     (hash >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
-
-/// The goal positions of a lattice, and what joints have there.
-struct Goals<'a> {
-    stretch: &'a Stretch<'a>,
-    goals: &'a Lanes<3>,
-}
-
-impl Goals<'_> {
-    /// Returns the cells of a joint.
-    fn cells(&self, joint: Joint) -> [u32; 2] {
-        let other = self.stretch.lattice.cell_beyond(joint.cell, joint.axis, 1);
-        [joint.cell, other.unwrap_or(joint.cell)]
-    }
-
-    /// Returns the mean of the gradients of the cells of a joint.
-    fn gradient(&self, joint: Joint) -> Matrix3<f64> {
-        let Stretch { lattice, layout, .. } = self.stretch;
-        let of_cell =
-            |cell: u32| {
-                gradient(&lattice.cell_corners(cell).map(|corner| {
-                    Vector3::from(self.goals.get(layout.slots()[corner as usize]).map(f64::from))
-                }))
-            };
-        let [a, b] = self.cells(joint).map(of_cell);
-        (a + b) * 0.5
-    }
-
-    /// Returns the strain of a joint along a direction at rest.
-    fn strain_along(&self, joint: Joint, direction: &Vector3<f64>) -> f64 {
-        (self.gradient(joint) * direction).norm() - 1.0
-    }
-
-    /// Returns the angle between the rotations of the cells of a joint, in radians.
-    fn angle(&self, joint: Joint) -> f64 {
-        let Stretch { lattice, layout, rotations, .. } = self.stretch;
-        let of_cell = |cell: u32| {
-            let corners = lattice.cell_corners(cell);
-            let quaternion = |corner: u32| {
-                nalgebra::Vector4::from(rotations.get(layout.slots()[corner as usize]).map(f64::from))
-            };
-            let first = quaternion(corners[0]);
-            let sum: nalgebra::Vector4<f64> =
-                corners.iter().map(|&corner| quaternion(corner)).map(|q| q * q.dot(&first).signum()).sum();
-            UnitQuaternion::new_normalize(nalgebra::Quaternion::from(sum))
-        };
-        let [a, b] = self.cells(joint).map(of_cell);
-        a.angle_to(&b)
-    }
-
-    /// Returns whether pins or handles hold all corners of the cells of a joint.
-    fn is_held(&self, joint: Joint) -> bool {
-        let Stretch { lattice, held, .. } = self.stretch;
-        let is_held = |corner: u32| held.get(corner as usize).copied().unwrap_or(false);
-        self.cells(joint).into_iter().all(|cell| lattice.cell_corners(cell).into_iter().all(is_held))
-    }
 }

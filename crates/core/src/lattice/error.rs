@@ -16,6 +16,11 @@ pub enum LatticeError {
     /// No cell is occupied, so there is nothing to simulate.
     #[error("no cell is occupied; a lattice needs at least one")]
     NoCells,
+    /// A body cannot be built from the lattice of a broken body.
+    #[error(
+        "the lattice is that of a broken body; build the body from its mesh, or restore a state of the broken body"
+    )]
+    Broken,
     /// A cell's grid index is out of range.
     #[error("cell {cell} has the grid index {index}; it must be between -1073741824 and 1073741824")]
     IndexRange {

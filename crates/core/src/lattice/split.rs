@@ -5,6 +5,7 @@
 //! 6, break links between cells in the same way). Cells that touch at an edge or a corner only stay connected.
 
 use super::Lattice;
+use super::blocks::{BlockKey, block_and_lane};
 use super::charts::{Chart, NO_NEIGHBOR};
 use super::components::Components;
 use super::joints::{Broken, Joint, Whole};
@@ -48,9 +49,12 @@ impl Lattice {
         }
     }
 
-    /// Returns the vertices of the lattice without broken joints that should not split, because links do not connect one of
+    /// Returns vertices of the lattice without broken joints that should not split, because links do not connect one of
     /// their copies with its component: at the front of a crack not every edge of a cell is a link, see
     /// `split_links` and `charts`. Nothing would hold such a copy. Sorted; without those of `unsplit`.
+    ///
+    /// In each component, these are the copies of one block: a block without copies has all links. With more of them, a
+    /// crack whose last joint has no link across it would close along its whole length.
     fn loose_copies(&self, unsplit: &[u32]) -> Vec<u32> {
         let Some(broken) = &self.broken else { return Vec::new() };
         let mut sets = UnionFind::new(self.len());
@@ -63,25 +67,42 @@ impl Lattice {
         if count == self.components.count {
             return Vec::new();
         }
-        let mut sizes = vec![0; count];
-        set_of.iter().for_each(|&set| sizes[set as usize] += 1);
-        // The greatest set of each component; of several the first one.
-        let mut greatest = vec![None; self.components.count];
-        for (&set, &component) in set_of.iter().zip(&self.components.of_vertex) {
-            let found: &mut Option<u32> = &mut greatest[component as usize];
-            if found.is_none_or(|found| sizes[found as usize] < sizes[set as usize]) {
-                *found = Some(set);
-            }
-        }
         let mut has_copies = vec![false; broken.whole_len];
         broken.sources.iter().for_each(|&source| has_copies[source as usize] = true);
-        let is_loose = |&vertex: &u32| {
-            let component = self.components.of_vertex[vertex as usize];
-            greatest[component as usize] != Some(set_of[vertex as usize])
-        };
-        let loose = (0..self.len() as u32).filter(is_loose).map(|vertex| self.source(vertex));
-        let is_new = |source: &u32| has_copies[*source as usize] && unsplit.binary_search(source).is_err();
-        let mut loose: Vec<u32> = loose.filter(is_new).collect();
+        let mut vertices: Vec<(u32, BlockKey, u32)> = (0..self.len() as u32)
+            .map(|vertex| {
+                let (key, _) = block_and_lane(broken.chart.offset, self.indices[vertex as usize]);
+                (self.components.of_vertex[vertex as usize], key, vertex)
+            })
+            .collect();
+        vertices.sort_unstable();
+        let mut loose: Vec<u32> = Vec::new();
+        for component in vertices.chunk_by(|a, b| a.0 == b.0) {
+            // The new vertices with copies of a block that has vertices of several sets.
+            let copies_of = |block: &[(u32, BlockKey, u32)]| {
+                let set = |&(_, _, vertex): &(u32, BlockKey, u32)| set_of[vertex as usize];
+                let is_divided = block.iter().any(|vertex| set(vertex) != set(&block[0]));
+                let sources = block.iter().map(|&(_, _, vertex)| self.source(vertex));
+                let is_new = |&source: &u32| {
+                    is_divided && has_copies[source as usize] && unsplit.binary_search(&source).is_err()
+                };
+                let mut copies: Vec<u32> = sources.filter(is_new).collect();
+                copies.sort_unstable();
+                copies.dedup();
+                copies
+            };
+            let blocks = component.chunk_by(|a, b| a.1 == b.1).map(copies_of);
+            loose.extend(
+                blocks.filter(|copies| !copies.is_empty()).min_by_key(Vec::len).into_iter().flatten(),
+            );
+        }
+        if loose.is_empty() {
+            let sources = vertices.iter().map(|&(_, _, vertex)| self.source(vertex));
+            loose.extend(
+                sources
+                    .filter(|source| has_copies[*source as usize] && unsplit.binary_search(source).is_err()),
+            );
+        }
         loose.sort_unstable();
         loose.dedup();
         loose
@@ -299,6 +320,25 @@ mod tests {
         check(&slit);
         // Rows at y = 0 and y = 1 open, the row at y = 2 is the front.
         assert_eq!((slit.components().count, slit.len()), (1, whole.len() + 2 * 4));
+    }
+
+    /// Where the last joint of a section has no link across it, only the vertices around this joint stay whole.
+    #[test]
+    fn sections_of_which_one_joint_holds_stay_open() {
+        for (size, last) in
+            [([6, 3, 3], [1, 1]), ([6, 4, 4], [1, 1]), ([6, 5, 5], [2, 2]), ([6, 5, 5], [1, 3])]
+        {
+            let whole = block(size);
+            let open = |[_, y, z]: [i32; 3]| [y, z] != last;
+            let broken = whole.with_broken_joints(&section(&whole, 2, open));
+            check(&broken);
+            let [_, y, z] = size.map(|cells| (cells + 1) as usize);
+            assert_eq!(
+                (broken.components().count, broken.len()),
+                (1, whole.len() + y * z - 4),
+                "{size:?} {last:?}"
+            );
+        }
     }
 
     #[test]

@@ -10,10 +10,12 @@
 //! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test, or else an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 //! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
+//! | `gradients` | the deformation gradients of the regions |
 
 mod cascade;
 mod factors;
 mod goals;
+mod gradients;
 mod plastic;
 mod regions;
 mod rotation;
@@ -22,6 +24,7 @@ mod windows;
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
+pub(crate) use gradients::Gradients;
 pub(crate) use plastic::{Flow, full, inverse, shape, shaped, times};
 pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
@@ -32,9 +35,10 @@ pub(crate) use windows::Weighted;
 use std::sync::atomic::AtomicUsize;
 
 use crate::lattice::{Lattice, Layout};
-use crate::parallel::Executor;
+use crate::parallel::{Executor, Split};
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};
+use gradients::MeasureGradients;
 use plastic::{FitFlowing, FitPlastic};
 
 /// The shapes in which regions are fitted. Plastic shapes are given as T = S - 1: see [`plastic`].
@@ -75,26 +79,26 @@ impl Matching {
     /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
         let factors = self.regions.factors.take();
-        let is_plastic = self.regions.inverse_spreads.is_some();
+        let has_spreads = self.has_spreads();
         *self = Self::with_layout(masses, self.layout.clone(), half_width);
         if let Some(factors) = factors {
             self.regions.set_factors(&self.layout, factors.regions);
         }
-        self.set_plastic(is_plastic);
+        self.set_spreads(has_spreads);
     }
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
         let factors = self.regions.factors.take();
-        let is_plastic = self.regions.inverse_spreads.is_some();
+        let has_spreads = self.has_spreads();
         self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
         self.regions.factors = factors;
-        self.set_plastic(is_plastic);
+        self.set_spreads(has_spreads);
     }
 
-    /// Creates or removes the constants for regions in plastic shapes.
-    pub(crate) fn set_plastic(&mut self, is_plastic: bool) {
-        self.regions.inverse_spreads = is_plastic.then(|| self.regions.inverse_spreads(&self.layout));
+    /// Creates or removes the rest spreads of the regions, which plastic shapes and [`Gradients`] need.
+    pub(crate) fn set_spreads(&mut self, has_spreads: bool) {
+        self.regions.inverse_spreads = has_spreads.then(|| self.regions.inverse_spreads(&self.layout));
     }
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
@@ -109,8 +113,8 @@ impl Matching {
         }
     }
 
-    /// Returns whether there are constants for regions in plastic shapes.
-    pub(crate) fn is_plastic(&self) -> bool {
+    /// Returns whether the regions have their rest spreads: see [`Matching::set_spreads`].
+    pub(crate) fn has_spreads(&self) -> bool {
         self.regions.inverse_spreads.is_some()
     }
 
@@ -130,12 +134,33 @@ impl Matching {
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        (positions, rotations, shapes): (&Lanes<3>, &mut Lanes<4>, Shapes),
+        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
         potential: Option<&PotentialSums>,
         purpose: Purpose,
     ) -> usize {
+        self.fit_regions((workspace, executor), fitted, (potential, None), purpose)
+    }
+
+    /// As [`Matching::fit`] with [`Purpose::Vertices`], and measures the deformation gradient of each region. The matching
+    /// must have the [rest spreads](Matching::set_spreads).
+    pub(crate) fn fit_and_measure(
+        &self,
+        workspace: &mut Workspace,
+        executor: &Executor,
+        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
+        gradients: Gradients,
+    ) -> usize {
+        self.fit_regions((workspace, executor), fitted, (None, Some(gradients)), Purpose::Vertices)
+    }
+
+    fn fit_regions(
+        &self,
+        (workspace, executor): (&mut Workspace, &Executor),
+        (positions, rotations, shapes): (&Lanes<3>, &mut Lanes<4>, Shapes),
+        (potential, gradients): (Option<&PotentialSums>, Option<Gradients>),
+        purpose: Purpose,
+    ) -> usize {
         let unconverged = AtomicUsize::new(0);
-        let field = Weighted { weights: self.regions.weights.blocks(), vectors: positions.blocks() };
         let fit = FitRotations {
             constants: &self.regions.constants,
             factors: self.regions.factors.as_ref(),
@@ -144,22 +169,43 @@ impl Matching {
             unconverged: &unconverged,
             potential,
         };
-        let quaternions = rotations.blocks_mut();
+        let (parallel, quaternions) = ((workspace, executor), rotations.blocks_mut());
         match (shapes, &self.regions.inverse_spreads) {
             (Shapes::Rest, _) | (_, None) => {
-                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, quaternions), purpose);
+                self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Plastic(strains), Some(inverse_spreads)) => {
                 let fit = FitPlastic { fit, inverse_spreads, strains };
-                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, quaternions), purpose);
+                self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Flowing(strains, flow), Some(inverse_spreads)) => {
                 let fit = FitFlowing { fit, inverse_spreads, flow };
                 let memory = (quaternions, strains.blocks_mut());
-                self.cascade.forward(&self.layout, executor, workspace, field, (&fit, memory), purpose);
+                self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }
         }
         unconverged.into_inner()
+    }
+
+    /// Sums the positions over each region, and transforms the sums by `fit`, after the deformation gradients are measured.
+    fn forward<M: Split, T: RegionTransform<M>>(
+        &self,
+        (workspace, executor): (&mut Workspace, &Executor),
+        positions: &Lanes<3>,
+        (fit, memory): (&T, M),
+        gradients: Option<Gradients>,
+        purpose: Purpose,
+    ) {
+        let Self { layout, regions: Regions { weights, constants, inverse_spreads, .. }, cascade } = self;
+        let field = Weighted { weights: weights.blocks(), vectors: positions.blocks() };
+        match (gradients, inverse_spreads) {
+            (Some(Gradients { values, stretched, least }), Some(inverse_spreads)) => {
+                let fit = MeasureGradients { fit, constants, inverse_spreads, least };
+                let memory = (memory, (values.blocks_mut(), stretched));
+                cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
+            }
+            _ => cascade.forward(layout, executor, workspace, field, (fit, memory), purpose),
+        }
     }
 
     /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].

@@ -27,7 +27,8 @@ pub(crate) struct Regions {
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<Factors>,
     /// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
-    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex. `None` without plasticity.
+    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex. `None` if the body is neither plastic nor can
+    /// break.
     pub(crate) inverse_spreads: Option<Lanes<6>>,
     half_width: usize,
 }

@@ -1,32 +1,28 @@
 //! The strain of joints, plainly.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
+use super::RegionMotion;
 use crate::lattice::{Joint, Lattice};
 
-/// Returns the greatest principal strain of each joint that holds, at positions of the lattice vertices in the unit of
-/// the cell size: √λ - 1 with the greatest eigenvalue λ of FᵀF. F is the mean of the gradients of the two cells of the
-/// joint, and the gradient of a cell the mean of the derivatives at its corners. A body breaks at the strains of its
-/// goal positions.
+/// Returns the greatest principal strain of each joint that holds, at which a body breaks: √λ - 1 with the greatest
+/// eigenvalue λ of FᵀF. F is the mean over the four corners of the joint of the deformation gradients of the regions
+/// around them, relative to their plastic shapes: F S⁻¹. `motions` has the motion of the region around each lattice
+/// vertex.
 ///
 /// # Panics
 ///
-/// If the number of positions is not the number of lattice vertices.
-pub fn joint_strains(lattice: &Lattice, positions: &[Vector3<f64>]) -> Vec<(Joint, f64)> {
-    assert_eq!(positions.len(), lattice.len(), "`positions` must match the lattice vertices");
-    let gradient = |cell: u32| -> Matrix3<f64> {
-        let corners = lattice.cell_corners(cell).map(|corner| positions[corner as usize]);
-        Matrix3::from_fn(|row, axis| {
-            let signed = |(k, corner): (usize, &Vector3<f64>)| {
-                if k >> axis & 1 == 0 { -corner[row] } else { corner[row] }
-            };
-            corners.iter().enumerate().map(signed).sum::<f64>() / (4.0 * lattice.cell_size())
-        })
+/// If the number of motions is not the number of lattice vertices.
+pub fn joint_strains(lattice: &Lattice, motions: &[RegionMotion]) -> Vec<(Joint, f64)> {
+    assert_eq!(motions.len(), lattice.len(), "`motions` must match the lattice vertices");
+    let strain = |joint: Joint| {
+        let gradient = |corner: u32| {
+            let RegionMotion { gradient, shape, .. } = &motions[corner as usize];
+            gradient * shape.try_inverse().unwrap_or_else(Matrix3::identity)
+        };
+        let sum: Matrix3<f64> = lattice.joint_corners(joint).into_iter().map(gradient).sum();
+        (sum / 4.0).singular_values().max() - 1.0
     };
-    let strain = |cells: [u32; 2]| {
-        let [a, b] = cells.map(gradient);
-        ((a + b) / 2.0).singular_values().max() - 1.0
-    };
-    let joints = lattice.joints().filter(|(joint, _)| !lattice.broken_joints().contains(joint));
-    joints.map(|(joint, other)| (joint, strain([joint.cell, other]))).collect()
+    let joints = lattice.joints().map(|(joint, _)| joint);
+    joints.filter(|joint| !lattice.is_broken(*joint)).map(|joint| (joint, strain(joint))).collect()
 }

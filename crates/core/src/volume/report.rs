@@ -31,12 +31,17 @@ pub struct ComponentReport {
     /// after the scales of the vertices. Where a single scale within the cap does not preserve the volume, it is
     /// the scale of the last pass.
     pub lambda: f64,
-    /// `(after - rest) / rest`.
+    /// `(after - rest) / rest`; 0 for a sliver that broke off, which has no rest volume.
     pub residual: f64,
     /// Whether the magnitude of `residual` exceeds 1e-6. The reason is one of three: a correction that is limited
     /// by `max_correction` below 1; a body that is flat or inside out, so that neither a scale within the cap nor
     /// further passes preserve the volume; or colliders or constrained vertices that leave too little space.
     pub capped: bool,
+}
+
+/// Returns [`ComponentReport::residual`] for a volume that exceeds the rest volume by `excess`.
+pub(super) fn residual(excess: f64, rest: f64) -> f64 {
+    if rest == 0.0 { 0.0 } else { excess / rest }
 }
 
 /// Volumes of a body, and the result of its correction.

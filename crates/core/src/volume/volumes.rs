@@ -3,6 +3,7 @@
 use super::adjacency::Adjacency;
 use super::flattened::FlattenedVolume;
 use super::measure::Measure;
+use super::report::residual;
 use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
@@ -66,7 +67,7 @@ impl VolumeMeasures {
         // The last measure is the most accurate one available.
         let last = before.len() - 1;
         let component = |((&rest, &before), &after): ((&f64, &f64), &f64)| {
-            let residual = (after - rest) / rest;
+            let residual = residual(after - rest, rest);
             ComponentReport { rest, before, after, lambda: 0.0, residual, capped: false }
         };
         let components = self.rest[last].iter().zip(&before[last]).zip(&after[last]).map(component).collect();

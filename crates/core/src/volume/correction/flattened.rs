@@ -6,6 +6,7 @@ use crate::lattice::Embedding;
 use crate::parallel::Executor;
 use crate::volume::ComponentReport;
 use crate::volume::cubic::smallest_root;
+use crate::volume::report::residual;
 
 impl Correction {
     /// Makes the motions of the surface points available, if they are mesh vertices; see
@@ -43,6 +44,10 @@ impl Correction {
         steps.resize(self.rest.len(), 0.0);
         for &(component, change) in changes {
             let component = component as usize;
+            // A sliver that broke off has no volume to preserve.
+            if self.rest[component] == 0.0 {
+                continue;
+            }
             let lambda = lambdas[component];
             let volume = std::array::from_fn(|k| scratch.coefficients[component][k] + change[k]);
             let [c0, c1, c2, c3] = taylor(volume, lambda);
@@ -61,7 +66,7 @@ impl Correction {
             steps[component] = step;
             lambdas[component] += step;
             let excess = c0 - rest + step * (c1 + step * (c2 + step * c3));
-            let (report, residual) = (&mut reports[component], excess / rest);
+            let (report, residual) = (&mut reports[component], residual(excess, rest));
             *report = ComponentReport {
                 after: (rest + excess) * self.cell_size.powi(3),
                 lambda: report.lambda + step * self.cell_size,

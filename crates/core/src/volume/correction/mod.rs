@@ -25,6 +25,7 @@ use super::flattened::FlattenedVolume;
 use super::limits::Limits;
 use super::measure::Measure;
 use super::regional::{Regional, RegionalScratch};
+use super::report::residual;
 use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
@@ -388,8 +389,7 @@ impl Correction {
     /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.
     fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, excess: f64) {
         let (cell_volume, rest) = (self.cell_size.powi(3), self.rest[component]);
-        // A sliver that broke off has no rest volume: see `VolumeError::Flat`.
-        let residual = if rest == 0.0 { 0.0 } else { excess / rest };
+        let residual = residual(excess, rest);
         workspace.reports[component] = ComponentReport {
             rest: rest * cell_volume,
             before: workspace.reports[component].before,

@@ -1,0 +1,124 @@
+//! The strain of the joints of a deformed lattice.
+
+use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
+
+use crate::lattice::{Joint, Lattice, Layout};
+use crate::simd::lanes::{LANES, Lanes};
+
+/// The deformation of a body in a step, beside the gradients of its regions.
+pub(crate) struct Deformation<'a> {
+    pub(crate) lattice: &'a Lattice,
+    pub(crate) layout: &'a Layout,
+    /// Rotation of the region around each vertex: unit quaternions (x, y, z, w).
+    pub(crate) rotations: &'a Lanes<4>,
+    /// Half-width of the regions in cells.
+    pub(crate) half_width: usize,
+    /// Young's modulus in force, without the stiffness factors.
+    pub(crate) modulus: f64,
+    /// Stiffness factor of the region around each vertex, and the greatest factor in force; `None` if all are 1.
+    pub(crate) factors: Option<(&'a [f64], f64)>,
+    /// Whether each lattice vertex is held by a pin or handle; empty if none is.
+    pub(crate) held: &'a [bool],
+}
+
+impl Deformation<'_> {
+    /// Returns the mean deformation gradient of the regions around the corners of a joint that holds. Regions whose
+    /// vertices lie in a plane, which occur at the fronts of cracks, have none.
+    pub(super) fn gradient(&self, gradients: &Lanes<9>, joint: Joint) -> Matrix3<f64> {
+        let Self { lattice, layout, .. } = self;
+        let (mut sum, mut count) = (Matrix3::zeros(), 0.0);
+        for corner in lattice.joint_corners(joint) {
+            let gradient =
+                Matrix3::from_column_slice(&gradients.get(layout.slots()[corner as usize]).map(f64::from));
+            if gradient != Matrix3::zeros() {
+                sum += gradient;
+                count += 1.0;
+            }
+        }
+        if count > 0.0 { sum / count } else { Matrix3::identity() }
+    }
+
+    /// Returns the strain of a joint along a direction at rest.
+    pub(super) fn strain_along(&self, gradients: &Lanes<9>, joint: Joint, direction: &Vector3<f64>) -> f64 {
+        (self.gradient(gradients, joint) * direction).norm() - 1.0
+    }
+
+    /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners.
+    pub(super) fn factor(&self, joint: Joint) -> f64 {
+        self.factors.map_or(1.0, |(factors, greatest)| {
+            let corners = self.lattice.joint_corners(joint);
+            corners.iter().map(|&corner| factors[corner as usize].min(greatest)).sum::<f64>() / 4.0
+        })
+    }
+
+    /// Returns whether pins or handles hold all corners of the cells of a joint.
+    pub(super) fn is_held(&self, joint: Joint) -> bool {
+        let Self { lattice, held, .. } = self;
+        let is_held = |corner: u32| held.get(corner as usize).copied().unwrap_or(false);
+        let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
+        [joint.cell, other].into_iter().all(|cell| lattice.cell_corners(cell).into_iter().all(is_held))
+    }
+}
+
+/// Finds the cells, in order, that have a corner whose region is stretched. The mean of gradients stretches no vector more
+/// than each of them, so that no other joint is stretched. `stretched` has a bit mask of the lanes of each block.
+pub(super) fn cells_beside(deformation: &Deformation, stretched: &[u8], cells: &mut Vec<u32>) {
+    let Deformation { lattice, layout, .. } = deformation;
+    cells.clear();
+    if stretched.iter().all(|&lanes| lanes == 0) {
+        return;
+    }
+    for ((vertex, &slot), &index) in (0..).zip(layout.slots()).zip(lattice.indices()) {
+        let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
+        if stretched[block] >> lane & 1 != 0 {
+            let around = (0..8).filter_map(|octant| lattice.cell_around(index, octant));
+            // Copies of a vertex have cells of their own around the same index.
+            cells.extend(around.filter(|&cell| lattice.cell_corners(cell).contains(&vertex)));
+        }
+    }
+    cells.sort_unstable();
+    cells.dedup();
+}
+
+/// Returns the greatest stretch of a gradient, and its direction at rest. `None` if the gradient is not finite.
+pub(super) fn greatest_stretch(gradient: &Matrix3<f64>) -> Option<(f64, Vector3<f64>)> {
+    let eigen = (gradient.transpose() * gradient).try_symmetric_eigen(f64::EPSILON, 100)?;
+    let greatest = eigen.eigenvalues.imax();
+    let stretch = eigen.eigenvalues[greatest].max(0.0).sqrt();
+    stretch.is_finite().then(|| (stretch, eigen.eigenvectors.column(greatest).into_owned()))
+}
+
+/// The mean rotation of the regions around the corners of each cell.
+#[derive(Clone, Debug)]
+pub(super) struct CellRotations(Vec<Vector4<f64>>);
+
+impl CellRotations {
+    pub(super) fn new(cells: usize) -> Self {
+        Self(vec![Vector4::zeros(); cells])
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
+    }
+
+    pub(super) fn compute(&mut self, deformation: &Deformation) {
+        let Deformation { lattice, layout, rotations, .. } = deformation;
+        for (cell, mean) in (0..).zip(&mut self.0) {
+            let corners = lattice
+                .cell_corners(cell)
+                .map(|corner| Vector4::from(rotations.get(layout.slots()[corner as usize]).map(f64::from)));
+            // q and -q are the same rotation.
+            let sum: Vector4<f64> = corners.iter().map(|q| q * q.dot(&corners[0]).signum()).sum();
+            *mean = sum.try_normalize(0.0).unwrap_or_else(|| *Quaternion::identity().as_vector());
+        }
+    }
+
+    /// Returns the angle between the rotations of the cells of a joint, in radians.
+    pub(super) fn angle(&self, lattice: &Lattice, joint: Joint) -> f64 {
+        let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
+        let [a, b] = [joint.cell, other].map(|cell| self.0[cell as usize]);
+        // The angle of 4-vectors is half of that of the rotations. The sine is exact for small angles.
+        4.0 * ((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0).asin()
+    }
+}

@@ -1,0 +1,107 @@
+//! Measures the deformation gradients of the regions, for bodies that break.
+//!
+//! F = A C⁻¹ is the matrix for which F y is closest to x - c over the vertices of a region, where y = x⁰ - c⁰, with the
+//! rest spread C = M⁻¹ Σ m/n y yᵀ (Müller et al. 2005, the product A_pq A_qq of section 4.2). In its plastic shape S, a
+//! region is stretched by F S⁻¹.
+
+use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
+
+use super::cascade::RegionTransform;
+use super::goals::{Means, Pair};
+use super::plastic::{inverse, shape, times};
+use crate::parallel::{Executor, Split};
+use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
+use crate::simd::level;
+
+/// The deformation gradients of regions.
+pub(crate) struct Gradients<'a> {
+    /// F of each region, column by column. Zero where the vertices of a region lie in a plane.
+    pub(crate) values: &'a mut Lanes<9>,
+    /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction. Some of
+    /// them may be stretched less.
+    pub(crate) stretched: &'a mut [u8],
+    /// A stretch: the ratio of the length of a vector to that at rest.
+    pub(crate) least: f32,
+}
+
+/// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::values`] and
+/// [`Gradients::stretched`].
+pub(super) struct MeasureGradients<'a, T> {
+    pub(super) fit: &'a T,
+    /// 1/M and d of each region.
+    pub(super) constants: &'a Lanes<4>,
+    /// C⁻¹ of each region.
+    pub(super) inverse_spreads: &'a Lanes<6>,
+    pub(super) least: f32,
+}
+
+impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [Block<9>], &mut [u8]))>
+    for MeasureGradients<'_, T>
+{
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        sums: &mut [Block<12>],
+        (memory, (values, stretched)): (M, (&mut [Block<9>], &mut [u8])),
+    ) {
+        let (constants, inverse_spreads) = (self.constants.blocks(), self.inverse_spreads.blocks());
+        for index in (0..sums.len()).step_by(2) {
+            let Pair { blocks: [a, b], indices } = Pair::new(first, index, sums.len());
+            let constants = load_two(simd, [&constants[a], &constants[b]]);
+            let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
+            let means: Means<f32x16<S>> = Means::new(constants, moments);
+            let inverse_spread = load_two(simd, [&inverse_spreads[a], &inverse_spreads[b]]);
+            let f = times(&means.central, inverse_spread);
+            let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
+            let halves = split_two(simd, f);
+            for half in [0, 1] {
+                store(halves[half], &mut values[indices[half]]);
+                stretched[indices[half]] = (beyond >> (half * LANES)) as u8;
+            }
+        }
+        self.fit.apply(simd, first, sums, memory);
+    }
+}
+
+impl Gradients<'_> {
+    /// Replaces F by F S⁻¹, the stretch of each region from its plastic shape. `strains` has S - 1 of each region, and
+    /// `task_blocks` the first block of each task.
+    pub(crate) fn take_elastic_parts(self, strains: &Lanes<6>, executor: &Executor, task_blocks: &[usize]) {
+        let Self { values, stretched, least } = self;
+        executor.tasks(
+            task_blocks,
+            (values.blocks_mut(), stretched, &mut []),
+            |task, values: &mut [Block<9>], stretched: &mut [u8], _: &mut [()]| {
+                let first = task_blocks[task];
+                dispatch!(level(), simd => {
+                    for ((block, value), stretched) in (first..).zip(values).zip(stretched) {
+                        let inverse_shape = inverse(simd, shape(simd, load(simd, &strains.blocks()[block])));
+                        let elastic = times(&load(simd, value), inverse_shape);
+                        *stretched = is_beyond(simd, &elastic, least).to_bitmask() as u8;
+                        store(elastic, value);
+                    }
+                });
+            },
+        );
+    }
+}
+
+/// Returns the lanes in which the greatest stretch of F may exceed `least`: an upper bound of it does. With the mean m of
+/// the eigenvalues of X = FᵀF and p² = |X - m|²/6, the greatest eigenvalue of X is at most m + 2 p, and is m + 2 p if the
+/// other two are equal.
+#[inline(always)]
+fn is_beyond<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, f: &[V; 9], least: f32) -> V::Mask {
+    let dot = |a: usize, b: usize| {
+        f[3 * a].mul_add(f[3 * b], f[3 * a + 1].mul_add(f[3 * b + 1], f[3 * a + 2] * f[3 * b + 2]))
+    };
+    let (xx, yy, zz, xy, xz, yz) = (dot(0, 0), dot(1, 1), dot(2, 2), dot(0, 1), dot(0, 2), dot(1, 2));
+    let mean = (xx + yy + zz) * (1.0 / 3.0);
+    let (dx, dy, dz) = (xx - mean, yy - mean, zz - mean);
+    let diagonal = dx.mul_add(dx, dy.mul_add(dy, dz * dz));
+    let beside = xy.mul_add(xy, xz.mul_add(xz, yz * yz));
+    let spread = (beside + beside + diagonal) * (1.0 / 6.0);
+    let greatest = spread.sqrt().mul_add(V::splat(simd, 2.0), mean);
+    greatest.simd_gt(V::splat(simd, least * least))
+}
