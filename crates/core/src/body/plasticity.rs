@@ -32,8 +32,11 @@ impl Body {
             self.matching.set_spreads(needs_spreads);
         }
         if is_plastic != self.state.strains.is_some() {
-            self.state.strains = is_plastic.then(|| Lanes::zeros(self.matching.layout.blocks()));
-            self.forget_fits();
+            let strains = is_plastic.then(|| Lanes::zeros(self.matching.layout.blocks()));
+            // The first plastic shapes are the rest shapes, so that the fits stay the same.
+            if std::mem::replace(&mut self.state.strains, strains).is_some() {
+                self.forget_fits();
+            }
         }
     }
 

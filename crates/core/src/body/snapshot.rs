@@ -1,15 +1,17 @@
 //! Saves and restores the state of a body.
 
+use std::sync::OnceLock;
+
 use super::zones::{check_stiffness, checked_factors};
 use super::{Body, Surface};
 use crate::contact::Side;
 use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
 use crate::error::Error;
 use crate::fracture::Cracks;
-use crate::lattice::Layout;
+use crate::lattice::{Embedding, Lattice, Layout};
 use crate::range::in_range;
 use crate::state::{State, Touches};
-use crate::volume::{Correction, VolumeOptions};
+use crate::volume::{self, Correction, VolumeError, VolumeOptions};
 
 /// The saved state of a body: all data that steps and changes of settings modify. It can be restored in any
 /// body that was built from the same mesh or lattice with the same settings.
@@ -85,6 +87,12 @@ pub enum StateError {
         blocks: usize,
         /// Number of blocks of the state.
         found: usize,
+    },
+    /// Plastic shapes without plasticity, or plasticity without plastic shapes.
+    #[error("body {body:?}: the plastic shapes of the state do not match its material")]
+    Plastic {
+        /// Name of the body.
+        body: String,
     },
     /// Pins, handles or forces on vertices that the body does not have.
     #[error("body {body:?}: the state has {what} of another body")]
@@ -169,7 +177,13 @@ impl Body {
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
         if snapshot.volume != self.volume {
-            self.set_volume(snapshot.volume)?;
+            if self.lattice.broken_joints().is_empty() {
+                self.set_volume(snapshot.volume)?;
+            } else {
+                // As after an event, it is created when it is needed.
+                self.volume = snapshot.volume;
+                self.correction = OnceLock::new();
+            }
         }
         self.state = snapshot.state.clone();
         self.update_plastic();
@@ -212,8 +226,10 @@ impl Body {
             Some(lattice) => (lattice, Layout::new(lattice).blocks()),
         };
         let components = lattice.components().count;
-        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid)
-            && snapshot.state.strains.is_some() == snapshot.material.plastic.is_some();
+        if snapshot.state.strains.is_some() != snapshot.material.plastic.is_some() {
+            return Err(StateError::Plastic { body: body() });
+        }
+        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid);
         if !(blocks == found && are_sides_valid && snapshot.state.is_valid(blocks, components)) {
             return Err(StateError::Lattice { body: body(), blocks, found });
         }
@@ -229,12 +245,40 @@ impl Body {
             return Err(StateError::Vertices { body: body(), what: "forces" });
         }
         let settings = |source| StateError::Settings { body: body(), source: Box::new(source) };
-        self.check_settings(snapshot, vertices).map_err(settings)
+        self.check_settings(snapshot, vertices).map_err(settings)?;
+        self.check_volume(snapshot.volume, (lattice, other.is_some())).map_err(|error| settings(error.into()))
+    }
+
+    /// Checks that the options of the volume correction are valid for the lattice of a snapshot. `is_other`: whether it
+    /// has other broken joints than that of the body.
+    fn check_volume(
+        &self,
+        volume: VolumeOptions,
+        (lattice, is_other): (&Lattice, bool),
+    ) -> Result<(), VolumeError> {
+        if volume == self.volume {
+            return Ok(());
+        }
+        // Pieces that the measure does not allow keep the volume of their cells.
+        if !lattice.broken_joints().is_empty() {
+            return volume.validate();
+        }
+        let whole = match &self.breaking {
+            Some(breaking) if is_other => breaking.whole.as_ref(),
+            _ => {
+                let surface = self.surface().map(Surface::volume_surface);
+                return Correction::new(lattice, surface, &volume).map(|_| ());
+            }
+        };
+        let embedding = whole.map(|mesh| Embedding::new(lattice, mesh.vertices()));
+        let surface =
+            whole.zip(embedding.as_ref()).map(|(mesh, embedding)| volume::Surface { mesh, embedding });
+        Correction::new(lattice, surface, &volume).map(|_| ())
     }
 
     /// Checks that the settings of a snapshot are valid for this body with `vertices` lattice vertices.
     fn check_settings(&self, snapshot: &BodySnapshot, vertices: usize) -> Result<(), Error> {
-        let &BodySnapshot { material, youngs_modulus, half_width, volume, .. } = snapshot;
+        let &BodySnapshot { material, youngs_modulus, half_width, .. } = snapshot;
         material.validate()?;
         let factors = snapshot.stiffness_factors.as_ref();
         let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
@@ -249,9 +293,6 @@ impl Body {
             (1..=limit).contains(&half_width),
             "at least 1 and at most the extent",
         )?;
-        if volume != self.volume {
-            Correction::new(&self.lattice, self.surface().map(Surface::volume_surface), &volume)?;
-        }
         Ok(())
     }
 }

@@ -3,6 +3,8 @@
 //! The copies of a split vertex take its position, velocity and rotation, and share its mass, so that mass, momenta and
 //! kinetic energy stay the same.
 
+use nalgebra::Matrix3;
+
 use crate::lattice::Lattice;
 use crate::matching::Matching;
 use crate::simd::lanes::Lanes;
@@ -66,6 +68,17 @@ impl Parents {
     }
 }
 
+/// Scales a plastic shape S, the mean of several, to the determinant 1. Takes and returns S - 1.
+fn of_volume_one(strain: [f32; 6]) -> [f32; 6] {
+    let [xx, yy, zz, xy, xz, yz] = strain.map(f64::from);
+    let shape = Matrix3::new(1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz);
+    // Means of matrices with positive eigenvalues and determinant 1 have a determinant of at least 1.
+    let scale = shape.determinant().cbrt().recip();
+    let diagonal = [xx, yy, zz].map(|strain| ((1.0 + strain) * scale - 1.0) as f32);
+    let [xy, xz, yz] = [xy, xz, yz].map(|strain| (strain * scale) as f32);
+    [diagonal[0], diagonal[1], diagonal[2], xy, xz, yz]
+}
+
 /// Returns the state after an event. Contacts, supports and momenta are found again in the next step.
 pub(super) fn transfer(
     state: &State,
@@ -81,13 +94,21 @@ pub(super) fn transfer(
         let quaternion = nalgebra::Vector4::from(rotations.get(slot));
         rotations.set(slot, quaternion.try_normalize(0.0).unwrap_or_else(nalgebra::Vector4::w).into());
     }
+    let strains = state.strains.as_ref().map(|strains| {
+        let mut strains = parents.transferred(strains, masses, stages);
+        for &(vertex, _) in &parents.merged {
+            let slot = after.layout.slots()[vertex as usize];
+            strains.set(slot, of_volume_one(strains.get(slot)));
+        }
+        strains
+    });
     let mut transferred = State {
         frame: state.frame,
         positions: parents.transferred(&state.positions, masses, stages),
         compensation: parents.transferred(&state.compensation, masses, stages),
         velocities: parents.transferred(&state.velocities, masses, stages),
         rotations,
-        strains: state.strains.as_ref().map(|strains| parents.transferred(strains, masses, stages)),
+        strains,
         fitted: false,
         momenta: vec![None; lattice.components().count],
         energy_limit: None,
@@ -101,4 +122,36 @@ pub(super) fn transfer(
         transferred.escapes.search();
     }
     transferred
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Point3};
+
+    use crate::matching::symmetric;
+    use crate::{Body, Lattice, Material, Plasticity};
+
+    /// Two halves with different plastic shapes become one body again: the vertices between them have means.
+    #[test]
+    fn plastic_shapes_of_united_vertices_have_the_determinant_1() {
+        let cells: Vec<[i32; 3]> = (0..64).map(|k| [k % 4, k / 4 % 4, k / 16]).collect();
+        let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
+        let material = Material { plastic: Some(Plasticity::default()), ..Material::fast_lsm() };
+        let mut body = Body::from_lattice(lattice).material(material).build().unwrap();
+        body.cut([2.0; 3], [1.0, 0.0, 0.0]).unwrap();
+        assert_eq!(body.pieces(), 2);
+        let slots = body.matching.layout.slots().to_vec();
+        let strains = body.state.strains.as_mut().unwrap();
+        for (&slot, &piece) in slots.iter().zip(&body.lattice.components().of_vertex) {
+            let stretch = if piece == 0 { 1.5_f32 } else { 0.5 };
+            strains.set(slot, [stretch - 1.0, 1.0 / stretch - 1.0, 0.0, 0.0, 0.0, 0.0]);
+        }
+        body.restore_cracks(None).unwrap();
+        assert_eq!(body.pieces(), 1);
+        let strains = body.state.strains.as_ref().unwrap();
+        let shapes = body.matching.layout.slots().iter().map(|&slot| symmetric(strains.get(slot)));
+        let determinants = shapes.map(|strain| (Matrix3::identity() + strain).determinant());
+        assert!(determinants.clone().count() == 125);
+        determinants.for_each(|determinant| assert!((determinant - 1.0).abs() < 1e-6, "{determinant}"));
+    }
 }

@@ -107,7 +107,7 @@ impl Cracks {
     pub(super) fn break_joints(&mut self, joints: &[(Joint, u32)]) {
         self.broken.extend_from_slice(joints);
         self.broken.sort_unstable();
-        self.events += 1;
+        self.events = self.events.saturating_add(1);
     }
 
     /// Checks deserialized data for a lattice.
@@ -117,7 +117,8 @@ impl Cracks {
                 && joint.axis < 3
                 && lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()
         };
-        self.broken.is_sorted_by(|a, b| a.0 < b.0)
+        (self.broken.is_empty() || self.events > 0)
+            && self.broken.is_sorted_by(|a, b| a.0 < b.0)
             && self.broken.iter().all(|(joint, crack)| exists(joint) && (*crack as usize) < self.list.len())
             && self.list.iter().all(Crack::is_valid)
     }
@@ -164,5 +165,24 @@ impl Cracks {
             let other = cells[joint.cell as usize];
             (0..3).all(|a| index[a].abs_diff(other[a]) <= distance)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn broken_joints_need_an_event_and_the_count_of_events_has_an_end() {
+        let lattice = Lattice::from_cells(&[[0, 0, 0], [1, 0, 0]], 1.0, Point3::origin(), false).unwrap();
+        let list = vec![Crack::new(Point3::new(1.0, 0.5, 0.5), Vector3::x(), false)];
+        let joint = (Joint { cell: 0, axis: 0 }, 0);
+        let mut cracks = Cracks { list, broken: vec![joint], events: 0 };
+        assert!(!cracks.fits(&lattice));
+        cracks.events = u64::MAX;
+        assert!(cracks.fits(&lattice));
+        cracks.broken.clear();
+        cracks.break_joints(&[joint]);
+        assert_eq!(cracks.events, u64::MAX);
     }
 }

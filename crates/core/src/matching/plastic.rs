@@ -15,7 +15,8 @@
 //! k = c (1 - yield/|D|)      H = k D/2      S ← (1 + H) S (1 + H)
 //! ```
 //!
-//! with c = 1 - exp(-creep h), at most 1/2. Then S is scaled to the determinant 1, and pulled back to |S - 1| <= max. |·| is the Frobenius norm.
+//! with c = 1 - exp(-creep h), at most 1/2, and |k D| at most 1/2. Then S is scaled to the determinant 1, and pulled back
+//! to |S - 1| <= max. |·| is the Frobenius norm.
 //!
 //! Müller et al. replace S by (1 + k D) S, which is not symmetric, and divide E by the cube root of its determinant. The
 //! product with 1 + H on both sides agrees with the symmetric part of theirs to first order, and is positive definite for

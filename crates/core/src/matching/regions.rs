@@ -27,8 +27,8 @@ pub(crate) struct Regions {
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<Factors>,
     /// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
-    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex. `None` if the body is neither plastic nor can
-    /// break.
+    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex, and for planar regions at the fronts of
+    /// cracks. `None` if the body is neither plastic nor can break.
     pub(crate) inverse_spreads: Option<Lanes<6>>,
     half_width: usize,
 }
@@ -228,8 +228,9 @@ impl Regions {
         self.inverses(layout, |spread| spread)
     }
 
-    /// Computes, for each region, the inverse of a matrix that depends on its rest spread. Every region contains the
-    /// corners of a cell, so that its spread and its inertia are invertible.
+    /// Computes, for each region, the inverse of a matrix that depends on its rest spread; zero if it has none. In a
+    /// whole body every region contains the corners of a cell, so that its spread and its inertia have an inverse. At
+    /// the front of a crack, where links are left out, a region can be planar, and its spread has none.
     fn inverses(&self, layout: &Layout, matrix: impl Fn(Matrix3<f64>) -> Matrix3<f64>) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());

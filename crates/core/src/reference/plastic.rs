@@ -7,7 +7,7 @@ use crate::dynamics::Plasticity;
 /// Least mean stretch to which strains are relative: that of a cube compressed evenly to a twentieth of its volume.
 const LEAST_STRETCH: f64 = 0.37;
 
-/// Greatest change of a plastic shape in a step.
+/// Greatest |k D| of a step.
 const GREATEST_CHANGE: f64 = 0.5;
 
 /// Returns the plastic shape of a region with a rotation R, a deformation gradient F and a plastic shape S after a step
@@ -15,9 +15,9 @@ const GREATEST_CHANGE: f64 = 0.5;
 ///
 /// The stretch of the region from its plastic shape S is the symmetric part E of R^T F S^-1, and its strain D is the
 /// deviatoric part of E divided by the mean stretch. Where |D| exceeds the yield strain, S becomes
-/// (1 + k D/2) S (1 + k D/2) with k |D| = c (|D| - yield) and c = 1 - exp(-creep dt), at most 1/2, scaled to the
-/// determinant 1. If then
-/// |S - 1| exceeds the greatest one, S - 1 is scaled back to it, and S to the determinant 1.
+/// (1 + k D/2) S (1 + k D/2) with k |D| = c (|D| - yield), at most 1/2, and c = 1 - exp(-creep dt), at most 1/2. S is
+/// then scaled to the determinant 1. If |S - 1| exceeds the greatest one, S - 1 is scaled back to it, and S to the
+/// determinant 1.
 pub(super) fn flowed(
     [rotation, gradient, shape]: [Matrix3<f64>; 3],
     plasticity: &Plasticity,

@@ -155,6 +155,15 @@ impl VolumeOptions {
     pub fn off() -> Self {
         Preservation::Off.into()
     }
+
+    /// Checks the range of the cap.
+    pub(crate) fn validate(&self) -> Result<(), VolumeError> {
+        let max_correction = self.max_correction;
+        match max_correction.is_finite() && max_correction >= 0.0 {
+            true => Ok(()),
+            false => Err(VolumeError::MaxCorrection(max_correction)),
+        }
+    }
 }
 
 impl From<Preservation> for VolumeOptions {

@@ -131,10 +131,8 @@ impl Correction {
         surface: Option<Surface<'_>>,
         options: &VolumeOptions,
     ) -> Result<Option<Self>, VolumeError> {
+        options.validate()?;
         let max_correction = options.max_correction;
-        if !(max_correction.is_finite() && max_correction >= 0.0) {
-            return Err(VolumeError::MaxCorrection(max_correction));
-        }
         let adjacency = Adjacency::new(lattice);
         let Some(measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
             return Ok(None);
