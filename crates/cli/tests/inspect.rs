@@ -394,7 +394,9 @@ fn fracture_is_described() {
     };
     let text = inspect(&set, &["--plan"]);
     assert!(
-        text.contains("a stress of 500.0; noise 0.05, at most 1 crack at a time, smooth surfaces"),
+        text.contains(
+            "a stress of 500.0; noise 0.05 with seed 0, at most 1 crack at a time, smooth surfaces"
+        ),
         "{text}"
     );
     assert!(!text.contains("smooths the strain at notches"), "{text}");
