@@ -9,28 +9,9 @@ import numpy as np
 import pytest
 
 import supple
+from shapes import BAR
 
 DEFAULTS = {"rotation": None, "cracks": 1, "noise": 0.05, "seed": 0, "surface": "smooth"}
-
-
-def box_mesh(size):
-    """Return a box with the given edges, whose sides are divided into squares of edge 1."""
-    vertices, faces = {}, []
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        for side in (0, size[axis]):
-            for i in range(size[u]):
-                for j in range(size[v]):
-                    quad = []
-                    for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1)):
-                        corner = [0, 0, 0]
-                        corner[axis], corner[u], corner[v] = side, i + di, j + dj
-                        quad.append(vertices.setdefault(tuple(corner), len(vertices)))
-                    faces.append(quad if side else quad[::-1])
-    return supple.Mesh(np.array(list(vertices), float), faces)
-
-
-BAR = box_mesh((12, 4, 4))
 
 
 def bar(**settings):

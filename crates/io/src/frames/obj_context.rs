@@ -15,13 +15,28 @@ pub(super) struct Tail<'a> {
     line_end: &'static str,
     text: Vec<u8>,
     current: Lines,
+    /// The statements that end those in force, for faces that have none.
+    ends: [Vec<u8>; 4],
 }
 
 impl<'a> Tail<'a> {
-    /// `last`: the statements in force at the end of the file.
-    pub(super) fn new(raw: &'a [u8], last: [Option<Range<usize>>; 4], line_end: &'static str) -> Self {
-        let current = last.map(|range| range.map(|range| raw[range].to_vec()));
-        Self { raw, line_end, text: Vec::new(), current }
+    /// `statements`: those of the file.
+    pub(super) fn new(raw: &'a [u8], statements: &FaceStatements, line_end: &'static str) -> Self {
+        let line = |range: &Range<usize>| raw[range.clone()].to_vec();
+        let current = statements.last.each_ref().map(|range| range.as_ref().map(line));
+        // The default name of a group in the format. Statements without a name are no valid ones.
+        let end = |index: usize| {
+            let mut end = format!("{} default", CONTEXT[index]).into_bytes();
+            let in_file = |end: &[u8]| {
+                let mut lines = statements.contexts.iter().filter_map(|context| context[index].as_ref());
+                CONTEXT[index] != "g" && lines.any(|range| raw[range.clone()].trim_ascii_end() == end)
+            };
+            while in_file(&end) {
+                end.push(b'_');
+            }
+            if CONTEXT[index] == "s" { b"s off".to_vec() } else { end }
+        };
+        Self { raw, line_end, text: Vec::new(), current, ends: std::array::from_fn(end) }
     }
 
     /// Appends a face.
@@ -49,13 +64,12 @@ impl<'a> Tail<'a> {
 
     /// Appends the statements that differ from the current ones, and a face.
     fn append(&mut self, lines: Lines, text: &[u8]) {
-        // Some readers forget the group and the material at a new object.
+        // Some readers reset the group and the material at a new object.
         let is_new = lines[0] != self.current[0];
-        for (index, keyword) in CONTEXT.iter().enumerate() {
+        for index in 0..CONTEXT.len() {
             let is_off = lines[index].is_none() && self.current[index].is_none();
             if (is_new && !is_off) || lines[index] != self.current[index] {
-                let none = || if *keyword == "s" { b"s off".to_vec() } else { keyword.as_bytes().to_vec() };
-                self.text.extend(lines[index].clone().unwrap_or_else(none));
+                self.text.extend_from_slice(lines[index].as_deref().unwrap_or(&self.ends[index]));
                 self.text.extend_from_slice(self.line_end.as_bytes());
             }
         }
