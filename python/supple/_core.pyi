@@ -263,10 +263,10 @@ class Body:
     fracture : dict, default None
         Makes the body break. A dict with either strength (tensile stress, > 0, at which it breaks) or strain (tensile
         strain, > 0), and the keys rotation (degrees, in (0, 180], between neighboring cells at which it breaks too;
-        default None), cracks (greatest number of cracks that grow at a time in each piece, up to 1,000,000; default 1), noise
-        (relative variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and surface (of the cracks:
-        "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body breaks: see
-        topology_version.
+        default None), cracks (greatest number of cracks that grow at a time in each piece, from 1 to 1,000,000; default
+        1), noise (relative variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and
+        surface (of the cracks: "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body
+        breaks: see topology_version.
     volume : str or dict, default "auto"
         Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
         a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
@@ -1233,8 +1233,9 @@ def main() -> int:
 def simd_level() -> str:
     """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
 
-def body_keys() -> list[str]:
-    """Return the names of the keyword arguments of Body.
+def body_keys(table: str | None = None) -> list[str]:
+    """Return the names of the keyword arguments of Body, or the keys of a table of `[[body]]` in a scene: "fracture" or
+    "plastic".
 
     They are memory_limit, and the keys of `[[body]]` in a scene except mesh, zone, pin and handle.
     """

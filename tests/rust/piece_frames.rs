@@ -307,7 +307,7 @@ fn faces_without_an_object_or_a_material_get_named_ones_at_the_end_of_the_file()
     );
     check_closed(&frame, &body, None);
     let tail = &frame[frame.rfind("v 4.2").unwrap()..];
-    let (_, tail) = tail.split_once("\no default_\ng default\nusemtl default\nf ").unwrap();
+    let (_, tail) = tail.split_once("\no default_\ng default_\nusemtl default_\nf ").unwrap();
     let (_, caps) = tail.split_once("\nusemtl body_cap\nf ").unwrap();
     assert!(caps.lines().skip(1).all(|line| line.starts_with("f ")));
     // The object of the file keeps its faces, and no others.

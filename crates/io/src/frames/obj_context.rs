@@ -24,19 +24,22 @@ impl<'a> Tail<'a> {
     pub(super) fn new(raw: &'a [u8], statements: &FaceStatements, line_end: &'static str) -> Self {
         let line = |range: &Range<usize>| raw[range.clone()].to_vec();
         let current = statements.last.each_ref().map(|range| range.as_ref().map(line));
-        // The default name of a group in the format. Statements without a name are no valid ones.
-        let end = |index: usize| {
-            let mut end = format!("{} default", CONTEXT[index]).into_bytes();
-            let in_file = |end: &[u8]| {
-                let mut lines = statements.contexts.iter().filter_map(|context| context[index].as_ref());
-                CONTEXT[index] != "g" && lines.any(|range| raw[range.clone()].trim_ascii_end() == end)
-            };
-            while in_file(&end) {
-                end.push(b'_');
-            }
-            if CONTEXT[index] == "s" { b"s off".to_vec() } else { end }
+        // Statements without a name are not valid. `default` is the name of a group in the format; programs that select
+        // faces by a name do so in objects and groups.
+        let mut name = "default".to_owned();
+        let is_used = |name: &str| {
+            let mut lines = statements.contexts.iter().flatten().flatten().map(|range| &raw[range.clone()]);
+            lines
+                .any(|line| line.split(|byte| byte.is_ascii_whitespace()).any(|word| word == name.as_bytes()))
         };
-        Self { raw, line_end, text: Vec::new(), current, ends: std::array::from_fn(end) }
+        while is_used(&name) {
+            name.push('_');
+        }
+        let end = |keyword| match keyword {
+            "s" => b"s off".to_vec(),
+            _ => format!("{keyword} {name}").into_bytes(),
+        };
+        Self { raw, line_end, text: Vec::new(), current, ends: CONTEXT.map(end) }
     }
 
     /// Appends a face.

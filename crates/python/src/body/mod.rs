@@ -16,7 +16,8 @@ mod touching;
 mod values;
 mod zones;
 
-pub(crate) use build::{body_keys, volume_settings};
+use build::body_keys;
+pub(crate) use build::{keys_of, volume_settings};
 pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use fracture::fracture_settings;
