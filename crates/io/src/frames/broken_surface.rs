@@ -36,13 +36,11 @@ impl BrokenSurface {
         };
         topology.textures = textures(pieces);
         let mut transform = None;
-        if let Source::Document(document, part) = pieces.source {
-            if has_normals {
-                let (normals, computed) = PieceNormals::new(document, part, pieces);
-                let of_faces = (0..mesh.face_count()).filter_map(|face| normals.of_face(face));
-                topology.normals = of_faces.flatten().map(|&normal| integer(normal)).collect();
-                transform = Some(computed);
-            }
+        if let (Source::Document(document, part), true) = (pieces.source, has_normals) {
+            let (normals, computed) = PieceNormals::new(document, part, pieces);
+            let of_faces = (0..mesh.face_count()).filter_map(|face| normals.of_face(face));
+            topology.normals = of_faces.flatten().map(|&normal| integer(normal)).collect();
+            transform = Some(computed);
         }
         Self { identity: pieces.identity, topology, normals: transform }
     }
