@@ -263,10 +263,10 @@ class Body:
     fracture : dict, default None
         Makes the body break. A dict with either strength (tensile stress, > 0, at which it breaks) or strain (tensile
         strain, > 0), and the keys rotation (degrees, in (0, 180], between neighboring cells at which it breaks too;
-        default None), cracks (greatest number of cracks that grow at a time in each piece; default 1), noise (relative
-        variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and surface (of the cracks:
-        "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body breaks: see
-        topology_version.
+        default None), cracks (greatest number of cracks that grow at a time in each piece, from 1 to 1,000,000; default
+        1), noise (relative variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and
+        surface (of the cracks: "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body
+        breaks: see topology_version.
     volume : str or dict, default "auto"
         Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
         a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
@@ -448,8 +448,9 @@ class Body:
     def topology_version(self) -> int:
         """Number of steps and cuts in which joints broke.
 
-        While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the first vertices of
-        both the lattice and the mesh keep their numbers, and copies follow them. Restoring a state restores it too.
+        While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the vertices of the whole
+        body keep their numbers, in the lattice and in the mesh, and copies follow them. The numbers of copies can
+        change each time. Restoring a state restores it too.
         """
     @property
     def faces(self) -> NDArray[np.int64]:
@@ -750,7 +751,8 @@ class Body:
         follow_start : float, default 0, or the time of the first sample in the PC2 file
             Time of the first frame in seconds.
 
-        The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape.
+        The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape,
+        and for follow on a broken body.
         """
     @property
     def holds(self) -> tuple[Hold, ...]:
@@ -830,6 +832,10 @@ class Body:
         box, sphere, plane, vertices
             Selection of a part, as for pin. Default: the whole body. It is made once, now.
 
+        A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies
+        share a constant force (k, 3) on the vertex in proportion to their masses. A function gets the rows of the
+        selected vertices first, then those of their copies in increasing order, and returns one force for each.
+
         Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a
         thousandth of the weight on each vertex, and wakes when they change. A function is called from step and advance,
         which let an exception pass: the step then is not made. Each step with fields takes some microseconds more, with
@@ -858,10 +864,10 @@ class ForceField:
         """Body on which the force acts."""
     @property
     def force(self) -> NDArray[np.float64] | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike]:
-        """Force as it was given: (3,) or (k, 3) float64, read-only, or a callable."""
+        """Force as it was given: (3,) or (k, 3) float64, read-only, or a callable. k is the number of vertices then."""
     @property
     def vertices(self) -> NDArray[np.int64]:
-        """Lattice vertices on which the force acts: (k,) int64, read-only."""
+        """Lattice vertices on which the force acts: (k,) int64, read-only. Copies that a break made come last."""
     @property
     def removed(self) -> bool:
         """Whether the field was removed."""
@@ -1227,8 +1233,9 @@ def main() -> int:
 def simd_level() -> str:
     """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
 
-def body_keys() -> list[str]:
-    """Return the names of the keyword arguments of Body.
+def body_keys(table: str | None = None) -> list[str]:
+    """Return the names of the keyword arguments of Body, or the keys of a table of `[[body]]` in a scene: "fracture" or
+    "plastic".
 
     They are memory_limit, and the keys of `[[body]]` in a scene except mesh, zone, pin and handle.
     """

@@ -1,6 +1,8 @@
 """Errors of arguments: the name, the value or type, and the expected range or type."""
 
+import ast
 import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -136,6 +138,31 @@ def test_exceptions_of_an_argument_are_raised_unchanged(cube, error):
 def test_none_is_not_a_missing_argument(name):
     with pytest.raises(TypeError, match=f"^{name} must be .*, not None"):
         supple.Lattice.from_cells(ONES, **{name: None})
+
+
+def stub_keys(name):
+    """Return the keys of a TypedDict of the stubs."""
+    tree = ast.parse((Path(supple.__file__).parent / "_core.pyi").read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            return {field.target.id for field in node.body}
+        if isinstance(node, ast.Assign) and node.targets[0].id == name:
+            return {key.value for key in node.value.args[1].keys}
+    raise AssertionError(name)
+
+
+def test_fracture_and_plastic_have_the_keys_of_a_scene():
+    fracture, plastic = set(_core.body_keys("fracture")), set(_core.body_keys("plastic"))
+    assert stub_keys("_FractureOptions") == fracture
+    assert stub_keys("_PlasticOptions") == plastic
+    lattice = supple.Lattice.from_cells(ONES)
+    by_strain = supple.Body(lattice, fracture={"strain": 1}, plastic=True)
+    by_strength = supple.Body(lattice, fracture={"strength": 1})
+    assert by_strain.fracture.keys() | by_strength.fracture.keys() == fracture
+    assert by_strain.plastic.keys() == plastic
+    # The dicts are valid arguments with all of their keys.
+    twin = supple.Body(lattice, fracture=by_strain.fracture, plastic=by_strain.plastic)
+    assert (twin.fracture, twin.plastic) == (by_strain.fracture, by_strain.plastic)
 
 
 def test_body_accepts_the_keys_of_a_scene():

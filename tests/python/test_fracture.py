@@ -9,28 +9,9 @@ import numpy as np
 import pytest
 
 import supple
+from shapes import BAR
 
 DEFAULTS = {"rotation": None, "cracks": 1, "noise": 0.05, "seed": 0, "surface": "smooth"}
-
-
-def box_mesh(size):
-    """Return a box with the given edges, whose sides are divided into squares of edge 1."""
-    vertices, faces = {}, []
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        for side in (0, size[axis]):
-            for i in range(size[u]):
-                for j in range(size[v]):
-                    quad = []
-                    for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1)):
-                        corner = [0, 0, 0]
-                        corner[axis], corner[u], corner[v] = side, i + di, j + dj
-                        quad.append(vertices.setdefault(tuple(corner), len(vertices)))
-                    faces.append(quad if side else quad[::-1])
-    return supple.Mesh(np.array(list(vertices), float), faces)
-
-
-BAR = box_mesh((12, 4, 4))
 
 
 def bar(**settings):
@@ -73,6 +54,7 @@ def test_fracture_is_a_dict():
         ({"strength": np.nan}, ValueError, "strength = NaN is out of range"),
         ({"strain": 0.1, "rotation": 181}, ValueError, r"rotation = 181 .* in \(0, 180\] degrees"),
         ({"strain": 0.1, "cracks": 0}, ValueError, "cracks = 0 is out of range"),
+        ({"strain": 0.1, "cracks": 1_000_001}, ValueError, "cracks = 1000001 is out of range: .* from 1 to 1000000"),
         ({"strain": 0.1, "noise": 0.6}, ValueError, "noise = 0.6 is out of range: it must be from 0 to 0.5"),
         ({"strain": 0.1, "seed": -1}, ValueError, "seed = -1 is out of range"),
         (
@@ -257,6 +239,134 @@ def test_copies_of_a_body_that_is_cut():
         assert (twin.pieces, body.pieces) == (3, 2)
 
 
+def middle_cut():
+    """Return a simulation of a bar that is cut in the middle, without gravity, and its state before the cut."""
+    body = bar(damping_ratio=0)
+    sim = supple.Simulation([body], dt=1 / 240, gravity=(0, 0, 0))
+    whole = sim.save_state()
+    body.cut(((5.9, 0, 0), (1, 0, 0)))
+    return sim, whole
+
+
+def momentum(body):
+    return body.masses @ body.velocities
+
+
+def copies_of(body, vertices):
+    """Return the lattice vertices at the places of some vertices."""
+    places = {tuple(index) for index in body.lattice.indices[vertices]}
+    return [vertex for vertex, index in enumerate(body.lattice.indices) if tuple(index) in places]
+
+
+def test_force_fields_follow_the_copies_of_their_vertices():
+    body = bar(damping_ratio=0)
+    sim = supple.Simulation([body], dt=1 / 240, gravity=(0, 0, 0))
+    rows = np.random.default_rng(2).normal(size=(len(body), 3))
+    chosen = [300, 40, *np.flatnonzero(body.lattice.indices[:, 0] == body.lattice.indices[:, 0].max() // 2)]
+    some = np.arange(3.0 * len(chosen)).reshape(-1, 3)
+    fields = [
+        body.add_force_field(rows),
+        body.add_force_field(some, vertices=chosen),
+        body.add_force_field((5, 0, 7), vertices=chosen),
+    ]
+    seen = []
+    watch = body.add_force_field(lambda x, v, time: seen.append(x) or np.zeros_like(x), vertices=chosen)
+    expected = (rows.sum(axis=0) + some.sum(axis=0) + [5, 0, 7]) * sim.dt
+    sim.step()
+    np.testing.assert_allclose(momentum(body), expected, rtol=1e-4, atol=1e-4)
+    plane = [(5.9, 0, 0), (1, 0, 0)]
+    assert body.cut(plane) == 25
+    before, positions = momentum(body), body.positions
+    assert len(fields[0].vertices) == len(body)
+    follows = fields[1].vertices
+    assert list(follows[: len(chosen)]) == chosen
+    assert sorted(follows) == copies_of(body, chosen)
+    assert len(follows) > len(chosen)
+    np.testing.assert_array_equal(fields[1].force, some)
+    sim.step()
+    np.testing.assert_allclose(momentum(body) - before, expected, rtol=1e-4, atol=1e-4)
+    np.testing.assert_array_equal(seen[-1], positions[follows])
+    watch.remove()  # a lambda is not copied
+    twin = copy.deepcopy(sim)
+    for each in (sim, twin):
+        each.step(3)
+    assert everything(twin.bodies[0]) == everything(body)
+
+
+def test_a_vertex_and_its_copies_share_a_force_by_their_masses():
+    body = bar(damping_ratio=0)
+    sim = supple.Simulation([body], dt=1 / 240, gravity=(0, 0, 0))
+    twin, planes = bar(), [((5.9, 0, 0), (1, 0, 0)), ((0, 0.7, 0), (0, 1, 0))]
+    for plane in planes:
+        twin.cut(plane)
+    # A vertex at the edge where both cuts meet has three copies.
+    places, counts = np.unique(twin.lattice.indices, axis=0, return_counts=True)
+    vertex = int(np.flatnonzero((body.lattice.indices == places[counts.argmax()]).all(axis=1))[0])
+    body.add_force_field([[0, 0, 3e5]], vertices=[vertex])
+    for plane in planes:
+        body.cut(plane)
+    group = copies_of(body, [vertex])
+    assert len(group) == 4
+    sim.step()
+    # The velocities are equal, up to the rotation of the pieces, so the forces are in the ratio of the masses.
+    expected = 3e5 * sim.dt / body.masses[group].sum()
+    np.testing.assert_allclose(body.velocities[group, 2], expected, rtol=0.01)
+
+
+def test_force_fields_of_a_broken_body_follow_it_to_a_whole_state():
+    sim, whole = middle_cut()
+    body = sim.bodies[0]
+    calls = []
+
+    def push(positions, velocities, time):
+        calls.append(len(positions))
+        return np.ones_like(positions)
+
+    copies = np.arange(len(body) - 4, len(body))
+    everywhere = body.add_force_field(push)
+    copied = body.add_force_field(push, vertices=copies)
+    constant = body.add_force_field(np.full((4, 3), 2.0), vertices=copies)
+    sources = sorted(set(copies_of(body, copies)) - set(copies))
+    assert list(copied.vertices) == list(constant.vertices) == list(copies)
+    sim.step()
+    count = len(body)
+    assert calls == [count, 4]
+    sim.restore_state(whole)
+    assert list(everywhere.vertices) == list(range(len(body)))
+    assert sorted(copied.vertices) == sorted(constant.vertices) == sources
+    sim.step()
+    assert calls[2:] == [len(body), 4]
+    np.testing.assert_allclose(momentum(body), (len(body) + 4 + 8) * sim.dt * np.ones(3), rtol=1e-4)
+    # Another cut gives the copies other numbers.
+    body.cut(((2.0, 0, 0), (1, 0, 0)))
+    assert body.topology_version == 1
+    assert sorted(copied.vertices) == copies_of(body, sources)
+
+
+def test_handles_follow_animations_of_whole_bodies_only():
+    body = bar()
+    walk = np.array([BAR.vertices + [0, 0, 0.1 * k] for k in range(30)])
+    body.handle(follow=walk, plane=((10, 0, 0), (1, 0, 0)))
+    sim = supple.Simulation([body], fps=30, substeps=4, gravity=(0, 0, 0))
+    body.cut(((5.9, 0, 0), (1, 0, 0)))
+    joints = body.broken_joints
+    pieces = np.array([body.mesh.vertices] * 2)
+    for follow in (walk, pieces):
+        with pytest.raises(ValueError, match=f"follow needs a whole body, and this one has {joints} broken joints"):
+            body.handle(follow=follow, plane=((10, 0, 0), (1, 0, 0)))
+    assert len(body.holds) == 1
+    twins = [sim, copy.deepcopy(sim), pickle.loads(pickle.dumps(sim))]
+    for each in twins:
+        each.advance(5)
+    assert all(everything(each.bodies[0]) == everything(body) for each in twins)
+    assert twins[1].bodies[0].holds[0].follow.shape == walk.shape
+    assert body.surface()[:, 2].max() > 4.3
+    alone = bar()
+    alone.handle(follow=walk, plane=((10, 0, 0), (1, 0, 0)))
+    alone.cut(((5.9, 0, 0), (1, 0, 0)))
+    assert everything(copy.deepcopy(alone)) == everything(alone)
+
+
 def test_trimesh_has_the_pieces():
     trimesh = pytest.importorskip("trimesh")
     body = bar()
@@ -334,10 +444,17 @@ def test_run_writes_a_page_of_a_body_that_breaks_and_no_point_cache(tmp_path):
     (tmp_path / "bar.obj").write_text("\n".join(lines))
     scene = tmp_path / "scene.toml"
     scene.write_text(
-        "[simulation]\nframes = 2\n[[body]]\nname = 'bar'\nmesh = 'bar.obj'\ncell_size = 0.8\n"
+        "[simulation]\nframes = 40\nsubsteps = 4\ngravity = [0, 0, 0]\n"
+        "[[body]]\nname = 'bar'\nmesh = 'bar.obj'\ncell_size = 0.8\nhalf_width = 1\n"
         "[body.fracture]\nstrain = 0.1\n"
+        "[[body.pin]]\nbox = { min = [-1, -1, -1], max = [0.5, 5, 5] }\n"
+        "[[body.handle]]\nbox = { min = [11.5, -1, -1], max = [13, 5, 5] }\n"
+        "keys = [ { time = 0 }, { time = 1, translate = [4, 0, 0] } ]\n"
     )
     supple.run(scene, tmp_path / "out", format="html")
-    assert page_header(tmp_path / "out" / "supple.html")["frames"] == 3
+    header = page_header(tmp_path / "out" / "supple.html")
+    assert header["frames"] == 41
+    assert header["version"] == 2  # a body is broken in a frame
     with pytest.raises(ValueError, match="pc2 has the same faces in all frames: write obj, ply, usd or html"):
         supple.run(scene, tmp_path / "points", format="pc2")
+    assert not (tmp_path / "points").exists()

@@ -83,6 +83,50 @@ def test_one_simulation_is_stepped_and_evaluated_by_many_threads(cube):
     assert body.positions.tobytes() == other.positions.tobytes()
 
 
+def test_surfaces_are_evaluated_while_a_body_breaks(cube):
+    """Each cut gives the surface more rows; an array of another length is written only in whole, or refused."""
+    bodies = [supple.Body(cube, lattice_vertices=300, half_width=2) for _ in range(2)]
+    sim = supple.Simulation(bodies, gravity=(0, 0, 0), contact=False)
+    whole, body = sim.save_state(), bodies[0]
+    first, low, high = len(body.surface()), body.positions.min(axis=0), body.positions.max(axis=0)
+    done, failures = threading.Event(), []
+    force = body.add_force_field(lambda x, v, time: np.zeros_like(x))
+
+    def cut_and_mend():
+        for k in range(60):
+            share = (k % 7 + 1) / 8
+            body.cut((share * low + (1 - share) * high, (1, 0, 0)))
+            sim.restore_state(whole)
+        done.set()
+
+    def repeat(call):
+        while not done.is_set():
+            try:
+                call()
+            except ValueError as error:
+                if "because the body broke" not in str(error) and "it must be" not in str(error):
+                    failures.append(error)
+            except BaseException as error:  # a panic
+                failures.append(error)
+                return
+
+    calls = [
+        body.surface,
+        body.surface_normals,
+        sim.surfaces,
+        lambda: body.surface(out=np.empty((first, 3), np.float32)),
+        lambda: sim.surfaces(out=[np.empty((first, 3)), np.empty((first, 3))[::-1]]),
+        lambda: force.vertices,
+    ]
+    threads = [threading.Thread(target=repeat, args=(call,)) for call in calls]
+    threads.append(threading.Thread(target=cut_and_mend))
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+
+
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_a_long_step_call(block):
     body = supple.Body(block)

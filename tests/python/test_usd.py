@@ -12,6 +12,7 @@ import pytest
 
 import supple
 from conftest import ROOT
+from shapes import BAR
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdUtils, UsdValidation, Vt
@@ -431,3 +432,150 @@ def test_wrong_arguments_of_a_recorder_are_errors(folder, block):
     with pytest.raises(ValueError, match="fps"):
         supple.save_usd(stepped, folder / "a.usd", 3)
     assert not (folder / "a.usd").exists()
+
+
+#: A bar of 12 x 4 x 4 is pulled apart.
+PULL = """
+[simulation]
+frames = 32
+substeps = 4
+gravity = [0, 0, 0]
+
+[output]
+format = ["obj", "usd"]
+
+[[body]]
+name = "bar"
+mesh = "bar.obj"
+cell_size = 0.8
+half_width = 1
+fracture = { strain = 0.1 }
+
+[[body.pin]]
+box = { min = [-1, -1, -1], max = [0.5, 5, 5] }
+
+[[body.handle]]
+box = { min = [11.5, -1, -1], max = [13, 5, 5] }
+keys = [ { time = 0 }, { time = 1, translate = [5, 0, 0] } ]
+"""
+
+
+def bar_text(is_textured: bool = True) -> str:
+    """Return a bar whose halves have different materials. Its upper side is a group."""
+    lines = ["mtllib bar.mtl", *(f"v {x} {y} {z}" for x, y, z in BAR.vertices)]
+    faces = []
+    for face in BAR.faces:
+        corners = BAR.vertices[list(face)]
+        axis = int(np.ptp(corners, axis=0).argmin())
+        normal = 2 * axis + 1 + int(corners[0, axis] > 0)
+        group = "top" if (corners[:, 1] == 4).all() else "rest"
+        material = "wood" if corners[:, 0].mean() < 6 else "steel"
+        first = 3 * len(faces) + 1  # the faces are triangles
+        uvs = np.delete(corners, axis, axis=1) / 12
+        words = [f"{v + 1}/{first + k}/{normal}" if is_textured else f"{v + 1}" for k, v in enumerate(face)]
+        faces.append((group, material, " ".join(["f", *words]), [f"vt {u} {v}" for u, v in uvs]))
+    if is_textured:
+        lines += [line for *_, uvs in faces for line in uvs]
+        lines += [f"vn {' '.join(str(side * x) for x in axis)}" for axis in np.eye(3, dtype=int) for side in (-1, 1)]
+    for group, material, face, _ in sorted(faces):
+        lines += [f"g {group}", f"usemtl {material}", face]
+    return "\n".join(lines) + "\n"
+
+
+def obj_faces(text: str) -> dict[tuple[int, ...], tuple[Any, ...]]:
+    """Return the texture coordinates, normals, material and group of each face of an OBJ file, by its corners."""
+    numbers: dict[str, list[list[float]]] = {"v": [], "vt": [], "vn": []}
+    state, faces = {"g": "", "usemtl": ""}, []
+    for line in text.splitlines():
+        keyword, *words = line.split() or [""]
+        if keyword in numbers:
+            numbers[keyword].append([float(word) for word in words])
+        elif keyword in state:
+            state[keyword] = words[0]
+        elif keyword == "f":
+            faces.append((np.array([word.split("/") for word in words], int) - 1, state["usemtl"], state["g"]))
+    found = {}
+    for corners, material, group in faces:
+        vt, vn = np.array(numbers["vt"])[corners[:, 1]], np.array(numbers["vn"])[corners[:, 2]]
+        found[tuple(corners[:, 0])] = (vt, vn, material, group)
+    assert len(found) == len(faces)
+    return found
+
+
+def stage_faces(prim: UsdGeom.Mesh, frame: int) -> dict[tuple[int, ...], tuple[Any, ...]]:
+    """Return the same of a stage."""
+    counts = np.array(prim.GetFaceVertexCountsAttr().Get(frame))
+    corners = np.array(prim.GetFaceVertexIndicesAttr().Get(frame))
+    primvars = UsdGeom.PrimvarsAPI(prim)
+    st, normals = (np.array(primvars.GetPrimvar(name).ComputeFlattened(frame)) for name in ("st", "normals"))
+    assert len(st) == len(normals) == len(corners) == counts.sum()
+    names = {}
+    for family in ("materialBind", "group"):
+        names[family] = np.full(len(counts), "", object)
+        for subset in UsdGeom.Subset.GetGeomSubsets(prim, "face", family):
+            names[family][list(subset.GetIndicesAttr().Get(frame))] = subset.GetPrim().GetName()
+    ends = np.cumsum(counts)
+    rows = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
+    data = zip(rows, names["materialBind"], names["group"], strict=True)
+    return {tuple(corners[row]): (st[row], normals[row], material, group) for row, material, group in data}
+
+
+def test_a_broken_stage_has_the_faces_of_the_obj_frames(tmp_path):
+    (tmp_path / "bar.obj").write_text(bar_text())
+    (tmp_path / "bar.mtl").write_text("newmtl wood\nKd 1 0.5 0\nnewmtl bar_cap\nKd 0.25 0.5 0.75\n")
+    (tmp_path / "scene.toml").write_text(PULL)
+    stage = run(tmp_path)
+    assert problems(stage) == []
+    prim, versions = mesh(stage, "bar"), set()
+    for frame in range(33):
+        expected = obj_faces((tmp_path / "out" / f"bar_{frame:04}.obj").read_text())
+        found = stage_faces(prim, frame)
+        assert sorted(found) == sorted(expected)
+        for corners, (st, normals, material, group) in found.items():
+            vt, vn, usemtl, g = expected[corners]
+            np.testing.assert_allclose(st, vt, atol=1e-6)
+            np.testing.assert_allclose(normals, vn, atol=2e-6)
+            assert material == usemtl
+            # Caps belong to the group of the rim in OBJ files, and to none in stages.
+            assert group == g or material == "bar_cap"
+        versions.add((len(found), sum(face[2] == "bar_cap" for face in found.values())))
+    assert (len(BAR.faces), 0) in versions
+    assert max(caps for _, caps in versions) > 20
+    caps = next(s for s in UsdGeom.Subset.GetAllGeomSubsets(prim) if s.GetPrim().GetName() == "bar_cap")
+    material = UsdShade.MaterialBindingAPI(caps.GetPrim()).ComputeBoundMaterial()[0]
+    assert material.GetPrim().GetName() == "bar_cap"
+    # The color is that of the library of the input.
+    assert material.ComputeSurfaceSource()[0].GetInput("diffuseColor").Get() == Gf.Vec3f(0.25, 0.5, 0.75)
+
+
+@pytest.mark.parametrize("source", ["scene", "arrays"])
+def test_caps_have_texture_coordinates_if_the_input_has_none(tmp_path, source):
+    (tmp_path / "bar.obj").write_text(bar_text(is_textured=False))
+    (tmp_path / "scene.toml").write_text(PULL)
+    if source == "scene":
+        stage = run(tmp_path, format="usd")
+    else:
+        array = supple.Body(BAR, name="bar", cell_size=0.8, half_width=1)
+        sim = supple.Simulation([array], fps=30, substeps=4, gravity=(0, 0, 0))
+        with supple.Recorder(sim, tmp_path / "out.usd") as recorder:
+            recorder.record()
+            array.cut(((5.9, 0, 0), (1, 0, 0)))
+            recorder.record()
+        stage = Usd.Stage.Open(str(tmp_path / "out.usd"))
+    assert problems(stage) == []
+    prim = mesh(stage, "bar")
+    last = stage.GetEndTimeCode()
+    counts = np.array(prim.GetFaceVertexCountsAttr().Get(last))
+    caps = next(s for s in UsdGeom.Subset.GetAllGeomSubsets(prim) if s.GetPrim().GetName() == "bar_cap")
+    is_cap = np.zeros(len(counts), bool)
+    is_cap[list(caps.GetIndicesAttr().Get(last))] = True
+    is_cap = np.repeat(is_cap, counts)
+    coordinates = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
+    assert coordinates.GetInterpolation() == "faceVarying"
+    assert not np.array(coordinates.Get(0)).any()
+    assert len(coordinates.Get(0)) == sum(prim.GetFaceVertexCountsAttr().Get(0))
+    st = np.array(coordinates.Get(last))
+    assert is_cap.any()
+    assert not st[~is_cap].any()
+    # Lengths in the plane of a section of 4 x 4.
+    assert (np.ptp(st[is_cap], axis=0) > 3.5).all()

@@ -293,6 +293,51 @@ fn obj_frames_of_relative_indices_objects_colors_and_unended_lines_are_closed() 
 }
 
 #[test]
+fn faces_without_an_object_or_a_material_get_named_ones_at_the_end_of_the_file() {
+    let text = bar().replace("o bar\n", "").replace("s 1\nusemtl wood # dark\n", "");
+    // Faces with further vertices after them move to the end, after the object that follows them in the file.
+    let second = "o default\ng lid\nusemtl glass\nv 4.2 0 0\nv 4.7 0 0\nv 4.2 0.5 0\nv 4.2 0 0.5\n\
+                  f -4 -2 -3\nf -4 -3 -1\nf -3 -2 -1\nf -2 -4 -1\n";
+    let (document, part) = open(&format!("{text}{second}"), None);
+    let body = cut(part.mesh(), [1.6, 0.0, 0.0], [1.0, 0.2, 0.1]);
+    let frame = obj_frame(&document, &part, &body, [0.0; 3]);
+    assert!(
+        frame.lines().all(|line| !["o", "g", "s", "usemtl"].contains(&line.trim())),
+        "a statement has a name"
+    );
+    check_closed(&frame, &body, None);
+    let tail = &frame[frame.rfind("v 4.2").unwrap()..];
+    let (_, tail) = tail.split_once("\no default_\ng default_\nusemtl default_\nf ").unwrap();
+    let (_, caps) = tail.split_once("\nusemtl body_cap\nf ").unwrap();
+    assert!(caps.lines().skip(1).all(|line| line.starts_with("f ")));
+    // The object of the file keeps its faces, and no others.
+    let document = Document::from_bytes("again.obj", frame.into()).unwrap();
+    assert_eq!(document.mesh(Some("default")).unwrap().face_count(), 4);
+}
+
+/// A body that is scaled by 2, with cells twice as large, has the same pieces, and textures that are scaled with it.
+#[test]
+fn texture_coordinates_of_caps_are_in_the_unit_of_the_input() {
+    let (document, part) = open(&bar(), None);
+    let small = cut(part.mesh(), [1.6, 0.0, 0.0], [1.0, 0.2, 0.0]);
+    let body = Body::builder(part.mesh().clone()).name("body").scale(2.0).cell_size(0.5);
+    let mut large = body.material(Material::fast_lsm()).volume(VolumeMeasure::Mesh).build().unwrap();
+    large.cut([3.2, 0.0, 0.0], [1.0, 0.2, 0.0]).unwrap();
+    assert_eq!(
+        large.piece_mesh().unwrap().cap_uvs()[0],
+        small.piece_mesh().unwrap().cap_uvs()[0].map(|x| 2.0 * x)
+    );
+    let lines = |body: &Body| numbers(&obj_frame(&document, &part, body, [0.0; 3]), "vt");
+    assert_eq!(lines(&large), lines(&small));
+    let of_arrays = |body: &Body| {
+        let mesh = body.whole_mesh().unwrap();
+        let positions = vec![[0.0; 3]; body.mesh().unwrap().vertices().len()];
+        numbers(&String::from_utf8(frame(body, Source::Mesh(mesh), &positions, Format::Obj)).unwrap(), "vt")
+    };
+    assert_eq!(of_arrays(&large), of_arrays(&small));
+}
+
+#[test]
 fn frames_of_cut_balls_and_busts_are_closed() {
     for (name, size) in [("ball", 0.2), ("bust", 0.1), ("ring", 0.1)] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../examples/scenes/{name}.obj"));

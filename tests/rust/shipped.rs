@@ -7,6 +7,9 @@ use supple::{Body, BodyRef, ContactPoint, Display, Touched};
 use supple_io::run::{Prepared, prepare};
 use supple_io::scene::Scene;
 
+/// Radius of the can.
+const RADIUS: f32 = 1.0;
+
 fn scene(name: &str, overrides: &[&str]) -> (Scene, Prepared) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes").join(name);
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
@@ -109,8 +112,10 @@ fn every_example_scene_keeps_its_volume() {
     }
 }
 
-/// The rod presses the can in by 0.6 of its radius, and the plate squashes it by a quarter of its height. The regression
-/// bounds are half of what the can keeps.
+/// The rod presses the can in by 0.6 of its radius, and the plate squashes it by a fifth of its height. A change of volume
+/// is elastic. If the sides do not bulge at all, the plate changes the volume by the factor λ = pressed/start, and the
+/// plastic shape without it is λ/λ^⅓ as high as the can. The rest springs back: the elastic strain, up to the yield strain
+/// of 0.03, and what has not flowed in the 0.2 s in which the plate rests, the fraction exp(-20 x 0.2).
 #[test]
 fn the_can_keeps_its_dents() {
     let (scene, mut prepared) = scene("can.toml", &[]);
@@ -123,7 +128,13 @@ fn the_can_keeps_its_dents() {
     let body = prepared.simulation.body(0);
     assert_eq!(inverted_cells(&body), 0);
     assert!(body.plastic_strain().into_iter().fold(0.0, f64::max) > 0.3);
-    assert!(height(&prepared) < 0.9 * start, "{} of {start}", height(&prepared));
+    // The lower side of the plate above the rim: it is at a height of 3.8, moves down by 1.2 and turns by 6 degrees.
+    let pressed = 3.8 - 1.2 + RADIUS * 6.0_f32.to_radians().tan();
+    let kept = start * (pressed / start).powf(2.0 / 3.0);
+    // A pull by e is the elastic strain √6 e/(3 + e); see docs/plasticity.md.
+    let pull = |strain: f32| 3.0 * strain / (6.0_f32.sqrt() - strain);
+    let bound = kept * (1.0 + pull(0.03)) + (start - kept) * (-20.0 * 0.2_f32).exp();
+    assert!(height(&prepared) < bound && bound < start, "{} of {start}, {bound}", height(&prepared));
 }
 
 /// Runs `frames` frames of a scene of bodies that touch each other, and checks their volumes in every tenth one. Returns the
@@ -223,4 +234,59 @@ fn the_notched_bar_breaks_at_its_notch() {
     let volumes = volumes_of_pieces(prepared.simulation.body(0));
     let a_cell = body.lattice().cell_size() * 1.2 * 1.2;
     assert!(volumes.iter().all(|volume| (volume - rest / 2.0).abs() < a_cell), "{volumes:?}, {rest}");
+}
+
+/// Runs a scene with a body that breaks until it has two pieces, and some frames more. Checks that the pieces are closed
+/// and have their volumes.
+fn run_until_broken(name: &str) -> Prepared {
+    let (scene, mut prepared) = scene(name, &[]);
+    let is_whole = |prepared: &Prepared| prepared.simulation.bodies()[0].pieces() == 1;
+    let mut frames = 0;
+    while is_whole(&prepared) && frames < scene.simulation.frames {
+        prepared.simulation.steps(u64::from(prepared.substeps));
+        frames += 1;
+    }
+    assert!(!is_whole(&prepared), "{name} does not break in {frames} frames");
+    prepared.simulation.steps(3 * u64::from(prepared.substeps));
+    let body = prepared.simulation.body(0);
+    let mesh = body.mesh().unwrap();
+    assert!(mesh.is_closed());
+    // The volume of each piece at rest.
+    let pieces = body.piece_of_mesh_vertices().unwrap();
+    let mut rest = vec![0.0; body.pieces()];
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|vertex| mesh.vertices()[vertex as usize].coords);
+        rest[pieces[triangle[0] as usize] as usize] += a.dot(&b.cross(&c)) / 6.0;
+    }
+    let total = body.whole_mesh().unwrap().volume();
+    assert!((rest.iter().sum::<f64>() - total).abs() < 1e-9 * total, "{rest:?} of {total}");
+    for (piece, (volume, rest)) in volumes_of_pieces(body).into_iter().zip(rest).enumerate() {
+        // Positions are rounded to f32.
+        assert!((volume - rest).abs() < 1e-5 * total, "{name}, piece {piece}: {volume} of {rest}");
+    }
+    prepared
+}
+
+/// The grooves across the bar are at all multiples of 0.6 along it, 7.5 cells apart, and end 1 cell from their middles. The
+/// plane of the crack is oblique, and a tenth of its joints may be further away.
+#[test]
+fn the_chocolate_breaks_at_a_groove() {
+    let prepared = run_until_broken("chocolate.toml");
+    let lattice = prepared.simulation.bodies()[0].lattice();
+    let across = lattice.broken_joints().iter().filter(|joint| joint.axis == 0);
+    let from_groove = across.map(|joint| {
+        let cell = lattice.cells()[joint.cell as usize][0];
+        let x = lattice.origin().x + lattice.cell_size() * (f64::from(cell) + 1.0);
+        (x - 0.6 * (x / 0.6).round()).abs() / lattice.cell_size()
+    });
+    let mut from_groove: Vec<f64> = from_groove.collect();
+    from_groove.sort_by(f64::total_cmp);
+    let most = from_groove[from_groove.len() * 9 / 10];
+    // Faces of cells are at half cells from the grooves.
+    assert!(most < 1.5 + 1e-6, "{from_groove:?}");
+}
+
+#[test]
+fn the_bust_breaks_on_the_wedge() {
+    run_until_broken("wedge.toml");
 }

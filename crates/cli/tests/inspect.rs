@@ -394,7 +394,9 @@ fn fracture_is_described() {
     };
     let text = inspect(&set, &["--plan"]);
     assert!(
-        text.contains("a stress of 500.0; noise 0.05, at most 1 crack at a time, smooth surfaces"),
+        text.contains(
+            "a stress of 500.0; noise 0.05 with seed 0, at most 1 crack at a time, smooth surfaces"
+        ),
         "{text}"
     );
     assert!(!text.contains("smooths the strain at notches"), "{text}");
@@ -412,4 +414,14 @@ fn fracture_is_described() {
     assert!(text.contains("warning: body block: its regions reach 3 cells to each side"), "{text}");
     let whole: serde_json::Value = serde_json::from_str(&inspect(&[], &["--json"])).unwrap();
     assert!(whole["bodies"][0].get("fracture").is_none());
+
+    // A point cache has the same faces in all frames, so `run` refuses it.
+    let refused = "warning: `supple run` refuses the scene: body `block` can break (`body.block.fracture`), and pc2 has";
+    let formats = ["--set", "output.format=[\"obj\", \"pc2\"]"];
+    let text = inspect(&set, &formats);
+    assert!(text.contains(refused), "{text}");
+    assert!(!text.contains("PC2"), "{text}");
+    let text = inspect(&[], &formats);
+    assert!(!text.contains(refused) && text.contains("PC2"), "{text}");
+    assert!(!inspect(&set, &[]).contains(refused));
 }

@@ -107,6 +107,29 @@ fn output_that_would_overwrite_an_input_is_rejected() {
 }
 
 #[test]
+fn point_caches_of_bodies_that_can_break_are_rejected() {
+    const PC2: &str = "pc2 has the same faces in all frames";
+    const FRACTURE: &str = "body.block.fracture.strain=0.1";
+    let with_table = SCENE.replacen("region_damping", "fracture.strain = 0.1\nregion_damping", 1);
+    check_rejected(&with_table, &["--format", "pc2"], &["`block` can break", PC2, "obj, ply, usd or html"]);
+    check_rejected(SCENE, &["--format", "pc2", "--set", FRACTURE], &[PC2]);
+    check_rejected(SCENE, &["--set", "output.format=[\"obj\", \"pc2\"]", "--set", FRACTURE], &[PC2]);
+
+    // The frames of an earlier run stay as they are.
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "3", "--format", "obj,pc2"]).expect(0, &[]);
+    let before = support::files(&workspace.path("out"));
+    assert!(before.contains_key("block.pc2") && before.contains_key("block_0003.obj"));
+    for formats in ["pc2", "obj,pc2"] {
+        let run = ["run", "scene.toml", "--frames", "5", "--format", formats, "--set", FRACTURE];
+        workspace.supple(&run).expect(2, &[PC2]);
+        assert!(support::files(&workspace.path("out")) == before);
+        workspace.supple(&[&run[..], &["--resume"]].concat()).expect(2, &[]);
+        assert!(support::files(&workspace.path("out")) == before);
+    }
+}
+
+#[test]
 fn statistics_and_checkpoints_never_replace_an_input() {
     let workspace = Workspace::with_scene(&SCENE.replace("block.obj", "mesh.csv"));
     workspace.write("mesh.csv", support::BLOCK);

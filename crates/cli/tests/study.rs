@@ -89,9 +89,6 @@ fn invalid_arguments_are_rejected_and_nothing_is_written() {
         .supple(&["study", "scene.toml", "--set", "simulation.frames=0", "-o", "out"])
         .expect(2, &["frames", "at least 1"]);
     workspace
-        .supple(&["study", "scene.toml", "--set", "body.block.fracture.strain=0.1", "-o", "out"])
-        .expect(2, &["block", "can break", "remove [body.fracture]"]);
-    workspace
         .supple(&["study", "scene.toml", "--set", "body.block.mesh=\"none.obj\""])
         .expect(2, &["none.obj"]);
     assert!(!workspace.path("out").exists());

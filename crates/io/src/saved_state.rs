@@ -5,7 +5,7 @@
 //! ```
 
 use serde::{Deserialize, Serialize};
-use supple::{Body, PieceMesh, Simulation, SimulationState};
+use supple::{Body, Simulation, SimulationState};
 use thiserror::Error;
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
@@ -154,13 +154,7 @@ impl Identity {
 impl BodyIdentity {
     fn of(body: &Body) -> Self {
         let lattice = body.lattice();
-        let is_first = |vertex: &usize| lattice.vertex_at(lattice.indices()[*vertex]) == Some(*vertex as u32);
-        // The copies that a break adds follow the vertices of the whole body.
-        let lattice_vertices = match lattice.broken_joints() {
-            [] => lattice.len(),
-            _ => (0..lattice.len()).filter(is_first).count(),
-        };
-        let mesh = body.piece_mesh().map(PieceMesh::whole).or(body.mesh());
+        let lattice_vertices = lattice.whole_len();
         let mut hash = Xxh3Default::new();
         hash.update(&lattice.cell_size().to_le_bytes());
         hash.update(bytemuck::cast_slice(&lattice.indices()[..lattice_vertices]));
@@ -168,7 +162,7 @@ impl BodyIdentity {
         Self {
             name: body.name().to_owned(),
             lattice_vertices,
-            mesh_vertices: mesh.map_or(0, |mesh| mesh.vertices().len()),
+            mesh_vertices: body.whole_mesh().map_or(0, |mesh| mesh.vertices().len()),
             lattice: hash.digest(),
         }
     }

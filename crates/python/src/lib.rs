@@ -53,7 +53,7 @@ mod _core {
     }
 
     #[pymodule_export]
-    use crate::body::{Body, ForceField, Hold, body_keys};
+    use crate::body::{Body, ForceField, Hold, keys_of};
     #[pymodule_export]
     use crate::collider::{ColliderMotion, check_collider};
     #[pymodule_export]

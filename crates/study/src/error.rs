@@ -22,15 +22,6 @@ pub enum StudyError {
         /// Name of the body.
         body: String,
     },
-    /// A body can break, which the reference of a study does not compute.
-    #[error(
-        "body {body:?} can break, which a study does not support, because its reference does not; remove [body.fracture], \
-         and the study compares the motion up to the first crack"
-    )]
-    Fracture {
-        /// Name of the body.
-        body: String,
-    },
     /// Bodies of the scene can touch each other or themselves, which the reference of a study does not compute.
     #[error(
         "bodies of the scene can touch each other or themselves, which a study does not support; set \
@@ -104,7 +95,6 @@ impl StudyError {
             Self::Run(error) => error.is_input(),
             Self::NoFrames
             | Self::Zones { .. }
-            | Self::Fracture { .. }
             | Self::BodyContact
             | Self::NoCase { .. }
             | Self::Resume { .. } => true,

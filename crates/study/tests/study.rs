@@ -268,6 +268,52 @@ fn resuming_a_different_study_is_refused() {
     assert!(matches!(study.run(&mut ()), Err(StudyError::NoFrames)));
 }
 
+/// Returns the small study with a line added to its body.
+fn study_with(line: &str) -> (TempDir, Study) {
+    let (directory, mut study) = small_study();
+    let text = SCENE.replacen("half_width = 2\n", &format!("half_width = 2\n{line}\n"), 1);
+    study.scene = Scene::parse(&text, "scene.toml", directory.path(), &[]).unwrap();
+    (directory, study)
+}
+
+/// Runs a study up to the point of the unchanged scene, and returns its report and this point.
+fn base(study: &Study) -> (Report, Point) {
+    let (report, _) = study.run(&mut StopsAfter { points: 2, last: String::new() }).unwrap();
+    let base = on(&report, Axis::Base)[0].clone();
+    (report, base)
+}
+
+/// The naive sums have plastic shapes of their own, which flow by the same law.
+#[test]
+fn the_path_of_a_plastic_body_is_that_of_the_naive_sums() {
+    let (_directory, elastic) = small_study();
+    let (_other_directory, plastic) = study_with("plastic = { yield = 0.02, creep = 30 }");
+    let [elastic, plastic] = [elastic, plastic].map(|study| base(&study).1.errors.path.unwrap());
+    assert_eq!(plastic.frames, 12);
+    assert!(elastic.distances.max_cells < PATH_ROUNDING, "{elastic:?}");
+    // The factor of the strain beyond the yield strain amplifies rounding.
+    assert!(plastic.distances.max_cells < 10.0 * PATH_ROUNDING, "{plastic:?}");
+}
+
+#[test]
+fn a_body_that_can_break_stays_whole_in_a_study() {
+    let (_directory, whole) = small_study();
+    let (_other_directory, study) = study_with("fracture = { strain = 1e-3 }");
+    // The scene itself breaks.
+    let mut prepared = prepare(&study.scene).unwrap();
+    prepared.simulation.steps(24);
+    assert!(prepared.simulation.bodies()[0].broken_joints() > 0);
+    let (expected, mut point) = base(&whole);
+    let (report, found) = base(&study);
+    assert_eq!(report.kept_whole, ["block"]);
+    point.timing = found.timing.clone();
+    point.front.clone_from(&found.front);
+    assert_eq!(found, point);
+    assert!(report.table().contains("leaves out [body.fracture]"), "{}", report.table());
+    assert!(report.table().lines().all(|line| line.chars().count() <= 80));
+    assert!(expected.kept_whole.is_empty() && !expected.table().contains("[body.fracture]"));
+}
+
 #[test]
 fn a_frame_with_two_capped_bodies_counts_once() {
     let (directory, mut study) = small_study();

@@ -239,7 +239,8 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         half_width: body.half_width(),
         frame_bytes: scene.output.format.iter().map(|format| source.frame_bytes(format)).sum(),
         memory_bytes: plan.bodies[index].bytes(),
-        pc2: pc2(source.points(), scene, input),
+        // A point cache cannot contain a body that breaks.
+        pc2: if body.fracture().is_some() { Vec::new() } else { pc2(source.points(), scene, input) },
     }
 }
 

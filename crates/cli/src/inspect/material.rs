@@ -86,12 +86,13 @@ pub(super) struct FractureFacts {
 impl FractureFacts {
     /// Collects the facts about the fracture of a body. `modulus`: Young's modulus in force.
     fn new(body: BodyRef<'_>, modulus: f64) -> Option<Self> {
-        let &FractureOptions { limit, rotation, cracks, noise, seed, surface } = body.fracture()?;
+        let options = body.fracture()?;
+        let &FractureOptions { limit, rotation, cracks, noise, seed, surface } = options;
         let (strength, strain) = match limit {
             BreakLimit::Strength(stress) => (Some(stress), None),
             BreakLimit::Strain(strain) => (None, Some(strain)),
         };
-        let strain_in_force = strain.or(strength.map(|stress| stress / modulus))?;
+        let strain_in_force = options.strain_limit(modulus);
         let stress_in_force = strain_in_force * modulus;
         let surface = surface.name();
         Some(Self {
@@ -109,11 +110,11 @@ impl FractureFacts {
 
     /// Returns the facts as a line.
     pub(super) fn line(&self) -> String {
-        let Self { strain_in_force, stress_in_force, rotation, cracks, noise, surface, .. } = self;
+        let Self { strain_in_force, stress_in_force, rotation, cracks, noise, seed, surface, .. } = self;
         let rotation =
             rotation.map_or_else(String::new, |angle| format!(" or a rotation of {angle} degrees"));
         format!(
-            "breaks at a strain of {}, a stress of {}{rotation}; noise {noise}, at most {} at a time, {surface} surfaces",
+            "breaks at a strain of {}, a stress of {}{rotation}; noise {noise} with seed {seed}, at most {} at a time, {surface} surfaces",
             number(*strain_in_force),
             number(*stress_in_force),
             counted(*cracks, "crack"),

@@ -1,6 +1,6 @@
 //! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that overlap, bodies
-//! that positions in `f32` cannot represent, bodies that are softer than specified, and bodies that break with wide
-//! regions.
+//! that positions in `f32` cannot represent, bodies that are softer than specified, bodies that break with wide
+//! regions, and bodies that break and formats with the same faces in all frames.
 
 use supple::{Body, Collider, Shape};
 use supple_io::run::{Prepared, Softened};
@@ -40,6 +40,8 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
         warnings.extend(softened.map(|softened| format!("body {}: {softened}", data.name)));
         warnings.extend(wide_regions(&body));
     }
+    let refused = prepared.check_topologies(&scene.output.format).err();
+    warnings.extend(refused.map(|error| format!("`supple run` refuses the scene: {error}")));
     warnings.extend(prepared.overlaps.iter().map(ToString::to_string));
     warnings
 }

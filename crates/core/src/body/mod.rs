@@ -174,6 +174,11 @@ impl Body {
         self.surface().map(|surface| &surface.mesh)
     }
 
+    /// Returns the factor by which the model was scaled.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// Returns how the mesh follows the lattice.
     pub fn skin(&self) -> SkinKind {
         self.skin

@@ -52,6 +52,15 @@ impl Body {
         Some((0..embedding.len()).map(piece).collect())
     }
 
+    /// Returns the mesh of the whole body, in the model's frame; `None` for a bare lattice. Unlike [`Body::mesh`] it
+    /// stays the same when the body breaks.
+    pub fn whole_mesh(&self) -> Option<&Mesh> {
+        match &self.breaking {
+            Some(breaking) => breaking.whole.as_ref(),
+            None => self.mesh(),
+        }
+    }
+
     /// Returns how the mesh of the pieces follows from that of the whole body; `None` while the body is whole, and of a
     /// bare lattice. [`Body::mesh`] returns the mesh of the pieces.
     pub fn piece_mesh(&self) -> Option<&PieceMesh> {

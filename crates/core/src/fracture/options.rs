@@ -22,7 +22,8 @@ pub struct FractureOptions {
     /// (Rivers & James 2007, section 6). It depends on the size of the cells. `None`, the default: rotations break
     /// nothing.
     pub rotation: Option<f64>,
-    /// Greatest number of cracks that grow at a time in each connected part of the body, at least 1; default 1.
+    /// Greatest number of cracks that grow at a time in each connected part of the body, from 1 to
+    /// [`FractureOptions::MAX_CRACKS`]; default 1.
     pub cracks: usize,
     /// Relative variation of the limit from joint to joint, in [0, 0.5]; default 0.05.
     pub noise: f64,
@@ -35,6 +36,8 @@ pub struct FractureOptions {
 impl FractureOptions {
     /// Default of [`FractureOptions::noise`].
     pub const NOISE: f64 = 0.05;
+    /// Largest value of [`FractureOptions::cracks`].
+    pub const MAX_CRACKS: u32 = 1_000_000;
 
     /// Creates options with defaults for all but the limit.
     pub fn new(limit: BreakLimit) -> Self {
@@ -50,13 +53,14 @@ impl FractureOptions {
         if let Some(angle) = self.rotation {
             in_range("rotation", angle, angle > 0.0 && angle <= 180.0, "in (0, 180] degrees")?;
         }
-        in_range("cracks", self.cracks as f64, self.cracks >= 1, "at least 1")?;
+        let has_cracks = (1..=Self::MAX_CRACKS as usize).contains(&self.cracks);
+        in_range("cracks", self.cracks as f64, has_cracks, "from 1 to 1000000")?;
         in_range("noise", self.noise, (0.0..=0.5).contains(&self.noise), "from 0 to 0.5")?;
         Ok(())
     }
 
-    /// Returns the strain at which joints without variation break, for Young's modulus `modulus`.
-    pub(crate) fn strain_limit(&self, modulus: f64) -> f64 {
+    /// Returns the strain at which joints without variation break, for Young's modulus `modulus` in force.
+    pub fn strain_limit(&self, modulus: f64) -> f64 {
         match self.limit {
             BreakLimit::Strength(stress) => stress / modulus,
             BreakLimit::Strain(strain) => strain,

@@ -6,7 +6,7 @@ use super::Source;
 use super::normal_transform::NormalTransform;
 use super::piece_normals::PieceNormals;
 use super::pieces::{Pieces, on_face};
-use crate::obj::{Document, Part};
+use crate::obj::Appearance;
 use crate::usd::Topology;
 
 /// The surface of the pieces of a body.
@@ -34,40 +34,42 @@ impl BrokenSurface {
             sources: pieces.origin.face_sources().iter().map(source).collect(),
             ..Topology::default()
         };
+        topology.textures = textures(pieces);
         let mut transform = None;
-        if let Source::Document(document, part) = pieces.source {
-            topology.textures = textures(document, part, pieces);
-            if has_normals {
-                let (normals, computed) = PieceNormals::new(document, part, pieces);
-                let of_faces = (0..mesh.face_count()).filter_map(|face| normals.of_face(face));
-                topology.normals = of_faces.flatten().map(|&normal| integer(normal)).collect();
-                transform = Some(computed);
-            }
+        if let (Source::Document(document, part), true) = (pieces.source, has_normals) {
+            let (normals, computed) = PieceNormals::new(document, part, pieces);
+            let of_faces = (0..mesh.face_count()).filter_map(|face| normals.of_face(face));
+            topology.normals = of_faces.flatten().map(|&normal| integer(normal)).collect();
+            transform = Some(computed);
         }
         Self { identity: pieces.identity, topology, normals: transform }
     }
 }
 
-/// Returns the texture coordinates of all corners of the pieces; empty if the file has none.
-fn textures(document: &Document, part: &Part, pieces: &Pieces<'_>) -> Vec<[f32; 2]> {
-    let appearance = document.appearance(part);
-    if appearance.corners.is_empty() {
-        return Vec::new();
-    }
+/// Returns the texture coordinates of all corners of the pieces. Caps have coordinates of their own; the others are zero
+/// if the input has none.
+fn textures(pieces: &Pieces<'_>) -> Vec<[f32; 2]> {
+    let appearance = match pieces.source {
+        Source::Document(document, part) => document.appearance(part),
+        Source::Mesh(_) => Appearance::default(),
+    };
     let mut first = 0;
     let mut whole: Vec<(usize, &[u32])> = Vec::new();
     for face in pieces.origin.whole().faces() {
         whole.push((first, face));
         first += face.len();
     }
-    let mut uvs = pieces.origin.cap_uvs().iter();
+    let mut uvs = pieces.cap_uvs();
     let mut textures = Vec::new();
     for (corners, source) in pieces.mesh.faces().zip(pieces.origin.face_sources()) {
         let (FaceSource::Whole(face) | FaceSource::Part(face)) = *source else {
-            let of_cap = uvs.by_ref().take(corners.len());
-            textures.extend(of_cap.map(|uv| uv.map(|number| number as f32)));
+            textures.extend(uvs.by_ref().take(corners.len()));
             continue;
         };
+        if appearance.corners.is_empty() {
+            textures.extend(corners.iter().map(|_| [0.0; 2]));
+            continue;
+        }
         let (first, face) = whole[face as usize];
         for &vertex in corners {
             let place = on_face(&pieces.origin.origins()[vertex as usize], vertex, face);

@@ -7,10 +7,10 @@
 
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::normal_transform::NormalTransform;
-use super::obj_pieces::{NewElements, PieceChanges, Replacements};
+use super::obj_pieces::{FaceFile, NewElements, PieceChanges, Replacements};
 use super::pieces::Pieces;
 use super::{library_path, number};
 use crate::obj::{Document, Part};
@@ -30,6 +30,8 @@ pub(super) struct ObjTemplate {
     shared: Shared,
     pieces: Vec<Piece>,
     executor: Executor,
+    /// The faces of the file, read when the body breaks.
+    file: OnceLock<FaceFile>,
 }
 
 /// Data that is needed to fill any piece.
@@ -81,15 +83,15 @@ impl ObjTemplate {
         Self::with(document, part, directory, NormalTransform::new(document, part), (Vec::new(), None))
     }
 
-    /// As [`ObjTemplate::new`], for the pieces of the body `name`.
-    pub(super) fn of_pieces(
-        (document, part): (&Arc<Document>, &Part),
-        directory: &Path,
-        pieces: &Pieces<'_>,
-        name: &str,
-    ) -> Self {
-        let PieceChanges { replaced, elements, normals } = PieceChanges::new(document, part, pieces, name);
-        Self::with(document, part, directory, normals, (replaced, Some(elements)))
+    /// Returns the template of the pieces of the body `name`, which has the part `part` of the file of this template.
+    pub(super) fn of_pieces(&self, part: &Part, directory: &Path, pieces: &Pieces<'_>, name: &str) -> Self {
+        let document = &self.shared.document;
+        let file = self.file.get_or_init(|| FaceFile::new(document));
+        let PieceChanges { replaced, elements, normals } =
+            PieceChanges::new((document, part), file, pieces, name);
+        let mut template = Self::with(document, part, directory, normals, (replaced, Some(elements)));
+        template.executor = self.executor.clone();
+        template
     }
 
     fn with(
@@ -119,12 +121,7 @@ impl ObjTemplate {
         // The sort is stable: the new lines precede a change at the same offset.
         changes.sort_by_key(|change| shared.span(change).start);
         shared.changes = changes;
-        Self { pieces: shared.divide(), shared, executor: Executor::sequential() }
-    }
-
-    /// Returns the threads that fill the pieces.
-    pub(super) fn executor(&self) -> &Executor {
-        &self.executor
+        Self { pieces: shared.divide(), shared, executor: Executor::sequential(), file: OnceLock::new() }
     }
 
     /// Sets the threads that fill the pieces.
@@ -134,7 +131,7 @@ impl ObjTemplate {
 
     /// Fills the pieces for mesh vertices at `positions`.
     pub(super) fn fill(&mut self, positions: &[[f32; 3]]) {
-        let Self { shared, pieces, executor } = self;
+        let Self { shared, pieces, executor, .. } = self;
         if shared.changes.len() <= MAX_CHANGES {
             // Filling so few changes takes less time than waking another thread.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));

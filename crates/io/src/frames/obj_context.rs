@@ -15,13 +15,31 @@ pub(super) struct Tail<'a> {
     line_end: &'static str,
     text: Vec<u8>,
     current: Lines,
+    /// The statements that end those in force, for faces that have none.
+    ends: [Vec<u8>; 4],
 }
 
 impl<'a> Tail<'a> {
-    /// `last`: the statements in force at the end of the file.
-    pub(super) fn new(raw: &'a [u8], last: [Option<Range<usize>>; 4], line_end: &'static str) -> Self {
-        let current = last.map(|range| range.map(|range| raw[range].to_vec()));
-        Self { raw, line_end, text: Vec::new(), current }
+    /// `statements`: those of the file.
+    pub(super) fn new(raw: &'a [u8], statements: &FaceStatements, line_end: &'static str) -> Self {
+        let line = |range: &Range<usize>| raw[range.clone()].to_vec();
+        let current = statements.last.each_ref().map(|range| range.as_ref().map(line));
+        // Statements without a name are not valid. `default` is the name of a group in the format; programs that select
+        // faces by a name do so in objects and groups.
+        let mut name = "default".to_owned();
+        let is_used = |name: &str| {
+            let mut lines = statements.contexts.iter().flatten().flatten().map(|range| &raw[range.clone()]);
+            lines
+                .any(|line| line.split(|byte| byte.is_ascii_whitespace()).any(|word| word == name.as_bytes()))
+        };
+        while is_used(&name) {
+            name.push('_');
+        }
+        let end = |keyword| match keyword {
+            "s" => b"s off".to_vec(),
+            _ => format!("{keyword} {name}").into_bytes(),
+        };
+        Self { raw, line_end, text: Vec::new(), current, ends: CONTEXT.map(end) }
     }
 
     /// Appends a face.
@@ -49,13 +67,12 @@ impl<'a> Tail<'a> {
 
     /// Appends the statements that differ from the current ones, and a face.
     fn append(&mut self, lines: Lines, text: &[u8]) {
-        // Some readers forget the group and the material at a new object.
+        // Some readers reset the group and the material at a new object.
         let is_new = lines[0] != self.current[0];
-        for (index, keyword) in CONTEXT.iter().enumerate() {
+        for index in 0..CONTEXT.len() {
             let is_off = lines[index].is_none() && self.current[index].is_none();
             if (is_new && !is_off) || lines[index] != self.current[index] {
-                let none = || if *keyword == "s" { b"s off".to_vec() } else { keyword.as_bytes().to_vec() };
-                self.text.extend(lines[index].clone().unwrap_or_else(none));
+                self.text.extend_from_slice(lines[index].as_deref().unwrap_or(&self.ends[index]));
                 self.text.extend_from_slice(self.line_end.as_bytes());
             }
         }

@@ -66,10 +66,33 @@ impl NewElements {
     }
 }
 
+/// The faces and the texture coordinates of a file, which are read at the first break.
+#[derive(Debug)]
+pub(super) struct FaceFile {
+    statements: FaceStatements,
+    /// Coordinates of the `vt`.
+    textures: Vec<[f32; 2]>,
+}
+
+impl FaceFile {
+    /// Reads a file.
+    pub(super) fn new(document: &Document) -> Self {
+        let mut textures = document.texture_coordinates();
+        // The first entry belongs to corners without a `vt`.
+        textures.remove(0);
+        Self { statements: document.face_statements(), textures }
+    }
+}
+
 impl PieceChanges {
-    /// `name`: name of the body.
-    pub(super) fn new(document: &Document, part: &Part, pieces: &Pieces<'_>, name: &str) -> Self {
-        let statements = document.face_statements();
+    /// `file`: the contents of `document`. `name`: name of the body.
+    pub(super) fn new(
+        (document, part): (&Document, &Part),
+        file: &FaceFile,
+        pieces: &Pieces<'_>,
+        name: &str,
+    ) -> Self {
+        let statements = &file.statements;
         let raw = document.bytes();
         let line_end = line_end(raw);
         let (normals, transform) = PieceNormals::new(document, part, pieces);
@@ -81,26 +104,26 @@ impl PieceChanges {
             textures: Vec::new(),
             line_end,
         };
-        let mut textures = Textures::new(document, &statements);
+        let mut textures = Textures::new(file);
         let v_of: Vec<u32> = part.vertices().collect();
         let v = |vertex: u32| match v_of.get(vertex as usize) {
             Some(&v) => v as usize,
             None => document.vertex_count() + vertex as usize - v_of.len(),
         };
         let mut replaced: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
-        let mut tail = Tail::new(raw, statements.last.clone(), line_end);
+        let mut tail = Tail::new(raw, statements, line_end);
         let mut caps = Vec::new();
-        let mut uvs = pieces.origin.cap_uvs().iter();
+        let mut uvs = pieces.cap_uvs();
         let in_file: Vec<u32> = part.faces().collect();
         let whole: Vec<&[u32]> = pieces.origin.whole().faces().collect();
-        let cap_contexts = cap_contexts(pieces, &statements, &in_file);
+        let cap_contexts = cap_contexts(pieces, statements, &in_file);
         for (index, (corners, source)) in pieces.mesh.faces().zip(pieces.origin.face_sources()).enumerate() {
             let normals = normals.of_face(index);
             let (face, text) = match *source {
                 FaceSource::Cap { .. } => {
                     let first = textures.count;
                     for uv in uvs.by_ref().take(corners.len()) {
-                        textures.push(uv.map(|number| number as f32), &mut elements);
+                        textures.push(uv, &mut elements);
                     }
                     let vt = |corner: usize| Some(first + corner);
                     caps.push((cap_contexts[index], face_text(corners, v, vt, normals)));
@@ -178,21 +201,18 @@ fn face_text(
 }
 
 /// The `vt` of a file, and new ones.
-struct Textures {
+struct Textures<'a> {
     /// Coordinates of the `vt` of the file.
-    input: Vec<[f32; 2]>,
+    input: &'a [[f32; 2]],
     /// Number of `vt` so far.
     count: usize,
     /// New `vt` of vertices of the pieces, by the vertex and the `vt` between which it lies.
     known: HashMap<(u32, [u32; 3]), usize>,
 }
 
-impl Textures {
-    fn new(document: &Document, statements: &FaceStatements) -> Self {
-        let mut input = document.texture_coordinates();
-        // The first entry belongs to corners without a `vt`.
-        input.remove(0);
-        Self { input, count: statements.texture_count, known: HashMap::new() }
+impl<'a> Textures<'a> {
+    fn new(file: &'a FaceFile) -> Self {
+        Self { input: &file.textures, count: file.statements.texture_count, known: HashMap::new() }
     }
 
     /// Appends a `vt` and returns its index.
@@ -252,14 +272,7 @@ fn ending(raw: &[u8], line_end: &str) -> Vec<u8> {
 
 /// Returns for each new vertex the text after the numbers of the nearest `v` of the file; empty if no `v` has any.
 fn suffixes(document: &Document, part: &Part, pieces: &Pieces<'_>) -> Vec<Vec<u8>> {
-    let raw = document.bytes();
-    let suffix = |v: u32| {
-        let end = document.vertex_numbers()[v as usize].span().end;
-        let stops = |byte: &u8| matches!(byte, b'\n' | b'\r' | b'#' | b'\\');
-        let length = raw[end..].iter().position(stops).unwrap_or(raw.len() - end);
-        raw[end..end + length].trim_ascii_end().to_vec()
-    };
-    let suffixes: Vec<Vec<u8>> = part.vertices().map(suffix).collect();
+    let suffixes: Vec<Vec<u8>> = part.vertices().map(|v| document.vertex_suffix(v)).collect();
     if suffixes.iter().all(Vec::is_empty) {
         return Vec::new();
     }

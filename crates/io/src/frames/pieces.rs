@@ -23,6 +23,8 @@ pub struct Pieces<'a> {
     pub(super) lattice: &'a Lattice,
     /// Input of the body.
     pub(super) source: Source<'a>,
+    /// Factor by which the input was scaled.
+    scale: f64,
 }
 
 impl<'a> Pieces<'a> {
@@ -30,7 +32,14 @@ impl<'a> Pieces<'a> {
     pub fn of(body: &'a Body, source: Source<'a>) -> Option<Self> {
         let (mesh, origin) = body.mesh().zip(body.piece_mesh())?;
         let lattice = body.lattice();
-        Some(Self { identity: identity(mesh, lattice), mesh, origin, lattice, source })
+        let scale = body.scale();
+        Some(Self { identity: identity(mesh, lattice), mesh, origin, lattice, source, scale })
+    }
+
+    /// Returns the texture coordinates of the corners of the caps, in the unit of the input, as are the `vt` of faces
+    /// that are mapped by lengths: a body that is scaled has the same texture, scaled.
+    pub(super) fn cap_uvs(&self) -> impl Iterator<Item = [f32; 2]> {
+        self.origin.cap_uvs().iter().map(|uv| uv.map(|number| (number / self.scale) as f32))
     }
 }
 

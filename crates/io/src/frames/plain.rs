@@ -23,8 +23,8 @@ impl PlainObj {
     /// The pieces of the body `name`. Its caps have a material and texture coordinates.
     pub(super) fn of_pieces(pieces: &Pieces<'_>, name: &str) -> Self {
         let mut text = String::new();
-        for [u, v] in pieces.origin.cap_uvs() {
-            text += &format!("vt {} {}\n", *u as f32, *v as f32);
+        for [u, v] in pieces.cap_uvs() {
+            text += &format!("vt {u} {v}\n");
         }
         let (mut texture, mut in_caps) = (0, false);
         for (face, source) in pieces.mesh.faces().zip(pieces.origin.face_sources()) {

@@ -45,10 +45,8 @@ impl Kind {
     fn of_pieces(&self, sequence: &Sequence, pieces: &Pieces<'_>) -> Option<Self> {
         let Sequence { directory, name, .. } = sequence;
         match (self, pieces.source) {
-            (Self::Obj(whole), Source::Document(document, part)) => {
-                let mut template = ObjTemplate::of_pieces((document, part), directory, pieces, name);
-                template.set_executor(whole.executor());
-                Some(Self::Obj(Box::new(template)))
+            (Self::Obj(whole), Source::Document(_, part)) => {
+                Some(Self::Obj(Box::new(whole.of_pieces(part, directory, pieces, name))))
             }
             (Self::Plain(_) | Self::Obj(_), _) => Some(Self::Plain(PlainObj::of_pieces(pieces, name))),
             (Self::Ply(_), _) => Some(Self::Ply(Ply::new(pieces.mesh))),

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use supple::mesh::Mesh;
-use supple::{PieceMesh, Shape, Simulation, euler_degrees};
+use supple::{Shape, Simulation, euler_degrees};
 
 use super::pieces::links;
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
@@ -99,8 +99,8 @@ enum ColliderShape {
 }
 
 impl Header {
-    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`; broken bodies as they are when
-    /// they are whole. Returns the description, with no frames, and its arrays.
+    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`. A broken body has the surface and
+    /// the lattice of the whole body. Returns the description, with no frames, and its arrays.
     pub(crate) fn new(
         simulation: &Simulation,
         name: &str,
@@ -122,8 +122,7 @@ impl Header {
                 links.sort_unstable();
                 links.dedup();
             }
-            let mesh = body.piece_mesh().map(PieceMesh::whole).or(body.mesh());
-            let surface = mesh.map_or(0, |mesh| surfaces.index(mesh, &mut arrays));
+            let surface = body.whole_mesh().map_or(0, |mesh| surfaces.index(mesh, &mut arrays));
             bodies.push(BodyHeader {
                 name: body.name().to_owned(),
                 surface,

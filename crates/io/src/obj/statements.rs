@@ -38,6 +38,13 @@ pub(crate) struct FaceStatements {
 }
 
 impl Document {
+    /// Returns the words of a `v` statement after its three numbers, such as a color, with a blank before each.
+    pub(crate) fn vertex_suffix(&self, v: u32) -> Vec<u8> {
+        let rest = &self.bytes()[self.vertex_numbers()[v as usize].span().end..];
+        let Some(statement) = Statements::new(rest).next() else { return Vec::new() };
+        Words::new(rest, &statement.bytes).flat_map(|word| [b" ", &rest[word]].concat()).collect()
+    }
+
     /// Returns the statements of the faces.
     pub(crate) fn face_statements(&self) -> FaceStatements {
         let raw = self.bytes();
@@ -111,6 +118,14 @@ mod tests {
         assert_eq!((found.texture_count, &found.context_of[..]), (2, &[0, 1][..]));
         assert_eq!(found.contexts[1][3].clone().map(|range| &text[range]), Some("usemtl m"));
         assert_eq!(&text[found.elements_end..][..3], "o a");
+    }
+
+    #[test]
+    fn suffixes_are_the_words_after_the_numbers_of_the_whole_statement() {
+        let text = "v 0 0 0\nv 1 0 0 1 0.5  0 # red\nv 0 1 0 1 \\\n 0 \\\r\n1 \nv 0 0 1 1#\nf 1 2 3";
+        let document = Document::from_bytes("a.obj", text.into()).unwrap();
+        let suffix = |v: u32| String::from_utf8(document.vertex_suffix(v)).unwrap();
+        assert_eq!([0, 1, 2, 3].map(suffix), ["", " 1 0.5 0", " 1 0 1", " 1"]);
     }
 
     #[test]

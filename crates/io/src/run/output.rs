@@ -72,16 +72,6 @@ impl Output {
         Ok(output)
     }
 
-    /// Returns an error if a body can break, and a format has the same faces in all frames.
-    pub(super) fn check_topologies(job: &Job, prepared: &Prepared) -> Result<(), OutputError> {
-        let fixed = job.scene.output.format.iter().find(|format| !format.has_topology_per_frame());
-        let bodies = prepared.simulation.bodies();
-        match (fixed, bodies.iter().find(|body| body.fracture().is_some())) {
-            (Some(format), Some(body)) => Err(OutputError::CanBreak { body: body.name().to_owned(), format }),
-            _ => Ok(()),
-        }
-    }
-
     /// Completes the USD stage of an earlier run after its first `frames` frames.
     pub(super) fn complete_stage(job: &Job, prepared: &Prepared, frames: u64) -> Result<(), OutputError> {
         let stages = job.sequences().into_iter().filter(|sequence| sequence.format == Format::Usd);
@@ -197,42 +187,4 @@ fn open_stage(
     };
     let sources = prepared.inputs.iter().map(Input::source);
     StageWriter::open(sequence, &prepared.simulation, sources, description, kept)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use supple::{Body, BreakLimit, FractureOptions, Mesh};
-
-    use super::*;
-    use crate::scene::Scene;
-
-    /// Returns the error of a job with a body that can break.
-    fn checked(format: &str) -> Result<(), OutputError> {
-        let text = "[simulation]\nframes = 1\n[[body]]\nname = \"bar\"\nmesh = \"bar.obj\"\n";
-        let overrides = [format!("output.format={format}")];
-        let scene = Scene::parse(text, "scene.toml", Path::new("."), &overrides).unwrap();
-        let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let mesh = Mesh::new(vertices, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
-        let limit = FractureOptions::new(BreakLimit::Strain(0.1));
-        let body = Body::builder(mesh).name("bar").cell_size(0.5).fracture(limit).build().unwrap();
-        let simulation = Simulation::builder().body(body).build().unwrap();
-        let prepared = Prepared { simulation, substeps: 1, inputs: Vec::new(), overlaps: Vec::new() };
-        Output::check_topologies(&Job::new(scene, "frames"), &prepared)
-    }
-
-    #[test]
-    fn a_body_that_can_break_needs_a_format_with_faces_of_each_frame() {
-        for format in ["obj", "ply", "usd", "html", r#"["obj", "usd"]"#] {
-            checked(format).unwrap();
-        }
-        let error = checked(r#"["obj", "pc2"]"#).unwrap_err();
-        assert!(error.is_input());
-        assert_eq!(
-            error.to_string(),
-            "body `bar` can break (`body.bar.fracture`), and pc2 has the same faces in all frames: write obj, ply, \
-             usd or html, or remove the key"
-        );
-    }
 }

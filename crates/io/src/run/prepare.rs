@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::animations::Animations;
 use super::error::RunError;
 use super::overlap::Overlap;
-use crate::frames::Source;
+use crate::frames::{Formats, OutputError, Source};
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{Body, Collider, CollisionMesh, Simulation};
@@ -24,6 +24,21 @@ pub struct Prepared {
     pub inputs: Vec<Input>,
     /// Pairs of bodies that overlap at time 0.
     pub overlaps: Vec<Overlap>,
+}
+
+impl Prepared {
+    /// Checks that frames of all formats can have the faces of the bodies.
+    ///
+    /// # Errors
+    ///
+    /// If a body can break, and a format has the same faces in all frames.
+    pub fn check_topologies(&self, formats: &Formats) -> Result<(), OutputError> {
+        let fixed = formats.iter().find(|format| !format.has_topology_per_frame());
+        match (fixed, self.simulation.bodies().iter().find(|body| body.fracture().is_some())) {
+            (Some(format), Some(body)) => Err(OutputError::CanBreak { body: body.name().to_owned(), format }),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Input of a body: an OBJ file, and the part of the file that is the body.
@@ -173,4 +188,39 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
         body.handle(&handle).map_err(|source| RunError::Body { key, source })?;
     }
     Ok(body)
+}
+
+#[cfg(test)]
+mod tests {
+    use supple::{BreakLimit, FractureOptions, Mesh};
+
+    use super::*;
+
+    /// Returns the error of a job with a body that can break.
+    fn checked(format: &str) -> Result<(), OutputError> {
+        let text = "[simulation]\nframes = 1\n[[body]]\nname = \"bar\"\nmesh = \"bar.obj\"\n";
+        let overrides = [format!("output.format={format}")];
+        let scene = Scene::parse(text, "scene.toml", Path::new("."), &overrides).unwrap();
+        let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mesh = Mesh::new(vertices, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
+        let limit = FractureOptions::new(BreakLimit::Strain(0.1));
+        let body = Body::builder(mesh).name("bar").cell_size(0.5).fracture(limit).build().unwrap();
+        let simulation = Simulation::builder().body(body).build().unwrap();
+        let prepared = Prepared { simulation, substeps: 1, inputs: Vec::new(), overlaps: Vec::new() };
+        prepared.check_topologies(&scene.output.format)
+    }
+
+    #[test]
+    fn a_body_that_can_break_needs_a_format_with_faces_of_each_frame() {
+        for format in ["obj", "ply", "usd", "html", r#"["obj", "usd"]"#] {
+            checked(format).unwrap();
+        }
+        let error = checked(r#"["obj", "pc2"]"#).unwrap_err();
+        assert!(error.is_input());
+        assert_eq!(
+            error.to_string(),
+            "body `bar` can break (`body.bar.fracture`), and pc2 has the same faces in all frames: write obj, ply, \
+             usd or html, or remove the key"
+        );
+    }
 }

@@ -7,7 +7,7 @@ use crate::frames::{Format, OutputError, PageWriter, Pieces, Record, Sequence, S
 use crate::html::Header;
 use crate::space::{FileSpace, Up};
 use crate::usd::StageDescription;
-use supple::{Body, Display, PieceMesh, Simulation};
+use supple::{Body, Display, Simulation};
 
 /// Axes, units and rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl Recording {
         else {
             return Err(OutputError::NoRecording { path: path.to_owned() });
         };
-        if let Some(body) = simulation.bodies().iter().find(|body| body.mesh().is_none()) {
+        if let Some(body) = simulation.bodies().iter().find(|body| body.whole_mesh().is_none()) {
             return Err(OutputError::NoMesh { body: body.name().to_owned() });
         }
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -138,5 +138,5 @@ impl Recording {
 
 /// Returns the input of a body that has a mesh: the mesh of the whole body.
 fn source(body: &Body) -> Option<Source<'_>> {
-    body.piece_mesh().map(PieceMesh::whole).or(body.mesh()).map(Source::Mesh)
+    body.whole_mesh().map(Source::Mesh)
 }

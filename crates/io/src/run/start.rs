@@ -48,7 +48,7 @@ impl Job {
         }
 
         let prepared = prepare(&self.scene)?;
-        Output::check_topologies(self, &prepared)?;
+        prepared.check_topologies(&self.scene.output.format)?;
         if let Start::Unfinished(frames) = start {
             Output::complete_stage(self, &prepared, frames)?;
             return Ok(self.already_finished(job_start));

@@ -13,7 +13,7 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKey
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind,
+    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Resolution, SkinKind,
     TouchingOptions, VolumeOptions, Zone,
 };
 
@@ -269,12 +269,31 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
 
 /// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
+    expanded(&body_fields())
+}
+
+/// Returns the keys of a table of `[[body]]`: of `fracture` or `plastic`. Returns no keys for another name.
+pub fn table_keys(table: &str) -> Vec<String> {
+    let body = body_fields();
+    let of_material = || body.get("@material").and_then(|material| material.get(table));
+    match body.get(table).or_else(of_material) {
+        Some(Value::Object(fields)) => expanded(fields),
+        _ => Vec::new(),
+    }
+}
+
+/// Returns the fields of a body that has a value for each.
+fn body_fields() -> Fields {
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
-    body.fracture = Some(FractureOptions::new(BreakLimit::Strain(1.0)));
+    let fracture = FractureOptions::new(BreakLimit::Strain(1.0));
+    body.fracture = Some(FractureOptions { rotation: Some(90.0), ..fracture });
     body.material.damping = Some(body.material.damping());
-    let fields = fields(&body);
-    keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())
-        .into_iter()
-        .map(str::to_owned)
-        .collect()
+    body.material.plastic = Some(Plasticity::default());
+    fields(&body)
+}
+
+/// Returns the scene keys of some fields.
+fn expanded(fields: &Fields) -> Vec<String> {
+    let fields: Vec<&str> = fields.keys().map(String::as_str).collect();
+    keys::expand(&fields).into_iter().map(str::to_owned).collect()
 }

@@ -24,7 +24,7 @@ mod write;
 
 pub use crate::space::Up;
 pub use collider::{ColliderData, ColliderShape};
-pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys};
+pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys, table_keys};
 pub use error::{Place, SceneError};
 pub use fault::nearest;
 pub use handle::HandleData;

@@ -1,7 +1,6 @@
 //! Prims of the surfaces of bodies.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use supple::mesh::Mesh;
@@ -11,7 +10,7 @@ use super::material::Materials;
 use super::name::Names;
 use super::prim::{Prim, Property, Stored, Value, face_varying, integers, subset_prim, token};
 use super::surface_pieces::SurfacePieces;
-use crate::obj::{Document, Part};
+use crate::obj::{Appearance, Document, Part};
 
 /// The surface of a body, and the places of its values in the frames.
 #[derive(Debug)]
@@ -114,6 +113,10 @@ impl Surface {
             }
         };
         let mut subset_names = Names::default();
+        let prim = match pieces {
+            Some(pieces) => pieces.with_textures(prim, self.textures()),
+            None => prim,
+        };
         let mut prim = match &self.file {
             None => prim,
             Some((document, part)) => {
@@ -121,10 +124,21 @@ impl Surface {
             }
         };
         if let Some(pieces) = pieces {
-            let file = self.file.as_ref().map_or(Path::new(""), |(document, _)| document.path());
-            pieces.with_caps(&mut prim, (&self.name, file), materials, &mut subset_names);
+            let document = self.file.as_ref().map(|(document, _)| &**document);
+            pieces.with_caps(&mut prim, (&self.name, document), materials, &mut subset_names);
         }
         prim
+    }
+
+    /// Returns the texture coordinates of all corners; zero if the input has none.
+    fn textures(&self) -> Vec<[f32; 2]> {
+        let appearance = self.file.as_ref().map(|(document, part)| document.appearance(part));
+        match appearance {
+            Some(Appearance { corners, coordinates, .. }) if !corners.is_empty() => {
+                corners.iter().map(|&corner| coordinates[corner as usize]).collect()
+            }
+            _ => vec![[0.0; 2]; self.mesh.faces().map(<[u32]>::len).sum()],
+        }
     }
 
     /// Returns the prim of a whole body with its points and normals.
@@ -162,10 +176,7 @@ impl Surface {
             Some(pieces) => pieces.subset(name, faces, family, names),
             None => subset_prim(name, family, names).constant("int[]", "indices", integers(faces)),
         };
-        if let Some(pieces) = pieces.filter(|_| !appearance.corners.is_empty()) {
-            let textures = appearance.corners.iter().map(|&corner| appearance.coordinates[corner as usize]);
-            prim = pieces.with_textures(prim, textures.collect());
-        } else if !appearance.corners.is_empty() {
+        if pieces.is_none() && !appearance.corners.is_empty() {
             let coordinates = Value::Vectors2(appearance.coordinates);
             let coordinates = Property::attribute("texCoord2f[]", "primvars:st", coordinates);
             prim = prim.property(coordinates.with("interpolation", face_varying())).constant(

@@ -6,7 +6,7 @@ use super::material::Materials;
 use super::name::Names;
 use super::pieces::{Places, TopologyPlace};
 use super::prim::{Prim, Property, Stored, Value, face_varying, integers, subset_prim, token};
-use crate::obj::{MaterialColor, cap_material};
+use crate::obj::{Document, cap_material};
 
 /// The pieces of a body in all frames.
 pub(super) struct SurfacePieces<'a> {
@@ -103,16 +103,18 @@ impl<'a> SurfacePieces<'a> {
         })
     }
 
-    /// Adds the caps of the body `name`, with a material of their own.
+    /// Adds the caps of the body `name`, with a material of their own: that of the libraries of its file, or a gray one.
     pub(super) fn with_caps<'m>(
         &self,
         prim: &mut Prim,
-        (name, file): (&str, &'m Path),
+        (name, document): (&str, Option<&'m Document>),
         materials: &mut Materials<'m>,
         names: &mut Names,
     ) {
         let name = cap_material(name);
-        let path = materials.path_of(file, &name, &MaterialColor::default());
+        let color = document.and_then(|document| document.material_colors().remove(&name));
+        let file = document.map_or(Path::new(""), Document::path);
+        let path = materials.path_of(file, &name, &color.unwrap_or_default());
         let whole = (Value::Integers(Vec::new()), "materialBind");
         let caps = self.subset_of(&name, whole, names, |source| source < 0);
         prim.children.push(caps.bound(&path));

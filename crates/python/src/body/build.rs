@@ -17,10 +17,16 @@ use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
 use crate::rotation::rotate_once;
 
-/// Return the names of the keyword arguments of Body.
+/// Return the names of the keyword arguments of Body, or the keys of a table of `[[body]]` in a scene: "fracture" or
+/// "plastic".
 ///
 /// They are memory_limit, and the keys of `[[body]]` in a scene except mesh, zone, pin and handle.
-#[pyfunction]
+#[pyfunction(name = "body_keys", signature = (table=None))]
+pub(crate) fn keys_of(table: Option<&str>) -> Vec<String> {
+    table.map_or_else(body_keys, supple_io::scene::table_keys)
+}
+
+/// Returns the names of the keyword arguments of `supple.Body`.
 pub(crate) fn body_keys() -> Vec<String> {
     let keys = supple_io::scene::body_keys().into_iter();
     let scene_keys = keys.filter(|key| !["mesh", "zone", "pin", "handle"].contains(&key.as_str()));

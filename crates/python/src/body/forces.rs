@@ -4,20 +4,23 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use nalgebra::{Point3, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use supple::Selection;
+use supple_io::counted;
 
-use super::fields::{Field, Force, Source};
+use super::fields::{Field, Force, Part, Source};
 use super::{Body, SharedBody};
 use crate::argument::Settings;
 use crate::arrays::{self, Axis};
+use crate::pickle::{decode, encode};
 use crate::{constraint, error};
 
-/// A force of the next step, with the lattice vertices on which it acts; `None`: all.
-type NextForce = (Force, Option<Vec<u32>>);
+/// Positions and velocities of a body, and the vertices of each of its force fields; `None`: all.
+type Sampled = (Vec<Point3<f64>>, Vec<Vector3<f64>>, Vec<Option<Vec<u32>>>);
 
 impl SharedBody {
     /// Returns whether the body has force fields.
@@ -30,64 +33,96 @@ impl SharedBody {
     pub(crate) fn apply_fields(&self, py: Python<'_>, time: f64) -> PyResult<()> {
         let fields = self.fields.lock().clone();
         let is_function = |field: &Arc<Field>| matches!(field.source, Source::Function(_));
-        let state = match fields.iter().any(is_function) {
-            true => Some(self.read(py, |body| (body.positions(), body.velocities()))?),
-            false => None,
+        let sample = |body: &supple::Body| -> Sampled {
+            let parts = fields.iter().map(|field| match is_function(field) {
+                true => field.part.vertices(body.lattice()),
+                false => None,
+            });
+            (body.positions(), body.velocities(), parts.collect())
         };
-        let evaluate = |field: Arc<Field>| -> PyResult<NextForce> {
-            let vertices = field.vertices.clone();
-            let force = match (&field.source, &state) {
-                (Source::Constant(force), _) => force.clone(),
-                (Source::Function(function), Some((positions, velocities))) => {
-                    let count = vertices.as_ref().map_or(positions.len(), Vec::len);
-                    let positions = part(py, &vertices, |vertex| positions[vertex].into(), count);
-                    let velocities = part(py, &vertices, |vertex| velocities[vertex].into(), count);
-                    let force = function.bind(py).call1((positions, velocities, time))?;
-                    read_force(&force, "the result of the force field", Axis::Is(count))?
-                }
-                (Source::Function(_), None) => unreachable!("the state is read if there is a function"),
+        let (positions, velocities, parts) = match fields.iter().any(is_function) {
+            true => self.read(py, sample)?,
+            false => Sampled::default(),
+        };
+        // The results of the functions; the other fields need none.
+        let mut results = Vec::with_capacity(fields.len());
+        for (index, field) in fields.iter().enumerate() {
+            let Source::Function(function) = &field.source else {
+                results.push(None);
+                continue;
             };
-            Ok((force, vertices))
+            let vertices = &parts[index];
+            let count = vertices.as_ref().map_or(positions.len(), Vec::len);
+            let positions = rows(py, vertices, |vertex| positions[vertex].into(), count);
+            let velocities = rows(py, vertices, |vertex| velocities[vertex].into(), count);
+            let force = function.bind(py).call1((positions, velocities, time))?;
+            results.push(Some(read_force(&force, "the result of the force field", Axis::Is(count))?));
+        }
+        let apply_all = |body: &mut supple::Body| -> Result<Option<usize>, supple::Error> {
+            for (index, (field, result)) in fields.iter().zip(results).enumerate() {
+                let vertices = || {
+                    let all = || (0..body.lattice().len() as u32).collect();
+                    field.part.vertices(body.lattice()).unwrap_or_else(all)
+                };
+                match (&field.source, result) {
+                    (Source::Constant(Force::Total(force)), _) => apply_total(body, *force, vertices())?,
+                    (_, Some(Force::Total(force))) => apply_total(body, force, vertices())?,
+                    (Source::Constant(Force::Each(forces)), _) => {
+                        let forces = field.part.forces(body, forces);
+                        apply_each(body, forces)?;
+                    }
+                    (_, Some(Force::Each(forces))) => {
+                        let vertices = vertices();
+                        if vertices.len() != forces.len() {
+                            return Ok(Some(index));
+                        }
+                        apply_each(body, vertices.into_iter().zip(forces).collect())?;
+                    }
+                    (Source::Function(_), None) => unreachable!("each function has a result"),
+                }
+            }
+            Ok(None)
         };
-        let forces = fields.into_iter().map(evaluate).collect::<PyResult<Vec<_>>>()?;
-        self.with(py, |body| forces.into_iter().try_for_each(|force| apply(body, force)))?
-            .map_err(error::from_core)
+        match self.with(py, apply_all)?.map_err(error::from_core)? {
+            None => Ok(()),
+            Some(index) => Err(PyValueError::new_err(format!(
+                "force_fields[{index}]: the body broke in another thread while the function was called"
+            ))),
+        }
     }
 
-    /// Returns the force fields as pairs of arguments of `add_force_field`: force, and vertices or `None`.
+    /// Returns the force fields as pairs of the force and the encoded part.
     pub(crate) fn field_arguments<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyTuple>>> {
         let fields = self.fields.lock().clone();
-        let vertices = |field: &Field| {
-            field.vertices.as_ref().map(|list| PyArray1::from_iter(py, list.iter().map(|&v| i64::from(v))))
-        };
-        fields.iter().map(|field| (field.source.python(py), vertices(field)).into_pyobject(py)).collect()
+        let pair = |field: &Arc<Field>| (field.source.python(py), encode(py, &field.part)?).into_pyobject(py);
+        fields.iter().map(pair).collect()
     }
 }
 
 /// Adds force fields to a body, from pairs of [`SharedBody::field_arguments`].
 pub(crate) fn add_fields(body: &Bound<'_, Body>, fields: Vec<Bound<'_, PyTuple>>) -> PyResult<()> {
     for arguments in fields {
-        let (force, vertices): (Bound<'_, PyAny>, Option<Vec<u32>>) = arguments.extract()?;
+        let (force, part): (Bound<'_, PyAny>, Bound<'_, PyBytes>) = arguments.extract()?;
         let source = match force.is_callable() {
             true => Source::Function(force.unbind()),
             // A body can have more vertices than when the field was added, because it broke.
             false => Source::Constant(read_force(&force, "force", Axis::Any("k"))?),
         };
-        add(body, source, vertices);
+        add(body, source, decode(body.py(), part.as_bytes())?);
     }
     Ok(())
 }
 
 /// Adds a force field to a body.
-fn add(body: &Bound<'_, Body>, source: Source, vertices: Option<Vec<u32>>) -> ForceField {
+fn add(body: &Bound<'_, Body>, source: Source, part: Part) -> ForceField {
     static NEXT_ID: AtomicU64 = AtomicU64::new(0);
     let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-    body.get().fields.lock().push(Arc::new(Field { id, source, vertices }));
+    body.get().fields.lock().push(Arc::new(Field { id, source, part }));
     ForceField { body: body.clone().unbind(), id }
 }
 
 /// Returns the rows of selected vertices as an array.
-fn part<'py>(
+fn rows<'py>(
     py: Python<'py>,
     vertices: &Option<Vec<u32>>,
     row: impl Fn(usize) -> [f64; 3],
@@ -100,20 +135,18 @@ fn part<'py>(
     arrays::frozen(arrays::from_vectors(py, rows))
 }
 
-/// Applies a force in the next step. Leaves out vertices with a force of zero.
-fn apply(body: &mut supple::Body, (force, vertices): NextForce) -> Result<(), supple::Error> {
-    let vertices = vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect());
+/// Applies a total force to vertices in the next step. Leaves out a force of zero.
+fn apply_total(body: &mut supple::Body, force: [f64; 3], vertices: Vec<u32>) -> Result<(), supple::Error> {
     match force {
-        Force::Total([0.0, 0.0, 0.0]) => Ok(()),
-        Force::Total(force) => body.apply_force(force, &Selection::Vertices(vertices)),
-        Force::Each(forces) => {
-            let forces = vertices.into_iter().zip(forces).filter(|(_, force)| *force != [0.0; 3]);
-            match forces.collect::<Vec<_>>() {
-                forces if forces.is_empty() => Ok(()),
-                forces => body.apply_forces(&forces),
-            }
-        }
+        [0.0, 0.0, 0.0] => Ok(()),
+        force => body.apply_force(force, &Selection::Vertices(vertices)),
     }
+}
+
+/// Applies forces to vertices in the next step. Leaves out vertices with a force of zero.
+fn apply_each(body: &mut supple::Body, mut forces: Vec<(u32, [f64; 3])>) -> Result<(), supple::Error> {
+    forces.retain(|(_, force)| *force != [0.0; 3]);
+    if forces.is_empty() { Ok(()) } else { body.apply_forces(&forces) }
 }
 
 /// Reads a force: (3,), the total, or one row per vertex.
@@ -168,7 +201,14 @@ impl Body {
         let vertices = read_vertices(self, py, options, "apply_force()")?;
         let count = vertices.as_ref().map_or_else(|| self.count(py), |list| Ok(list.len()))?;
         let force = read_force(force, "force", Axis::Is(count))?;
-        self.with(py, |body| apply(body, (force, vertices)))?.map_err(error::from_core)
+        let apply = |body: &mut supple::Body| {
+            let vertices = vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect());
+            match force {
+                Force::Total(force) => apply_total(body, force, vertices),
+                Force::Each(forces) => apply_each(body, vertices.into_iter().zip(forces).collect()),
+            }
+        };
+        self.with(py, apply)?.map_err(error::from_core)
     }
 
     /// Apply a force in every step, until the field is removed. Returns a ForceField.
@@ -179,6 +219,10 @@ impl Body {
     ///     read-only, and the time in seconds.
     /// box, sphere, plane, vertices
     ///     Selection of a part, as for pin. Default: the whole body. It is made once, now.
+    ///
+    /// A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies
+    /// share a constant force (k, 3) on the vertex in proportion to their masses. A function gets the rows of the
+    /// selected vertices first, then those of their copies in increasing order, and returns one force for each.
     ///
     /// Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a
     /// thousandth of the weight on each vertex, and wakes when they change. A function is called from step and advance,
@@ -202,7 +246,11 @@ impl Body {
             let count = vertices.as_ref().map_or_else(|| this.count(py), |list| Ok(list.len()))?;
             Source::Constant(read_force(force, "force", Axis::Is(count))?)
         };
-        Ok(add(slf, source, vertices))
+        let part = this.read(py, |body| Part::new(body.lattice(), vertices))?;
+        let changed =
+            "add_force_field(): the vertices of the body changed in another thread; select them again";
+        let part = part.ok_or_else(|| PyValueError::new_err(changed))?;
+        Ok(add(slf, source, part))
     }
 
     /// Force fields that were not removed, in the order in which they were added: tuple of ForceField.
@@ -239,20 +287,21 @@ impl ForceField {
         self.body.clone_ref(py)
     }
 
-    /// Force as it was given: (3,) or (k, 3) float64, read-only, or a callable.
+    /// Force as it was given: (3,) or (k, 3) float64, read-only, or a callable. k is the number of vertices then.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(self.field()?.source.python(py))
     }
 
-    /// Lattice vertices on which the force acts: (k,) int64, read-only.
+    /// Lattice vertices on which the force acts: (k,) int64, read-only. Copies that a break made come last.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let vertices: Vec<i64> = match &self.field()?.vertices {
-            Some(list) => list.iter().map(|&vertex| vertex.into()).collect(),
-            None => (0..self.body.get().count(py)? as i64).collect(),
+        let field = self.field()?;
+        let vertices = |body: &supple::Body| match field.part.vertices(body.lattice()) {
+            Some(list) => list.into_iter().map(i64::from).collect(),
+            None => (0..body.lattice().len() as i64).collect::<Vec<_>>(),
         };
-        Ok(arrays::frozen(PyArray1::from_vec(py, vertices)))
+        Ok(arrays::frozen(PyArray1::from_vec(py, self.body.get().read(py, vertices)?)))
     }
 
     /// Whether the field was removed.
@@ -281,11 +330,9 @@ impl ForceField {
         let Ok(field) = self.field() else {
             return Ok(format!("<supple.ForceField of body {name:?}: removed>"));
         };
-        let part = match &field.vertices {
-            Some(list) if list.len() == 1 => "1 lattice vertex".to_owned(),
-            Some(list) => format!("{} lattice vertices", list.len()),
-            None => "all lattice vertices".to_owned(),
-        };
+        let part =
+            self.body.get().read(py, |body| field.part.vertices(body.lattice()).map(|list| list.len()))?;
+        let part = part.map_or_else(|| "all lattice vertices".to_owned(), |k| counted(k, "lattice vertex"));
         let force = match &field.source {
             Source::Constant(Force::Total([x, y, z])) => format!("({x}, {y}, {z})"),
             Source::Constant(Force::Each(_)) => "a constant force on each".to_owned(),

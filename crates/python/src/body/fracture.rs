@@ -111,8 +111,9 @@ impl Body {
 
     /// Number of steps and cuts in which joints broke.
     ///
-    /// While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the first vertices of
-    /// both the lattice and the mesh keep their numbers, and copies follow them. Restoring a state restores it too.
+    /// While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the vertices of the whole
+    /// body keep their numbers, in the lattice and in the mesh, and copies follow them. The numbers of copies can
+    /// change each time. Restoring a state restores it too.
     #[getter]
     fn topology_version(&self, py: Python<'_>) -> PyResult<u64> {
         self.read(py, supple::Body::topology_version)

@@ -1,9 +1,10 @@
 //! Adds pins and handles to a body, and lists them.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::{ConstraintError, Handle, HandleMotion, Pin};
+use supple_io::counted;
 
 use super::{Body, Hold};
 use crate::argument::Settings;
@@ -85,7 +86,8 @@ impl Body {
     /// follow_start : float, default 0, or the time of the first sample in the PC2 file
     ///     Time of the first frame in seconds.
     ///
-    /// The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape.
+    /// The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape,
+    /// and for follow on a broken body.
     #[pyo3(
         signature = (**options),
         text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
@@ -130,7 +132,17 @@ impl Body {
             return Err(PyTypeError::new_err("handle() needs keys= or follow="));
         };
         unused(&["interpolation"], "keys")?;
-        let vertices = slf.get().read(slf.py(), |body| body.mesh().map(|mesh| mesh.vertices().len()))?;
+        let size = |body: &supple::Body| {
+            (body.mesh().map(|mesh| mesh.vertices().len()), body.lattice().broken_joints().len())
+        };
+        let (vertices, broken) = slf.get().read(slf.py(), size)?;
+        if broken > 0 {
+            let joints = counted(broken, "broken joint");
+            return Err(PyValueError::new_err(format!(
+                "handle(): follow needs a whole body, and this one has {joints}; add the handle before the body \
+                 breaks, or pass keys"
+            )));
+        }
         let Some(vertices) = vertices else {
             return Err(error::value(ConstraintError::NoMesh));
         };

@@ -16,13 +16,15 @@ mod touching;
 mod values;
 mod zones;
 
-pub(crate) use build::{body_keys, volume_settings};
+use build::body_keys;
+pub(crate) use build::{keys_of, volume_settings};
 pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use fracture::fracture_settings;
 pub(crate) use hold::Hold;
 pub(crate) use plastic::plastic_settings;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
+pub(crate) use values::mesh_size;
 
 use std::sync::{Arc, OnceLock};
 
@@ -84,10 +86,10 @@ use crate::rotation::rotate_once;
 /// fracture : dict, default None
 ///     Makes the body break. A dict with either strength (tensile stress, > 0, at which it breaks) or strain (tensile
 ///     strain, > 0), and the keys rotation (degrees, in (0, 180], between neighboring cells at which it breaks too;
-///     default None), cracks (greatest number of cracks that grow at a time in each piece; default 1), noise (relative
-///     variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and surface (of the cracks:
-///     "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body breaks: see
-///     topology_version.
+///     default None), cracks (greatest number of cracks that grow at a time in each piece, from 1 to 1,000,000; default
+///     1), noise (relative variation of the limit, in [0, 0.5]; default 0.05), seed (of the noise; default 0) and
+///     surface (of the cracks: "smooth", the default, or "cells"). Arrays with one row per vertex grow when the body
+///     breaks: see topology_version.
 /// volume : str or dict, default "auto"
 ///     Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
 ///     a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),

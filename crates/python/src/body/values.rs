@@ -254,31 +254,55 @@ impl SharedBody {
         out: Option<&Bound<'py, PyAny>>,
         rows: Rows,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let size = |body: &supple::Body| Some((body.mesh()?.vertices().len(), body.topology_version() > 0));
-        let Some((count, is_broken)) = self.read(py, size)? else {
-            return Err(PyValueError::new_err(
-                "the body is a bare lattice without a mesh; use corrected_positions()",
-            ));
-        };
-        let out = match out {
-            Some(out) => out.clone(),
-            None => PyArray2::<f64>::zeros(py, [count, 3], false).into_any(),
-        };
-        arrays::check_out(&out, "out", (count, is_broken))?;
-        match out.cast::<PyArray2<f32>>() {
-            Ok(single) => self.write_rows(single, rows)?,
-            Err(_) => self.write_rows(out.cast::<PyArray2<f64>>()?, rows)?,
+        // Another thread can break the body between the two locks; the lengths are then compared again.
+        loop {
+            let Some(size) = self.read(py, mesh_size)? else {
+                return Err(PyValueError::new_err(
+                    "the body is a bare lattice without a mesh; use corrected_positions()",
+                ));
+            };
+            let out = match out {
+                Some(out) => out.clone(),
+                None => PyArray2::<f64>::zeros(py, [size.0, 3], false).into_any(),
+            };
+            arrays::check_out(&out, "out", size)?;
+            let is_written = match out.cast::<PyArray2<f32>>() {
+                Ok(single) => self.write_rows(single, rows)?,
+                Err(_) => self.write_rows(out.cast::<PyArray2<f64>>()?, rows)?,
+            };
+            if is_written {
+                return Ok(out);
+            }
         }
-        Ok(out)
     }
 
-    /// Evaluates rows of the displayed surface into `out`.
-    fn write_rows<T: Element + Coordinate>(&self, out: &Bound<'_, PyArray2<T>>, rows: Rows) -> PyResult<()> {
+    /// Evaluates rows of the displayed surface into `out`. Returns false if it has another number of rows.
+    fn write_rows<T: Element + Coordinate>(
+        &self,
+        out: &Bound<'_, PyArray2<T>>,
+        rows: Rows,
+    ) -> PyResult<bool> {
+        let mut is_written = false;
         arrays::fill(out, T::zero(), |target| {
-            self.displayed(out.py(), |displayed| match rows {
-                Rows::Positions => displayed.surface_into(target, None),
-                Rows::Normals => displayed.normals_into(target),
-            })
-        })
+            is_written = self.in_context(out.py(), |body| {
+                if mesh_size(&body).is_none_or(|(count, _)| count != target.len()) {
+                    return false;
+                }
+                let mut display = self.display();
+                let mut displayed = display.evaluate(body);
+                match rows {
+                    Rows::Positions => displayed.surface_into(target, None),
+                    Rows::Normals => displayed.normals_into(target),
+                }
+                true
+            })?;
+            Ok(())
+        })?;
+        Ok(is_written)
     }
+}
+
+/// Returns the number of vertices of the mesh of a body, and whether the body broke; `None` for a bare lattice.
+pub(crate) fn mesh_size(body: &supple::Body) -> Option<(usize, bool)> {
+    Some((body.mesh()?.vertices().len(), body.topology_version() > 0))
 }

@@ -9,7 +9,7 @@ use supple::{Coordinate, Executor};
 use super::Simulation;
 use crate::argument::conversion_error;
 use crate::arrays::{self, in_use};
-use crate::body::SharedBody;
+use crate::body::{SharedBody, mesh_size};
 
 /// The rows of an array to which a surface is written.
 enum Rows<'a> {
@@ -69,16 +69,29 @@ impl Simulation {
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyList>> {
-        let counts: Vec<(usize, bool)> = self.shared.with(py, |simulation| {
-            let vertices = |body: &supple::Body| body.mesh().map_or(0, |mesh| mesh.vertices().len());
-            let counts = |body| (vertices(body), body.topology_version() > 0);
-            simulation.bodies().iter().map(counts).collect()
-        })?;
-        let new = |&(count, _): &(usize, bool)| PyArray2::<f64>::zeros(py, [count, 3], false).into_any();
-        let arrays = match out {
-            Some(out) => read_out(out, &counts)?,
-            None => counts.iter().map(new).collect(),
-        };
+        // Another thread can break a body between the two locks; the lengths are then compared again.
+        loop {
+            let counts = self.shared.with(py, |simulation| mesh_sizes(simulation))?;
+            let new = |&(count, _): &(usize, bool)| PyArray2::<f64>::zeros(py, [count, 3], false).into_any();
+            let arrays = match out {
+                Some(out) => read_out(out, &counts)?,
+                None => counts.iter().map(new).collect(),
+            };
+            if self.write_surfaces(py, &arrays, &counts)? {
+                return PyList::new(py, arrays);
+            }
+        }
+    }
+}
+
+impl Simulation {
+    /// Evaluates the displayed surfaces into `arrays`. Returns false if they do not have the numbers of rows `counts`.
+    fn write_surfaces(
+        &self,
+        py: Python<'_>,
+        arrays: &[Bound<'_, PyAny>],
+        counts: &[(usize, bool)],
+    ) -> PyResult<bool> {
         let mut guards = arrays.iter().map(Guard::new).collect::<PyResult<Vec<_>>>()?;
         let mut tasks: Vec<(usize, &SharedBody, Rows<'_>)> = Vec::new();
         let mut others = Vec::new();
@@ -89,7 +102,10 @@ impl Simulation {
             }
         }
         let sequential = Executor::sequential();
-        self.shared.with(py, |simulation| {
+        let is_written = self.shared.with(py, |simulation| {
+            if mesh_sizes(simulation) != counts {
+                return false;
+            }
             // With fewer bodies than threads, the threads share the work on each body.
             let all = simulation.executor();
             let of_body = if tasks.len() < all.threads() { all } else { &sequential };
@@ -101,13 +117,21 @@ impl Simulation {
                     Rows::Double(rows) => displayed.surface_into(rows, None),
                 }
             });
+            true
         })?;
         drop(guards);
-        for index in others {
-            self.bodies[index].write_surface(&arrays[index])?;
+        if is_written {
+            for index in others {
+                self.bodies[index].write_surface(&arrays[index])?;
+            }
         }
-        PyList::new(py, arrays)
+        Ok(is_written)
     }
+}
+
+/// Returns the number of vertices of the mesh of each body, zero for a bare lattice, and whether it broke.
+fn mesh_sizes(simulation: &supple::Simulation) -> Vec<(usize, bool)> {
+    simulation.bodies().iter().map(|body| mesh_size(body).unwrap_or_default()).collect()
 }
 
 /// Reads the `out` argument, one array per body. `counts`: the number of rows of each, and whether its body is broken.

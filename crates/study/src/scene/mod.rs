@@ -76,16 +76,19 @@ impl Study {
         if let Some(data) = self.scene.bodies.iter().find(|data| !data.zones.is_empty()) {
             return Err(StudyError::Zones { body: data.name.clone() });
         }
-        if let Some(data) = self.scene.bodies.iter().find(|data| data.fracture.is_some()) {
-            return Err(StudyError::Fracture { body: data.name.clone() });
-        }
         let Scene { simulation, bodies, .. } = &self.scene;
         let touches_itself = |data: &BodyData| data.touching.self_contact.unwrap_or(simulation.self_contact);
         if simulation.contact && bodies.len() > 1 || bodies.iter().any(touches_itself) {
             return Err(StudyError::BodyContact);
         }
         let fingerprint = self.fingerprint()?;
-        let physical = Physical::new(self.scene.clone())?;
+        // The reference does not break, so that the study compares bodies that stay whole.
+        let (mut scene, mut kept_whole) = (self.scene.clone(), Vec::new());
+        for data in scene.bodies.iter_mut().filter(|data| data.fracture.is_some()) {
+            kept_whole.push(data.name.clone());
+            data.fracture = None;
+        }
+        let physical = Physical::new(scene)?;
         let bodies = prepare(physical.scene())?;
         let threads = bodies.simulation.threads();
         let methods = usable(bodies.simulation.bodies());
@@ -102,6 +105,7 @@ impl Study {
                 frames: self.scene.simulation.frames,
                 fps: self.scene.simulation.fps,
                 method: method.name(),
+                kept_whole,
                 points: Vec::new(),
                 fingerprint,
             },

@@ -29,6 +29,9 @@ pub struct Report {
     pub fps: f64,
     /// Method of volume preservation of the scene's first body, e.g. `off` or `mesh global`.
     pub method: String,
+    /// Names of the bodies that the scene lets break. In the study they stay whole.
+    #[serde(default)]
+    pub kept_whole: Vec<String>,
     /// The measured points.
     pub points: Vec<Point>,
     /// Scene and options as text; a resumed study must have the same text.

@@ -6,6 +6,7 @@ use super::point::{Front, Point};
 use super::report::Report;
 use super::setting::Axis;
 use crate::output::compact;
+use supple_io::Escaped;
 
 /// A column: heading, width, and the cell text of a point.
 type Column = (&'static str, usize, fn(&Point) -> String);
@@ -66,10 +67,21 @@ goals and path: rms and maximum distance from the naive sums, in cells. In free
 flight, undamped: change of linear and angular momentum (spin), energy gained
 and lost.";
 
+const KEPT_WHOLE: &str = "\
+note: the study leaves out [body.fracture], because the naive sums do not break.
+It measures the motion of the whole body of";
+
 impl Report {
     /// Formats tables of at most 80 columns.
     pub fn table(&self) -> String {
-        let mut text = format!("{}\n{}\n\n{}", self.scene, self.machine.line(), headings(&MAIN));
+        let mut text = format!("{}\n{}\n", self.scene, self.machine.line());
+        if !self.kept_whole.is_empty() {
+            let _ = writeln!(text, "{KEPT_WHOLE}");
+            for body in &self.kept_whole {
+                let _ = writeln!(text, "  {}", Escaped(body));
+            }
+        }
+        let _ = write!(text, "\n{}", headings(&MAIN));
         for (axes, heading) in SECTIONS {
             let points = sorted(self, |point| axes.contains(&point.axis));
             if !points.is_empty() {

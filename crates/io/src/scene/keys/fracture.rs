@@ -8,9 +8,6 @@ use super::cut_surface;
 use super::ranges::{break_angle, count, noise, positive};
 use supple::{BreakLimit, CutSurface, FractureOptions};
 
-/// Largest number of cracks that grow at a time.
-const MAX_CRACKS: u32 = 1_000_000;
-
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 struct Item(#[serde(with = "FractureKeys")] FractureOptions);
@@ -42,7 +39,10 @@ struct FractureKeys {
     limit: BreakLimit,
     #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
     rotation: Option<f64>,
-    #[serde(default = "default_cracks", deserialize_with = "count::<_, _, 1, MAX_CRACKS>")]
+    #[serde(
+        default = "default_cracks",
+        deserialize_with = "count::<_, _, 1, { FractureOptions::MAX_CRACKS }>"
+    )]
     cracks: usize,
     #[serde(default = "default_noise", deserialize_with = "noise")]
     noise: f64,
