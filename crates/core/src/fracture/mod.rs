@@ -38,8 +38,8 @@ use crate::simd::lanes::Lanes;
 /// at the front of a crack in part only.
 const TIP: f64 = 1.6;
 
-/// Ratio of a strain to its limit above which a crack begins although others can grow. A crack that has stopped relieves the
-/// material beside it; where the strain rises nevertheless, it is in the way of no other crack.
+/// Ratio of a strain to its limit above which a crack begins although others can grow. A crack that has stopped prevents others
+/// only up to this strain.
 const OVERLOAD: f64 = 2.0;
 
 /// The least distance, in cells, of a new crack from broken joints; and per cell of the half-width of the regions.

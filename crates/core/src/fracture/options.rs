@@ -7,7 +7,7 @@ use crate::range::{RangeError, in_range};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BreakLimit {
     /// Tensile stress, > 0: force per area in scene units. The strain at which a joint breaks is this stress divided by
-    /// Young's modulus in force.
+    /// Young's modulus in force at its place.
     Strength(f64),
     /// Tensile strain, > 0: 0.15 breaks where the material is stretched by 15 %.
     Strain(f64),
@@ -16,13 +16,14 @@ pub enum BreakLimit {
 /// Options of a body that can break. The fields have the names and defaults of the keys in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FractureOptions {
-    /// Where a joint breaks: the greatest principal strain at which it holds.
+    /// Where a joint breaks: the greatest principal strain at which it holds, without plastic strain.
     pub limit: BreakLimit,
     /// Angle in degrees, in (0, 180], between the rotations of two neighboring cells at which their joint breaks
     /// (Rivers & James 2007, section 6). It depends on the size of the cells. `None`, the default: rotations break
     /// nothing.
     pub rotation: Option<f64>,
-    /// Greatest number of cracks that grow at a time in each connected part of the body, from 1 to
+    /// Greatest number of cracks that can grow in each connected part of the body, those that have stopped included, up to
+    /// twice the strain limit; from 1 to
     /// [`FractureOptions::MAX_CRACKS`]; default 1.
     pub cracks: usize,
     /// Relative variation of the limit from joint to joint, in [0, 0.5]; default 0.05.
