@@ -486,3 +486,78 @@ fn a_sheet_carries_a_ball_on_either_side() {
         }
     }
 }
+
+/// Two boxes of one body, of which the upper one lies on the lower one, and a block that is cut in two halves.
+fn stacks() -> [(&'static str, Body); 2] {
+    let mut cells = block([6, 3, 6]);
+    cells.extend(block([4, 3, 4]).into_iter().map(|[x, y, z]| [x + 1, y + 4, z + 1]));
+    let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap();
+    let boxes = Body::from_lattice(lattice).youngs_modulus(1e5).self_contact(true);
+    let mut halves =
+        boxed([6, 6, 6], 0.1).translate([0.0, 0.3, 0.0]).velocity([3.0, 0.0, 0.0]).build().unwrap();
+    halves.cut([0.0, 0.3, 0.0], [0.2, 1.0, 0.0]).unwrap();
+    [("boxes", boxes.velocity([3.0, 0.0, 0.0]).build().unwrap()), ("halves", halves)]
+}
+
+fn on_floor(body: Body, friction: f64) -> Simulation {
+    let mut floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+    floor.friction = friction;
+    Simulation::builder().body(body).collider(floor).fps(60.0).substeps(Substeps::Fixed(4)).build().unwrap()
+}
+
+#[test]
+fn bodies_that_touch_themselves_slide_on_ice_without_falling_asleep() {
+    for (name, body) in stacks() {
+        let mut sim = on_floor(body, 0.0);
+        let mut saved = None;
+        for frame in 0..150 {
+            sim.advance(1);
+            let velocities = sim.bodies()[0].velocities();
+            let speed = velocities.iter().map(|v| v.x).sum::<f64>() / velocities.len() as f64;
+            assert!((speed - 3.0).abs() < 0.01, "{name}, frame {frame}: {speed} units per second");
+            if frame == 60 {
+                saved = Some(postcard::to_stdvec(&sim.state()).unwrap());
+            }
+        }
+        assert!(!sim.contacts().is_empty(), "{name}: the parts touch each other");
+        let end = sim.bodies()[0].positions();
+        sim.restore(&postcard::from_bytes(&saved.unwrap()).unwrap()).unwrap();
+        sim.advance(89);
+        assert!(sim.bodies()[0].positions() == end, "{name}: the same bits after a restore");
+    }
+}
+
+#[test]
+fn a_cut_body_falls_asleep_where_friction_stops_it() {
+    let [_, (_, halves)] = stacks();
+    let mut sim = on_floor(halves, 0.5);
+    let mut frame = 0;
+    while !sim.bodies()[0].is_asleep() {
+        sim.advance(1);
+        frame += 1;
+        assert!(frame < 300, "the halves are not at rest after 5 s");
+    }
+    // It slides for more than half a second before.
+    assert!(frame > 60, "{frame}");
+}
+
+/// Contacts act however little of them is free: two blocks that lie side by side and are held entirely have the same ones as
+/// free ones.
+#[test]
+fn held_bodies_keep_all_contacts() {
+    let contacts = |is_held: bool| {
+        let bodies = [-0.499, 0.499].map(|x| {
+            let mut body = cube(4).translate([x, 0.0, 0.0]).build().unwrap();
+            if is_held {
+                body.pin(&Pin { selection: everything(), window: TimeWindow::default() }).unwrap();
+            }
+            body
+        });
+        let [first, second] = bodies;
+        let mut sim = floating().body(first).body(second).build().unwrap();
+        sim.step();
+        contacts_between(&sim)
+    };
+    assert!(contacts(false) > 0);
+    assert_eq!(contacts(true), contacts(false));
+}

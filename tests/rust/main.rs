@@ -3,6 +3,7 @@
 mod block_body;
 mod body_contact;
 mod broken_pages;
+mod broken_states;
 mod collider;
 mod common;
 mod constraints;

@@ -5,15 +5,15 @@ use nalgebra::Vector3;
 use super::{Body, StepContext};
 use crate::contact::Pressure;
 use crate::contact::bodies::{
-    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, PieceVertices, SEARCH_DISTANCE,
-    SurfaceProperties,
+    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
+    SEARCH_DISTANCE, SurfaceProperties,
 };
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
 use crate::range::in_range;
-use crate::state::{ContactForce, ContactKey, Touches};
+use crate::state::{ContactForce, ContactKey, SearchedMotion, Touches};
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
@@ -205,8 +205,8 @@ impl Body {
         let Self { state, matching, body_contact, .. } = self;
         if let Some(contact) = body_contact {
             let occupied = matching.layout.occupied();
-            let mut distance = || state.search_distance(occupied, SEARCH_DISTANCE, is_alone);
-            contact.search_distance = if is_asleep { f64::INFINITY } else { distance() };
+            let mut motion = || state.searched_motion(occupied, SEARCH_DISTANCE, is_alone);
+            contact.searched = if is_asleep { SearchedMotion::UNKNOWN } else { motion() };
         }
     }
 
@@ -313,22 +313,29 @@ impl Body {
         }
         let (frame, cell_size) = (self.state.frame, self.lattice.cell_size());
         let impulse_unit = self.cell_mass() * cell_size;
-        let Self { momentum, state, .. } = self;
-        let mean_velocity = island.mean_velocity() / cell_size - frame.velocity();
-        for (component, rigid) in momentum.states().iter().enumerate() {
-            let Some(tracked) = &mut state.momenta[component] else { continue };
-            let (mut linear, mut angular, mut moved) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-            for pair in island.pairs_of(index) {
-                for (side, sign) in [(0, 1.0), (1, -1.0)] {
-                    if (pair.bodies[side], pair.components[side] as usize) == (index, component) {
-                        let impulse = pair.impulse * (sign / impulse_unit);
-                        let point = frame.to_local(pair.point);
-                        linear += impulse;
-                        angular += (point - rigid.center).cross(&impulse);
-                        moved += pair.displacement * (sign / impulse_unit);
-                    }
+        let Self { body_contact, momentum, state, .. } = self;
+        let Some(contact) = body_contact else { return };
+        let changes = &mut contact.momentum_changes;
+        changes.clear();
+        changes.resize(momentum.states().len(), MomentumChange::default());
+        for pair in island.pairs_of(index) {
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                if pair.bodies[side] == index {
+                    let component = pair.components[side] as usize;
+                    let MomentumChange { linear, angular, moved } = &mut changes[component];
+                    let impulse = pair.impulse * (sign / impulse_unit);
+                    let point = frame.to_local(pair.point);
+                    *linear += impulse;
+                    *angular += (point - momentum.states()[component].center).cross(&impulse);
+                    *moved += pair.displacement * (sign / impulse_unit);
                 }
             }
+        }
+        let mean_velocity = island.mean_velocity() / cell_size - frame.velocity();
+        for ((rigid, tracked), change) in momentum.states().iter().zip(&mut state.momenta).zip(&*changes) {
+            let (Some(tracked), &MomentumChange { linear, mut angular, moved }) = (tracked, change) else {
+                continue;
+            };
             let velocity = (Vector3::from(tracked.linear) + linear) / rigid.mass - mean_velocity;
             angular -= moved.cross(&velocity);
             for c in 0..3 {
@@ -344,4 +351,32 @@ fn pieces<'a>(lattice: &'a Lattice, layout: &'a Layout) -> Option<PieceVertices<
     let Components { count, of_vertex } = lattice.components();
     let is_in_pieces = *count > 1 && !lattice.broken_joints().is_empty();
     is_in_pieces.then_some(PieceVertices { count: *count, of_vertex, slots: layout.slots() })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use crate::{Body, Collider, Lattice, Simulation};
+
+    /// Both halves of a cut block press on a plate at the cut, at the same point of the grid.
+    #[test]
+    fn forces_of_contacts_of_pieces_have_keys_of_their_own() {
+        let block = |size: [i32; 3]| {
+            let [x, y, z] = size;
+            let cells: Vec<_> = (0..x * y * z).map(|k| [k % x, k / x % y, k / (x * y)]).collect();
+            Body::from_lattice(Lattice::from_cells(&cells, 0.25, Point3::origin(), false).unwrap())
+        };
+        let plate = block([8, 2, 8]).build().unwrap();
+        let mut upper = block([4, 4, 4]).translate([0.5, 0.5, 0.5]).build().unwrap();
+        upper.cut([1.0; 3], [1.0, 0.0, 0.0]).unwrap();
+        assert_eq!(upper.pieces(), 2);
+        let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+        let builder = Simulation::builder().body(plate).body(upper).collider(ground).dt(0.01);
+        let mut simulation = builder.build().unwrap();
+        simulation.steps(30);
+        let keys: Vec<_> = simulation.body(1).state.touches.keys().collect();
+        assert!(keys.len() > 20, "{}", keys.len());
+        assert!(keys.is_sorted_by(|a, b| a < b), "{keys:?}");
+    }
 }

@@ -128,8 +128,8 @@ impl Body {
 
     /// Returns whether the body touches others, and is where it was when these contacts were searched.
     fn is_where_it_was_searched(&self) -> bool {
-        let is_near = |contact: &BodyContact| contact.search_distance.is_finite();
-        !self.state.touches.bodies().is_empty() && self.body_contact.as_ref().is_some_and(is_near)
+        let is_in_place = |contact: &BodyContact| contact.searched.is_in_place;
+        !self.state.touches.bodies().is_empty() && self.body_contact.as_ref().is_some_and(is_in_place)
     }
 
     fn fall_asleep(&mut self) {
@@ -184,10 +184,12 @@ impl Body {
     /// Returns whether each component has a constrained vertex, rests on a collider, or is exactly still.
     fn is_supported(&self) -> bool {
         let Self { lattice, matching, momentum, state, .. } = self;
+        let touched = state.touches.bodies();
         let is_held = |component: usize| {
+            let first = touched.partition_point(|(found, _)| (*found as usize) < component);
             momentum.is_constrained(component)
+                || touched.get(first).is_some_and(|(found, _)| *found as usize == component)
                 || state.supports.list().iter().any(|support| support.component as usize == component)
-                || state.touches.bodies().iter().any(|(touched, _)| *touched as usize == component)
         };
         if (0..lattice.components().count).all(is_held) {
             return true;

@@ -302,12 +302,12 @@ impl Body {
         if !is_free || state.momenta.contains(&None) {
             state.energy_limit = None;
         }
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         let (needs_rebase, invalidated) =
-            (state.needs_rebase(slots[0]), momentum.any_invalidated(&state.momenta));
+            (state.needs_rebase(slots[0], weights), momentum.any_invalidated(&state.momenta));
         if !needs_rebase && !invalidated {
             return;
         }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
         if needs_rebase {
             state.rebase(slots, momentum.center());

@@ -31,12 +31,12 @@ pub(super) fn assemble(input: &Input<'_>, clipped: &Clipped, caps: &Caps) -> Res
         }
         for triangle in first..end {
             if fragments.peek().is_none_or(|fragment| fragment.source != triangle) {
-                faces.push(mesh.triangles()[triangle as usize].into_iter(), FaceSource::Part(face as u32));
+                faces.push(input.triangles[triangle as usize].into_iter(), FaceSource::Part(face as u32));
             }
             while let Some(fragment) = fragments.next_if(|fragment| fragment.source == triangle) {
                 let corners: Vec<u32> =
                     fragment.corners.iter().map(|corner| vertices.of_corner(fragment, corner)).collect();
-                for part in triangulate(&planar(mesh, fragment)) {
+                for part in triangulate(&planar(input, fragment)) {
                     faces.push(part.into_iter().map(|n| corners[n]), FaceSource::Part(face as u32));
                 }
             }
@@ -85,8 +85,9 @@ impl Faces {
 }
 
 /// Returns the positions of the corners of a fragment in the plane of its triangle.
-fn planar(mesh: &Mesh, fragment: &Fragment) -> Vec<Planar> {
-    let [a, b, c] = mesh.triangles()[fragment.source as usize].map(|corner| mesh.vertices()[corner as usize]);
+fn planar(input: &Input<'_>, fragment: &Fragment) -> Vec<Planar> {
+    let vertices = input.mesh.vertices();
+    let [a, b, c] = input.triangles[fragment.source as usize].map(|corner| vertices[corner as usize]);
     let (along, other) = (b - a, c - a);
     let length = along.norm();
     let x = along / length;
@@ -149,7 +150,7 @@ impl<'a> Vertices<'a> {
     /// Returns the vertex at a corner of a fragment.
     fn of_corner(&mut self, fragment: &Fragment, corner: &Corner) -> u32 {
         let mesh = self.input.mesh;
-        let triangle = mesh.triangles()[fragment.source as usize];
+        let triangle = self.input.triangles[fragment.source as usize];
         if (corner.point as usize) < mesh.vertices().len() {
             let heaviest = (0..3).max_by(|&a, &b| corner.weights[a].total_cmp(&corner.weights[b]));
             return triangle[heaviest.unwrap_or(0)];

@@ -36,6 +36,8 @@ pub(crate) struct ElasticDamper {
     constrained: Vec<(Sums, f64)>,
     /// The reference motion of each component.
     references: Vec<Reference>,
+    /// Component and index of each support, in increasing order.
+    supports: Vec<(u32, u32)>,
     keep: f64,
     damped: Damped,
 }
@@ -78,6 +80,7 @@ impl ElasticDamper {
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.constrained.as_slice())
             + size_of_val(self.references.as_slice())
+            + size_of_val(self.supports.as_slice())
             + size_of_val(self.damped.rigid.as_slice())
     }
 
@@ -98,13 +101,20 @@ impl ElasticDamper {
         (keep, size, dt): (f64, f64, f64),
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
+        let supports = state.supports.list_mut();
+        self.supports.clear();
+        self.supports.extend(supports.iter().zip(0..).map(|(support, index)| (support.component, index)));
+        self.supports.sort_unstable();
         let mut references = std::mem::take(&mut self.references);
         references.clear();
-        references.extend(tracker.states().iter().enumerate().map(|(component, measured)| {
+        let mut rest = &*self.supports;
+        for (component, measured) in tracker.states().iter().enumerate() {
             let motion = measured.motion(measured.momentum);
-            let supports = state.supports.list_mut();
-            self.reference((component, measured), motion, supports, (size, dt))
-        }));
+            let count = rest.partition_point(|(supported, _)| *supported as usize == component);
+            let (own, others) = rest.split_at(count);
+            rest = others;
+            references.push(self.reference((component, measured), motion, (supports, own), (size, dt)));
+        }
         (self.references, self.keep) = (references, keep);
     }
 
@@ -182,19 +192,17 @@ impl ElasticDamper {
     }
 
     /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
-    /// seconds. `motion` is the rigid motion with the momenta of the component, and `size` the size of the body in
-    /// cells.
+    /// seconds. `motion` is the rigid motion with the momenta of the component, `own` has its supports, as in
+    /// `self.supports`, and `size` is the size of the body in cells.
     fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
-        supports: &mut [Support],
+        (supports, own): (&mut [Support], &[(u32, u32)]),
         (size, dt): (f64, f64),
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
-        let mut supports =
-            supports.iter_mut().filter(|support| support.component as usize == component).peekable();
-        if constrained.is_none() && supports.peek().is_none() {
+        if constrained.is_none() && own.is_empty() {
             return Reference { motion, reference: motion, projection: None };
         }
         let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
@@ -204,7 +212,8 @@ impl ElasticDamper {
         }
         // Colliders at rest add no energy: the damped velocities lie between the velocities and the reference motion.
         let mut limit = rigid.energy_of(motion);
-        for support in supports {
+        for &(_, index) in own {
+            let support = &mut supports[index as usize];
             rest_on(&mut projection, support, (size, dt), motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
         }

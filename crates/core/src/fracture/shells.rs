@@ -2,6 +2,8 @@
 //!
 //! Where a smooth crack meets a thin part, a point of the mesh can be nearer to a cell of a sliver of the lattice than
 //! to the piece whose surface it belongs to. The faces around it would stretch when the sliver moves away.
+//!
+//! Copies of a vertex at a seam are welded, and follow the same cell.
 
 use crate::cut::CutMesh;
 use crate::lattice::Lattice;
@@ -15,16 +17,18 @@ const GREATEST_SHARE: f64 = 0.2;
 /// vertices to the nearest of the cells that vertices of the same face follow.
 pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
     let CutMesh { mesh, hosts, .. } = cut;
+    let welded = |vertex: u32| mesh.weld()[vertex as usize];
     let mut shells = UnionFind::new(hosts.len());
     for face in mesh.faces() {
         face.iter().for_each(|&vertex| {
-            shells.unite(face[0], vertex);
+            shells.unite(welded(face[0]), welded(vertex));
         });
     }
     let (count, shell_of) = shells.labels();
     let piece = |hosts: &[u32], vertex: u32| lattice.component_of_cell(hosts[vertex as usize]);
+    let member = |(vertex, &shell): (u32, &u32)| (shell, piece(hosts, vertex));
     let mut members: Vec<(u32, u32)> =
-        (0..).zip(&shell_of).map(|(vertex, &shell)| (shell, piece(hosts, vertex))).collect();
+        (0..).zip(&shell_of).filter(|&(vertex, _)| welded(vertex) == vertex).map(member).collect();
     members.sort_unstable();
     // The piece of each shell, and the shells with vertices that follow others.
     let mut pieces = vec![None; count];
@@ -47,20 +51,26 @@ pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
     loop {
         let mut found: Vec<(u32, f64, u32)> = Vec::new();
         for face in mesh.faces() {
-            let Some(wanted) = pieces[shell_of[face[0] as usize] as usize] else { continue };
-            for &vertex in face.iter().filter(|&&vertex| piece(hosts, vertex) != wanted) {
+            let Some(wanted) = pieces[shell_of[welded(face[0]) as usize] as usize] else { continue };
+            let corners = || face.iter().map(|&vertex| welded(vertex));
+            for vertex in corners().filter(|&vertex| piece(hosts, vertex) != wanted) {
                 let position = mesh.vertices()[vertex as usize];
-                found.extend(face.iter().filter(|&&other| piece(hosts, other) == wanted).map(|&other| {
+                found.extend(corners().filter(|&other| piece(hosts, other) == wanted).map(|other| {
                     let cell = hosts[other as usize];
                     (vertex, (center(cell) - position).norm_squared(), cell)
                 }));
             }
         }
         if found.is_empty() {
-            return;
+            break;
         }
         found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         found.dedup_by_key(|(vertex, ..)| *vertex);
         found.into_iter().for_each(|(vertex, _, cell)| hosts[vertex as usize] = cell);
+    }
+    for vertex in 0..hosts.len() {
+        if pieces[shell_of[welded(vertex as u32) as usize] as usize].is_some() {
+            hosts[vertex] = hosts[welded(vertex as u32) as usize];
+        }
     }
 }

@@ -26,12 +26,12 @@ pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use supports::{Deflection, Support, Supports};
-pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, Touches};
+pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, SearchedMotion, Touches};
 
 use nalgebra::{Point3, Vector3};
 
 use crate::lattice::{Lattice, Layout};
-use crate::simd::lanes::{Block, Lanes, Row};
+use crate::simd::lanes::{Block, LANES, Lanes, Row};
 
 /// The state of a body: positions, velocities and rotations of its lattice vertices.
 ///
@@ -160,9 +160,14 @@ impl State {
     }
 
     /// Returns how far the body moved since its contacts with other bodies were searched: see
-    /// [`Touches::search_distance`].
-    pub(crate) fn search_distance(&mut self, occupied: &[u8], limit: f64, is_relative: bool) -> f64 {
-        self.touches.search_distance((&self.positions, self.frame.shift), occupied, (limit, is_relative))
+    /// [`Touches::searched_motion`].
+    pub(crate) fn searched_motion(
+        &mut self,
+        occupied: &[u8],
+        limit: f64,
+        is_relative: bool,
+    ) -> SearchedMotion {
+        self.touches.searched_motion((&self.positions, self.frame.shift), occupied, (limit, is_relative))
     }
 
     /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.
@@ -235,12 +240,28 @@ impl State {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
     }
 
-    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed.
-    ///
-    /// The test uses one vertex: a coordinate of the vertex in `slot` has a magnitude above two quanta. A
-    /// quantum (`Frame::quantum`) is at least the extent of the body in the rest pose.
-    pub(crate) fn needs_rebase(&self, slot: u32) -> bool {
-        self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
+    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed: a coordinate of the vertex in
+    /// `slot` has a magnitude above two quanta, and the center of mass is not near the origin, as that of pieces that fly
+    /// apart can be. A quantum (`Frame::quantum`) is at least the extent of the body in the rest pose. `weights` has the
+    /// mass of each vertex in its first row.
+    pub(crate) fn needs_rebase(&self, slot: u32, weights: &Lanes<2>) -> bool {
+        let is_far = |x: &f32| f64::from(x.abs()) > 2.0 * self.frame.quantum;
+        self.positions.get(slot).iter().any(is_far)
+            && self.frame.nearest(self.center(weights)) != Vector3::zeros()
+    }
+
+    /// Returns the center of mass, in cells from the origin. `weights` is as in [`State::needs_rebase`].
+    fn center(&self, weights: &Lanes<2>) -> Vector3<f64> {
+        let (mut sums, mut mass) = ([[0.0; LANES]; 3], 0.0);
+        for (block, [masses, _]) in self.positions.blocks().iter().zip(weights.blocks()) {
+            for (sums, coordinates) in sums.iter_mut().zip(block) {
+                for ((sum, m), x) in sums.iter_mut().zip(masses.iter()).zip(coordinates.iter()) {
+                    *sum += f64::from(*m) * f64::from(*x);
+                }
+            }
+            mass += masses.iter().map(|m| f64::from(*m)).sum::<f64>();
+        }
+        Vector3::from(sums.map(|sums| sums.iter().sum::<f64>())) / mass
     }
 
     /// Moves the origin near `center`, a point in cells from the current origin. Each coordinate of the
@@ -306,4 +327,29 @@ pub(crate) fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
     indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
         (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_that_fly_apart_need_no_rebase_while_their_center_stays() {
+        let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0]], 1.0, Point3::origin(), false).unwrap();
+        let layout = Layout::new(&lattice);
+        let mut state = State::at_rest(&lattice, &layout, &Placement::default());
+        let mut weights = Lanes::zeros(layout.blocks());
+        layout.slots().iter().for_each(|&slot| weights.set(slot, [1.0, 1.0]));
+        let mut needs_rebase = |offsets: [f64; 2]| {
+            for (vertex, &slot) in layout.slots().iter().enumerate() {
+                let piece = lattice.components().of_vertex[vertex] as usize;
+                state.set_local(slot, Vector3::new(offsets[piece], 0.0, 0.0));
+            }
+            state.needs_rebase(layout.slots()[0], &weights)
+        };
+        assert!(!needs_rebase([0.0, 4.0]));
+        assert!(!needs_rebase([-1000.0, 1000.0]));
+        assert!(needs_rebase([-1000.0, 900.0]));
+        assert!(needs_rebase([1000.0, 1004.0]));
+    }
 }

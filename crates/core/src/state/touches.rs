@@ -31,6 +31,31 @@ struct SearchedPositions {
     positions: Lanes<3>,
     /// Displacement of the origin, in cells.
     shift: [f64; 3],
+    /// Common translation in cells after the search, from which rest is measured. Zero unless only the body itself was
+    /// near, so that a translation needs no search.
+    translation: [f64; 3],
+}
+
+/// How far a body moved since its contacts with other bodies were searched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SearchedMotion {
+    /// Upper bound of the distance in cells that counts for the search; infinity if the contacts have to be searched.
+    pub(crate) distance: f64,
+    /// Whether the body stayed in place: it needs no search, and a common translation is within the limit as well.
+    pub(crate) is_in_place: bool,
+}
+
+impl SearchedMotion {
+    /// That of a body whose contacts have to be searched.
+    pub(crate) const UNKNOWN: Self = Self { distance: f64::INFINITY, is_in_place: false };
+}
+
+/// The displacements in cells of the vertices since a search: the box of those of the positions from the origin, and
+/// the displacement of the origin.
+struct Displacements {
+    low: [f64; 3],
+    high: [f64; 3],
+    shift: [f64; 3],
 }
 
 /// The force on the body by a contact in the last step.
@@ -48,9 +73,10 @@ pub(crate) struct ContactForce {
 pub(crate) enum ContactKey {
     /// A contact with a collider, of the samples nearest to a lattice vertex.
     Collider { collider: u32, vertex: u32 },
-    /// A contact of samples of the body with a connected component of another body: the point of the grid of half the
-    /// cell size that is nearest to the samples, and the dominant axis of the normal, 0..6.
-    Body { other: u32, component: u32, node: [i32; 3], axis: u8 },
+    /// A contact of samples of a connected component of the body with one of another body: the other body, both
+    /// components, the point of the grid of half the cell size that is nearest to the samples, and the dominant axis of
+    /// the normal, 0..6.
+    Body { other: u32, components: [u32; 2], node: [i32; 3], axis: u8 },
 }
 
 /// A sample that touched a body in the last step, or in the last step in which the body was searched.
@@ -94,24 +120,52 @@ impl SearchedPositions {
     /// Removes the positions, so that the next step searches.
     fn forget(&mut self) {
         self.positions.clear();
-        self.shift = [0.0; 3];
+        (self.shift, self.translation) = ([0.0; 3], [0.0; 3]);
     }
 
-    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since the positions were
-    /// stored, apart from a common translation if `is_relative`; infinity if there are none.
-    fn distance(&self, (positions, shift): (&Lanes<3>, [f64; 3]), occupied: &[u8], is_relative: bool) -> f64 {
+    /// Returns the displacements since the positions were stored; `None` if there are none.
+    fn displacements(
+        &self,
+        (positions, shift): (&Lanes<3>, [f64; 3]),
+        occupied: &[u8],
+    ) -> Option<Displacements> {
         if self.positions.blocks().is_empty() {
-            return f64::INFINITY;
+            return None;
         }
         let (low, high) = difference_bounds(positions, &self.positions, occupied);
+        let shift = std::array::from_fn(|a| shift[a] - self.shift[a]);
+        Some(Displacements { low: low.map(f64::from), high: high.map(f64::from), shift })
+    }
+
+    /// Returns whether the body stayed within `limit` cells of the place from which rest is measured. Otherwise rest is
+    /// measured from the present place on.
+    fn stays(&mut self, displacements: &Displacements, limit: f64) -> bool {
+        let stays = displacements.distance_from(self.translation) <= limit;
+        if !stays {
+            self.translation = displacements.translation();
+        }
+        stays
+    }
+}
+
+impl Displacements {
+    /// Returns an upper bound of the distance of a vertex from its place after a common translation.
+    fn distance_from(&self, translation: [f64; 3]) -> f64 {
         let greatest = |a: usize| {
-            if is_relative {
-                return 0.5 * (f64::from(high[a]) - f64::from(low[a]));
-            }
-            let shift = shift[a] - self.shift[a];
-            (f64::from(low[a]) + shift).abs().max((f64::from(high[a]) + shift).abs())
+            let shift = self.shift[a] - translation[a];
+            (self.low[a] + shift).abs().max((self.high[a] + shift).abs())
         };
         Vector3::from_fn(|a, _| greatest(a)).norm()
+    }
+
+    /// Returns an upper bound of the distance of a vertex from its place after the common translation.
+    fn relative_distance(&self) -> f64 {
+        Vector3::from_fn(|a, _| 0.5 * (self.high[a] - self.low[a])).norm()
+    }
+
+    /// Returns the common translation: that of the middle of the box.
+    fn translation(&self) -> [f64; 3] {
+        std::array::from_fn(|a| 0.5 * (self.low[a] + self.high[a]) + self.shift[a])
     }
 }
 
@@ -139,6 +193,12 @@ impl Touches {
         found.map_or_else(|_| Vector3::zeros(), |index| self.forces[index].force.into())
     }
 
+    /// Returns the keys of the forces.
+    #[cfg(test)]
+    pub(crate) fn keys(&self) -> impl Iterator<Item = ContactKey> {
+        self.forces.iter().map(|force| force.key)
+    }
+
     /// Forgets all contacts: the positions were set.
     pub(crate) fn forget(&mut self) {
         self.clear();
@@ -155,24 +215,30 @@ impl Touches {
         self.searched.forget();
     }
 
-    /// Returns an upper bound of the distance in cells by which a vertex of the body moved since its contacts were
-    /// searched; infinity if that is more than `limit`, so that they have to be searched. The positions are then stored
-    /// as the searched ones. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied`
-    /// has the bit mask of the lanes with a vertex, for each block. `is_relative`: a common translation does not count,
-    /// as the body touches itself only.
-    pub(super) fn search_distance(
+    /// Returns how far the body moved since its contacts were searched. If that is more than `limit` cells, they have to
+    /// be searched, and the positions are stored as the searched ones. `positions` are in cells from the origin, which
+    /// is displaced by `shift` cells; `occupied` has the bit mask of the lanes with a vertex, for each block.
+    /// `is_relative`: a common translation does not count for the search, as the body touches itself only.
+    pub(super) fn searched_motion(
         &mut self,
         (positions, shift): (&Lanes<3>, [f64; 3]),
         occupied: &[u8],
         (limit, is_relative): (f64, bool),
-    ) -> f64 {
-        let distance = self.searched.distance((positions, shift), occupied, is_relative);
-        if distance <= limit {
-            return distance;
+    ) -> SearchedMotion {
+        let Self { searched, .. } = self;
+        if let Some(displacements) = searched.displacements((positions, shift), occupied) {
+            let distance = match is_relative {
+                true => displacements.relative_distance(),
+                false => displacements.distance_from([0.0; 3]),
+            };
+            if distance <= limit {
+                let is_in_place = !is_relative || searched.stays(&displacements, limit);
+                return SearchedMotion { distance, is_in_place };
+            }
         }
-        self.searched.positions.copy_from(positions);
-        self.searched.shift = shift;
-        f64::INFINITY
+        searched.positions.copy_from(positions);
+        (searched.shift, searched.translation) = (shift, [0.0; 3]);
+        SearchedMotion::UNKNOWN
     }
 
     /// Returns the memory in bytes.
@@ -221,6 +287,7 @@ impl Touches {
     /// components.
     pub(super) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let sorted = self.samples.is_sorted_by_key(|touch| (touch.other, touch.sample))
+            && self.bodies.is_sorted()
             && self.forces.is_sorted_by_key(|force| force.key);
         let is_valid_touch = |touch: &SampleTouch| {
             let Foot { local, normal, shell, .. } = touch.foot;
@@ -235,6 +302,7 @@ impl Touches {
         sorted
             && are_valid
             && (searched == 0 || searched == blocks)
+            && self.searched.translation.iter().all(|x| x.is_finite())
             && self.bodies.iter().all(|(component, _)| (*component as usize) < components)
     }
 }
@@ -249,7 +317,7 @@ mod tests {
     }
 
     fn force(other: u32) -> ContactForce {
-        let key = ContactKey::Body { other, component: 0, node: [0; 3], axis: 1 };
+        let key = ContactKey::Body { other, components: [0; 2], node: [0; 3], axis: 1 };
         ContactForce { key, force: [0.0, f64::from(other), 0.0] }
     }
 
@@ -275,6 +343,30 @@ mod tests {
         assert_eq!(forces, [0.0, 4.0, 7.0]);
         touches.set(none, std::iter::empty(), std::iter::empty(), std::iter::empty());
         assert_eq!(touches.samples().count() + touches.bodies().len(), 0);
+    }
+
+    /// A body that only touches itself is searched when it deforms, and is in place until it moves.
+    #[test]
+    fn a_common_translation_needs_no_search_and_is_no_rest() {
+        let mut touches = Touches::default();
+        let positions = |offset: [f32; 3]| {
+            let mut positions = Lanes::zeros(1);
+            positions.set(0, offset);
+            positions.set(1, [1.0 + offset[0], offset[1], offset[2]]);
+            positions
+        };
+        let mut motion = |offset: [f32; 3], shift: f64| {
+            let motion =
+                touches.searched_motion((&positions(offset), [shift, 0.0, 0.0]), &[0b11], (0.02, true));
+            (motion.distance.is_finite(), motion.is_in_place)
+        };
+        assert_eq!(motion([0.0; 3], 0.0), (false, false));
+        assert_eq!(motion([0.01, 0.0, 0.0], 0.0), (true, true));
+        assert_eq!(motion([0.03, 0.0, 0.0], 0.0), (true, false));
+        assert_eq!(motion([0.04, 0.0, 0.0], 0.0), (true, true));
+        // The origin moves and the positions do not.
+        assert_eq!(motion([0.04, 0.0, 0.0], 2.0), (true, false));
+        assert_eq!(motion([-1.96, 0.01, 0.0], 4.0), (true, true));
     }
 
     #[test]

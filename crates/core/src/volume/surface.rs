@@ -43,11 +43,13 @@ pub(super) fn measure(
     let is_flat = check_volumes(&shells, &signs, lattice, adjacency)?;
 
     let mut terms = MeshTerms::default();
+    let numbered = (0..).zip(&shells).map(|(index, shell)| (shell.component, index));
+    let of_component = Csr::sorted(adjacency.component_count, numbered);
     for component in 0..adjacency.component_count {
         let component_shells =
-            shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
+            of_component.row(component).iter().map(|&index: &usize| (&shells[index], signs[index]));
         let counts = |sign: f64| sign != 0.0 && !is_flat[component];
-        let oriented = component_shells.filter(|(_, sign)| counts(**sign)).flat_map(|(shell, &sign)| {
+        let oriented = component_shells.filter(|(_, sign)| counts(*sign)).flat_map(|(shell, sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
         });
         add_component(surface.embedding, &oriented.collect::<Vec<_>>(), &mut terms);

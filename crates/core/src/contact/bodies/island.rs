@@ -29,8 +29,9 @@ const PUSH_LIMIT: f64 = 0.08;
 /// Weight up to which a vertex does not take part in a contact.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Least sum of the weights of the vertices of a contact that are not constrained. With less, the constrained ones all but
-/// decide how the point of contact moves, and an impulse that does the rest would fling the others away.
+/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With less, the
+/// constrained ones all but decide how the point of contact moves, and an impulse that does the rest would fling the others
+/// away: pieces that overlap where a body broke would do so at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
@@ -104,10 +105,14 @@ pub(crate) struct PairContact {
     cell_size: f64,
 }
 
+/// What the touches of a contact have in common, as in [`ContactKey::Body`]: the point of the grid, the axis, and the
+/// components of the other body and of the body. Then the index of a touch.
+type PatchKey = ([i32; 3], u8, (u32, u32), u32);
+
 /// Touches of a search, by contact, and links of a contact.
 #[derive(Clone, Debug, Default)]
 struct PatchBuffers {
-    keys: Vec<([i32; 3], u8, (u32, u32), u32)>,
+    keys: Vec<PatchKey>,
     links: [Vec<(u32, f64)>; 2],
 }
 
@@ -261,9 +266,9 @@ impl Island {
         let PatchBuffers { keys, links } = &mut buffers;
         for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            let (node, axis, (component, _), _) = patch[0];
-            let key = ContactKey::Body { other: search.other, component, node, axis };
-            self.add_patch([&body, &other], search, (key, component), touches, links, (dt, gravity));
+            let (node, axis, (component, own), _) = patch[0];
+            let key = ContactKey::Body { other: search.other, components: [own, component], node, axis };
+            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, (dt, gravity));
         }
         self.patches = buffers;
     }
@@ -273,7 +278,7 @@ impl Island {
         &mut self,
         [body, other]: [&BodyView; 2],
         search: &Search,
-        (key, component): (ContactKey, u32),
+        (key, components): (ContactKey, [u32; 2]),
         touches: impl Iterator<Item = &'a Touch> + Clone,
         links: &mut [Vec<(u32, f64)>; 2],
         (dt, gravity): (f64, f64),
@@ -305,6 +310,7 @@ impl Island {
             }
         }
         links.iter_mut().for_each(merge);
+        let is_of_pieces = search.body == search.other && !body.lattice.broken_joints().is_empty();
         let free = |(body, links): (&BodyView, &Vec<(u32, f64)>)| {
             links
                 .iter()
@@ -312,10 +318,9 @@ impl Island {
                 .map(|(_, weight)| weight)
                 .sum::<f64>()
         };
-        if [body, other].into_iter().zip(&*links).map(free).sum::<f64>() < LEAST_FREE_WEIGHT {
+        if is_of_pieces && [body, other].into_iter().zip(&*links).map(free).sum::<f64>() < LEAST_FREE_WEIGHT {
             return;
         }
-        let components = [body.lattice.components().of_vertex[links[0][0].0 as usize], component];
 
         let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
         let before =

@@ -39,7 +39,7 @@ pub(crate) use self::island::{Island, PairContact};
 pub(crate) use self::motion::PieceVertices;
 
 pub(crate) use self::surface::ContactSurface;
-pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
+pub(crate) use self::view::{BodyContact, BodyView, MomentumChange, SurfaceProperties};
 
 use nalgebra::Vector3;
 
@@ -306,7 +306,7 @@ impl BodyContacts {
             let both = [search.body, search.other].map(&view);
             let cell_size = |body: &Option<BodyView>| body.map_or(0.0, |body| body.lattice.cell_size());
             let distance = |body: &Option<BodyView>| {
-                body.map_or(f64::INFINITY, |body| body.contact.search_distance * body.lattice.cell_size())
+                body.map_or(f64::INFINITY, |body| body.contact.searched.distance * body.lattice.cell_size())
             };
             let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
             let is_near = distance(&both[0]) + distance(&both[1]) <= limit;

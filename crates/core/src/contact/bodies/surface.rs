@@ -38,9 +38,8 @@ pub(crate) struct ContactSurface {
     pub(super) cells: Vec<SampledCell>,
     /// Lattice vertices at the corners of each cell of the lattice.
     pub(super) corners: Vec<[u32; 8]>,
-    /// The sides of each cell that were joined to another piece, one bit for each of the sides
-    /// at -x, +x, -y, +y, -z, +z; empty if the body did not break. A part of the smooth surface of a crack lies beyond
-    /// them.
+    /// The sides of each cell that were joined to another piece, one bit for each of the sides at -x, +x, -y, +y, -z,
+    /// +z; empty if the body did not break. A part of the smooth surface of a crack lies beyond them.
     pub(super) reach: Vec<u8>,
 }
 

@@ -12,7 +12,7 @@ use crate::contact::Contacts;
 use crate::lattice::Lattice;
 use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
-use crate::state::State;
+use crate::state::{SearchedMotion, State};
 
 /// Friction and restitution of a body at other bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,21 @@ pub(crate) struct BodyContact {
     pub(crate) posed: PosedLattice,
     pub(super) motion: MotionBounds,
     pub(super) pieces: PieceMotions,
-    /// Distance in cells by which the body moved at most since its contacts were searched; infinity if they have to be
-    /// searched.
-    pub(crate) search_distance: f64,
+    /// How far the body moved since its contacts were searched.
+    pub(crate) searched: SearchedMotion,
+    /// Buffer: the change of the momenta of each component by the contacts of a step.
+    pub(crate) momentum_changes: Vec<MomentumChange>,
+}
+
+/// Change of the momenta of a component by contacts, in units of the body.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MomentumChange {
+    /// Sum of the impulses.
+    pub(crate) linear: Vector3<f64>,
+    /// Sum of the moments of the impulses about the center of mass.
+    pub(crate) angular: Vector3<f64>,
+    /// Sum of mass times displacement.
+    pub(crate) moved: Vector3<f64>,
 }
 
 impl BodyContact {
@@ -50,7 +62,8 @@ impl BodyContact {
             posed: PosedLattice::default(),
             motion: MotionBounds::EMPTY,
             pieces: PieceMotions::default(),
-            search_distance: f64::INFINITY,
+            searched: SearchedMotion::UNKNOWN,
+            momentum_changes: Vec::new(),
         }
     }
 
@@ -113,7 +126,8 @@ impl BodyContact {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let surface = self.created_surface().map_or(0, ContactSurface::bytes);
-        surface + self.velocities_before.bytes() + self.posed.bytes() + self.pieces.bytes()
+        let changes = self.momentum_changes.capacity() * size_of::<MomentumChange>();
+        surface + self.velocities_before.bytes() + self.posed.bytes() + self.pieces.bytes() + changes
     }
 }
 
