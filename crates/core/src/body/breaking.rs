@@ -31,10 +31,20 @@ pub(super) struct Breaking {
     pub(super) whole: Option<Mesh>,
     /// The masses of the vertices of the whole body.
     whole_masses: Vec<f32>,
+    /// Whether the shape matching of the step stores the deformation gradients of all regions.
+    pub(super) has_gradients: bool,
     /// Whether joints were found that break at the end of the step.
     is_due: bool,
     /// Whether there are pieces that the contacts of the simulation have not registered.
     has_new_pieces: bool,
+}
+
+impl Breaking {
+    /// Decides whether the shape matching of a step stores the deformation gradients of all regions. Otherwise they are
+    /// measured after it where they are needed. The results are the same. Plastic bodies always need them.
+    pub(super) fn expect_gradients(&mut self, is_plastic: bool) {
+        self.has_gradients = is_plastic || self.fracture.expects_gradients();
+    }
 }
 
 impl Body {
@@ -58,6 +68,7 @@ impl Body {
             shares,
             whole: self.mesh().cloned(),
             whole_masses: self.masses.clone(),
+            has_gradients: false,
             is_due: false,
             has_new_pieces: false,
         }
@@ -180,14 +191,28 @@ impl Body {
     pub(super) fn find_breaking(&mut self, context: &StepContext, executor: &Executor) {
         let modulus = self.modulus_in_force(context.interval.dt);
         let (half_width, factor) = (self.half_width(), self.greatest_factor());
+        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let Self {
-            breaking: Some(breaking), matching, lattice, state, constraints, stiffness_factors, ..
+            breaking: Some(breaking),
+            matching,
+            workspace,
+            lattice,
+            state,
+            constraints,
+            stiffness_factors,
+            ..
         } = self
         else {
             return;
         };
+        if !breaking.has_gradients && breaking.fracture.needs_gradients() {
+            let workspace = shared.as_deref_mut().unwrap_or(workspace);
+            if let Some(gradients) = breaking.fracture.gradients((modulus, factor), true) {
+                matching.measure(workspace, executor, &state.positions, gradients);
+            }
+        }
         if let Some(strains) = &state.strains
-            && let Some(gradients) = breaking.fracture.gradients(modulus, factor)
+            && let Some(gradients) = breaking.fracture.gradients((modulus, factor), true)
         {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
@@ -260,13 +285,13 @@ impl Body {
         let Some(breaking) = &mut self.breaking else { return Ok(()) };
         breaking.has_new_pieces = true;
         let lattice = breaking.fracture.cracks().broken_lattice(&self.lattice);
-        let parents = Parents::new(&self.lattice, &lattice);
+        let parents = Parents::new(&self.lattice, &lattice, &breaking.shares);
         let masses = divided_masses(&lattice, &breaking.shares, &breaking.whole_masses);
         let mut matching = Matching::new(&lattice, &masses, self.matching.regions.half_width());
         matching.set_spreads(self.matching.has_spreads());
         breaking.fracture.prepare(&lattice, &matching.layout);
 
-        self.state = transfer(&self.state, &parents, &self.masses, (&self.matching, &matching), &lattice);
+        self.state = transfer(&self.state, &parents, (&self.matching, &matching), &lattice);
         self.momentum = MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks());
         self.energy = None;
         self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&matching));

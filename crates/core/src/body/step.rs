@@ -403,10 +403,10 @@ impl Body {
             _ => Shapes::Rest,
         };
         let fitted = (&state.positions, &mut state.rotations, shapes);
-        let gradients = breaking
-            .as_mut()
-            .zip(stiffness)
-            .and_then(|(breaking, (modulus, factor))| breaking.fracture.gradients(modulus, factor));
+        let gradients = breaking.as_mut().zip(stiffness).and_then(|(breaking, stiffness)| {
+            breaking.expect_gradients(material.plastic.is_some());
+            breaking.fracture.gradients(stiffness, breaking.has_gradients)
+        });
         let unconverged = match gradients {
             Some(gradients) => matching.fit_and_measure(workspace, executor, fitted, gradients),
             None => matching.fit(workspace, executor, fitted, None, Purpose::Vertices),

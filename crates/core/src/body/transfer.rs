@@ -14,37 +14,51 @@ use crate::state::{Rest, State, Supports, Touches};
 pub(super) struct Parents {
     /// A vertex before; the only one but for `merged`.
     pub(super) first: Vec<u32>,
-    /// Further pairs of a vertex and a vertex before: copies that an event unites, near the front of a crack. Sorted.
-    merged: Vec<(u32, u32)>,
+    /// For copies that an event unites, near the front of a crack: triples of a vertex, a vertex before and the mass that it
+    /// has from it, in masses of a full cell. Sorted.
+    merged: Vec<(u32, u32, f64)>,
 }
 
 impl Parents {
-    pub(super) fn new(before: &Lattice, after: &Lattice) -> Self {
-        let (mut first, mut merged) = (vec![u32::MAX; after.len()], Vec::new());
-        for cell in 0..after.cells().len() as u32 {
-            for (old, new) in before.cell_corners(cell).into_iter().zip(after.cell_corners(cell)) {
-                match &mut first[new as usize] {
-                    entry if *entry == u32::MAX => *entry = old,
-                    entry if *entry != old => merged.push((new, old)),
-                    _ => {}
-                }
+    /// `shares`: the filled share of each cell, by which the cells have their parts of the masses of vertices.
+    pub(super) fn new(before: &Lattice, after: &Lattice, shares: &[f64]) -> Self {
+        let mut first = vec![u32::MAX; after.len()];
+        let mut has_several = vec![false; after.len()];
+        let corners = |cell: u32| before.cell_corners(cell).into_iter().zip(after.cell_corners(cell));
+        let cells = 0..after.cells().len() as u32;
+        for (old, new) in cells.clone().flat_map(corners) {
+            match &mut first[new as usize] {
+                entry if *entry == u32::MAX => *entry = old,
+                entry => has_several[new as usize] |= *entry != old,
             }
         }
-        merged.sort_unstable();
-        merged.dedup();
-        Self { first, merged }
+        let mut parts: Vec<(u32, u32, f64)> = cells
+            .flat_map(|cell| corners(cell).map(move |(old, new)| (new, old, shares[cell as usize] / 8.0)))
+            .filter(|(new, ..)| has_several[*new as usize])
+            .collect();
+        parts.sort_by_key(|&(new, old, _)| (new, old));
+        parts.dedup_by(|part, sum| {
+            let is_same = (part.0, part.1) == (sum.0, sum.1);
+            if is_same {
+                sum.2 += part.2;
+            }
+            is_same
+        });
+        Self { first, merged: parts }
     }
 
     /// Returns all pairs of a vertex after an event and a vertex before.
     pub(super) fn pairs(&self) -> Vec<(u32, u32)> {
-        (0..).zip(self.first.iter().copied()).chain(self.merged.iter().copied()).collect()
+        let merged = self.merged.iter().map(|&(vertex, parent, _)| (vertex, parent));
+        let others = merged.filter(|&(vertex, parent)| self.first[vertex as usize] != parent);
+        (0..).zip(self.first.iter().copied()).chain(others).collect()
     }
 
-    /// Returns the values of the vertices after an event. United vertices have the mean, weighted by the masses before.
+    /// Returns the values of the vertices after an event. United vertices have the mean, weighted
+    /// by the masses from the vertices before, so that momentum is kept.
     fn transferred<const N: usize>(
         &self,
         values: &Lanes<N>,
-        masses: &[f32],
         (before, after): (&Matching, &Matching),
     ) -> Lanes<N> {
         let mut transferred = Lanes::zeros(after.layout.blocks());
@@ -53,16 +67,13 @@ impl Parents {
             transferred.set(slot, values.get(old_slots[parent as usize]));
         }
         for united in self.merged.chunk_by(|a, b| a.0 == b.0) {
-            let vertex = united[0].0 as usize;
-            let parents = united.iter().map(|(_, parent)| *parent).chain([self.first[vertex]]);
             let (mut sum, mut mass) = ([0.0; N], 0.0);
-            for parent in parents {
-                let weight = f64::from(masses[parent as usize]);
-                mass += weight;
+            for &(_, parent, part) in united {
+                mass += part;
                 let value = values.get(old_slots[parent as usize]);
-                (0..N).for_each(|c| sum[c] += weight * f64::from(value[c]));
+                (0..N).for_each(|c| sum[c] += part * f64::from(value[c]));
             }
-            transferred.set(slots[vertex], sum.map(|sum| (sum / mass) as f32));
+            transferred.set(slots[united[0].0 as usize], sum.map(|sum| (sum / mass) as f32));
         }
         transferred
     }
@@ -83,20 +94,19 @@ fn of_volume_one(strain: [f32; 6]) -> [f32; 6] {
 pub(super) fn transfer(
     state: &State,
     parents: &Parents,
-    masses: &[f32],
     (before, after): (&Matching, &Matching),
     lattice: &Lattice,
 ) -> State {
     let stages = (before, after);
-    let mut rotations = parents.transferred(&state.rotations, masses, stages);
-    for &(vertex, _) in &parents.merged {
+    let mut rotations = parents.transferred(&state.rotations, stages);
+    for &(vertex, ..) in &parents.merged {
         let slot = after.layout.slots()[vertex as usize];
         let quaternion = nalgebra::Vector4::from(rotations.get(slot));
         rotations.set(slot, quaternion.try_normalize(0.0).unwrap_or_else(nalgebra::Vector4::w).into());
     }
     let strains = state.strains.as_ref().map(|strains| {
-        let mut strains = parents.transferred(strains, masses, stages);
-        for &(vertex, _) in &parents.merged {
+        let mut strains = parents.transferred(strains, stages);
+        for &(vertex, ..) in &parents.merged {
             let slot = after.layout.slots()[vertex as usize];
             strains.set(slot, of_volume_one(strains.get(slot)));
         }
@@ -104,9 +114,9 @@ pub(super) fn transfer(
     });
     let mut transferred = State {
         frame: state.frame,
-        positions: parents.transferred(&state.positions, masses, stages),
-        compensation: parents.transferred(&state.compensation, masses, stages),
-        velocities: parents.transferred(&state.velocities, masses, stages),
+        positions: parents.transferred(&state.positions, stages),
+        compensation: parents.transferred(&state.compensation, stages),
+        velocities: parents.transferred(&state.velocities, stages),
         rotations,
         strains,
         fitted: false,

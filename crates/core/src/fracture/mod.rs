@@ -40,7 +40,7 @@ const TIP: f64 = 1.6;
 
 /// Ratio of a strain to its limit above which a crack begins although others can grow. A crack that has stopped prevents others
 /// only up to this strain.
-const OVERLOAD: f64 = 2.0;
+const OVERLOAD: f64 = 4.0;
 
 /// The least distance, in cells, of a new crack from broken joints; and per cell of the half-width of the regions.
 const LEAST_DISTANCE: [u32; 2] = [3, 2];
@@ -145,14 +145,41 @@ impl Fracture {
     }
 
     /// Returns where the shape matching stores the deformation gradients; `None` if the body does not break by itself.
-    /// `modulus` is Young's modulus in force, and `factor` the greatest factor of it.
-    pub(crate) fn gradients(&mut self, modulus: f64, factor: f64) -> Option<Gradients<'_>> {
-        let Self { options: Some(options), gradients: values, stretched, .. } = self else { return None };
+    /// `stiffness` is Young's modulus in force, and the greatest factor of it. `has_values`: whether all gradients are
+    /// wanted.
+    pub(crate) fn gradients(&mut self, stiffness: (f64, f64), has_values: bool) -> Option<Gradients<'_>> {
+        let Self { options: Some(options), gradients, stretched, .. } = self else { return None };
         // No crack begins at a smaller stretch: the noise takes at most this fraction off the limit of a joint. Joints
         // at the fronts of cracks break at smaller strains, and are tested in each step.
+        let (modulus, factor) = stiffness;
         let least = 1.0 + options.strain_limit(modulus * factor) * (1.0 - options.noise);
         // A margin for the rounding of gradients in f32.
-        Some(Gradients { values, stretched, least: (least * (1.0 - 1e-5)) as f32 })
+        let least = (least * (1.0 - 1e-5)) as f32;
+        Some(Gradients {
+            values: if has_values { gradients.blocks_mut() } else { &mut [] },
+            stretched,
+            least,
+        })
+    }
+
+    /// Returns whether the next step needs all gradients: at the fronts of cracks, and probably where a region was stretched
+    /// in the step before.
+    pub(crate) fn expects_gradients(&self) -> bool {
+        self.has_fronts() || self.is_any_stretched()
+    }
+
+    /// Returns whether a joint may break in this step, so that all gradients are needed.
+    pub(crate) fn needs_gradients(&self) -> bool {
+        let is_rotation_limited = self.options.is_some_and(|options| options.rotation.is_some());
+        is_rotation_limited || self.expects_gradients()
+    }
+
+    fn has_fronts(&self) -> bool {
+        self.fronts.iter().any(|front| !front.is_empty())
+    }
+
+    fn is_any_stretched(&self) -> bool {
+        self.stretched.iter().any(|&lanes| lanes != 0)
     }
 
     /// Finds the joints that break. Returns whether there are any; [`Fracture::break_found`] breaks them. The shape

@@ -23,7 +23,7 @@ pub struct FractureOptions {
     /// nothing.
     pub rotation: Option<f64>,
     /// Greatest number of cracks that can grow in each connected part of the body, those that have stopped included, up to
-    /// twice the strain limit; from 1 to
+    /// four times the strain limit; from 1 to
     /// [`FractureOptions::MAX_CRACKS`]; default 1.
     pub cracks: usize,
     /// Relative variation of the limit from joint to joint, in [0, 0.5]; default 0.05.

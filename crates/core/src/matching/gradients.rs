@@ -15,8 +15,9 @@ use crate::simd::level;
 
 /// The deformation gradients of regions.
 pub(crate) struct Gradients<'a> {
-    /// F of each region, column by column. Zero where the vertices of a region lie in a plane.
-    pub(crate) values: &'a mut Lanes<9>,
+    /// F of each region, column by column. Zero where the vertices of a region lie in a plane. Empty if only `stretched` is
+    /// wanted: memory that is not written saves a tenth of the step.
+    pub(crate) values: &'a mut [Block<9>],
     /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction. Some of
     /// them may be stretched less.
     pub(crate) stretched: &'a mut [u8],
@@ -24,8 +25,8 @@ pub(crate) struct Gradients<'a> {
     pub(crate) least: f32,
 }
 
-/// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::values`] and
-/// [`Gradients::stretched`].
+/// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the third
+/// part [`Gradients::values`].
 pub(super) struct MeasureGradients<'a, T> {
     pub(super) fit: &'a T,
     /// 1/M and d of each region.
@@ -35,7 +36,29 @@ pub(super) struct MeasureGradients<'a, T> {
     pub(super) least: f32,
 }
 
-impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [Block<9>], &mut [u8]))>
+/// The region transform that changes nothing.
+pub(super) struct Unfitted;
+
+impl RegionTransform<()> for Unfitted {
+    #[inline(always)]
+    fn apply<S: Simd>(&self, _: S, _: usize, _: &mut [Block<12>], (): ()) {}
+}
+
+impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, &mut [u8])> for MeasureGradients<'_, T> {
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        sums: &mut [Block<12>],
+        (memory, stretched): (M, &mut [u8]),
+    ) {
+        self.measure(simd, first, sums, stretched, &mut []);
+        self.fit.apply(simd, first, sums, memory);
+    }
+}
+
+impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [u8], &mut [Block<9>]))>
     for MeasureGradients<'_, T>
 {
     #[inline(always)]
@@ -44,7 +67,23 @@ impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [Block<9>], &mut
         simd: S,
         first: usize,
         sums: &mut [Block<12>],
-        (memory, (values, stretched)): (M, (&mut [Block<9>], &mut [u8])),
+        (memory, (stretched, values)): (M, (&mut [u8], &mut [Block<9>])),
+    ) {
+        self.measure(simd, first, sums, stretched, values);
+        self.fit.apply(simd, first, sums, memory);
+    }
+}
+
+impl<T> MeasureGradients<'_, T> {
+    /// Computes F of consecutive blocks. `values` may be empty.
+    #[inline(always)]
+    fn measure<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        sums: &[Block<12>],
+        stretched: &mut [u8],
+        values: &mut [Block<9>],
     ) {
         let (constants, inverse_spreads) = (self.constants.blocks(), self.inverse_spreads.blocks());
         for index in (0..sums.len()).step_by(2) {
@@ -57,11 +96,12 @@ impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [Block<9>], &mut
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
             let halves = split_two(simd, f);
             for half in [0, 1] {
-                store(halves[half], &mut values[indices[half]]);
                 stretched[indices[half]] = (beyond >> (half * LANES)) as u8;
+                if !values.is_empty() {
+                    store(halves[half], &mut values[indices[half]]);
+                }
             }
         }
-        self.fit.apply(simd, first, sums, memory);
     }
 }
 
@@ -72,7 +112,7 @@ impl Gradients<'_> {
         let Self { values, stretched, least } = self;
         executor.tasks(
             task_blocks,
-            (values.blocks_mut(), stretched, &mut []),
+            (values, stretched, &mut []),
             |task, values: &mut [Block<9>], stretched: &mut [u8], _: &mut [()]| {
                 let first = task_blocks[task];
                 dispatch!(level(), simd => {

@@ -38,7 +38,7 @@ use crate::lattice::{Lattice, Layout};
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};
-use gradients::MeasureGradients;
+use gradients::{MeasureGradients, Unfitted};
 use plastic::{FitFlowing, FitPlastic};
 
 /// The shapes in which regions are fitted. Plastic shapes are given as T = S - 1: see [`plastic`].
@@ -153,6 +153,19 @@ impl Matching {
         self.fit_regions((workspace, executor), fitted, (None, Some(gradients)), Purpose::Vertices)
     }
 
+    /// Measures the deformation gradient of each region at `positions`. Results are the same as those of
+    /// [`Matching::fit_and_measure`].
+    pub(crate) fn measure(
+        &self,
+        workspace: &mut Workspace,
+        executor: &Executor,
+        positions: &Lanes<3>,
+        gradients: Gradients,
+    ) {
+        let unfitted = (&Unfitted, ());
+        self.forward((workspace, executor), positions, unfitted, Some(gradients), Purpose::Regions);
+    }
+
     fn fit_regions(
         &self,
         (workspace, executor): (&mut Workspace, &Executor),
@@ -201,8 +214,13 @@ impl Matching {
         match (gradients, inverse_spreads) {
             (Some(Gradients { values, stretched, least }), Some(inverse_spreads)) => {
                 let fit = MeasureGradients { fit, constants, inverse_spreads, least };
-                let memory = (memory, (values.blocks_mut(), stretched));
-                cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
+                if values.is_empty() {
+                    let memory = (memory, stretched);
+                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
+                } else {
+                    let memory = (memory, (stretched, values));
+                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
+                }
             }
             _ => cascade.forward(layout, executor, workspace, field, (fit, memory), purpose),
         }
