@@ -260,15 +260,18 @@ fn run_until_broken(name: &str) -> Prepared {
     }
     let total = body.whole_mesh().unwrap().volume();
     assert!((rest.iter().sum::<f64>() - total).abs() < 1e-9 * total, "{rest:?} of {total}");
+    let reports = body.volume_report().components;
     for (piece, (volume, rest)) in volumes_of_pieces(body).into_iter().zip(rest).enumerate() {
-        // Positions are rounded to f32.
-        assert!((volume - rest).abs() < 1e-5 * total, "{name}, piece {piece}: {volume} of {rest}");
+        // Positions are rounded to f32. Where colliders and other pieces leave too little space, the report says so.
+        let is_kept = (volume - rest).abs() < 1e-5 * total;
+        assert!(is_kept || reports[piece].capped, "{name}, piece {piece}: {volume} of {rest}");
+        assert!((volume - rest).abs() < 1e-3 * total, "{name}, piece {piece}: {volume} of {rest}");
     }
     prepared
 }
 
-/// The grooves across the bar are at all multiples of 0.6 along it, 7.5 cells apart, and end 1 cell from their middles. The
-/// plane of the crack is oblique, and a tenth of its joints may be further away.
+/// The grooves across the bar are at all multiples of 0.6 along it, 7.5 cells apart. More than half of the joints that break
+/// are in the middle of one; a seventh would be without grooves. Others lead a crack around the base of a block.
 #[test]
 fn the_chocolate_breaks_at_a_groove() {
     let prepared = run_until_broken("chocolate.toml");
@@ -281,9 +284,7 @@ fn the_chocolate_breaks_at_a_groove() {
     });
     let mut from_groove: Vec<f64> = from_groove.collect();
     from_groove.sort_by(f64::total_cmp);
-    let most = from_groove[from_groove.len() * 9 / 10];
-    // Faces of cells are at half cells from the grooves.
-    assert!(most < 1.5 + 1e-6, "{from_groove:?}");
+    assert!(from_groove[from_groove.len() / 2] < 0.5 + 1e-6, "{from_groove:?}");
 }
 
 #[test]
