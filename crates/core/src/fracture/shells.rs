@@ -9,14 +9,16 @@ use crate::cut::CutMesh;
 use crate::lattice::Lattice;
 use crate::mesh::UnionFind;
 
-/// Greatest share of the vertices of a shell that may follow other cells than those of its piece. A shell with more of
-/// them lies in several pieces, because the cut of a mesh with openings is open as well.
+/// Greatest share of the vertices of a shell that may follow other cells than those of its piece, in a mesh with openings.
+/// There the cut is open as well, and a shell with more of them lies in several pieces. In a closed mesh each shell is that
+/// of one piece.
 const GREATEST_SHARE: f64 = 0.2;
 
 /// Assigns the vertices of each shell, a connected part of the mesh, that follow cells of other pieces than most of its
 /// vertices to the nearest of the cells that vertices of the same face follow.
 pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
     let CutMesh { mesh, hosts, .. } = cut;
+    let greatest_share = if mesh.is_closed() { 1.0 } else { GREATEST_SHARE };
     let welded = |vertex: u32| mesh.weld()[vertex as usize];
     let mut shells = UnionFind::new(hosts.len());
     for face in mesh.faces() {
@@ -35,7 +37,7 @@ pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
     for shell in members.chunk_by(|a, b| a.0 == b.0) {
         let most = shell.chunk_by(|a, b| a == b).max_by_key(|group| group.len());
         if let Some(most) = most.filter(|most| (most.len() as f64) < shell.len() as f64)
-            && most.len() as f64 >= (1.0 - GREATEST_SHARE) * shell.len() as f64
+            && most.len() as f64 >= (1.0 - greatest_share) * shell.len() as f64
         {
             pieces[most[0].0 as usize] = Some(most[0].1);
         }
