@@ -24,16 +24,17 @@ impl Parents {
     pub(super) fn new(before: &Lattice, after: &Lattice, shares: &[f64]) -> Self {
         let mut first = vec![u32::MAX; after.len()];
         let mut has_several = vec![false; after.len()];
-        let corners = |cell: u32| before.cell_corners(cell).into_iter().zip(after.cell_corners(cell));
-        let cells = 0..after.cells().len() as u32;
-        for (old, new) in cells.clone().flat_map(corners) {
+        let (old_corners, new_corners) = (before.corner_table(), after.corner_table());
+        let corners = || old_corners.iter().zip(&*new_corners).map(|(old, new)| old.iter().zip(new));
+        for (&old, &new) in corners().flatten() {
             match &mut first[new as usize] {
                 entry if *entry == u32::MAX => *entry = old,
                 entry => has_several[new as usize] |= *entry != old,
             }
         }
-        let mut parts: Vec<(u32, u32, f64)> = cells
-            .flat_map(|cell| corners(cell).map(move |(old, new)| (new, old, shares[cell as usize] / 8.0)))
+        let mut parts: Vec<(u32, u32, f64)> = corners()
+            .zip(shares)
+            .flat_map(|(corners, share)| corners.map(move |(&old, &new)| (new, old, share / 8.0)))
             .filter(|(new, ..)| has_several[*new as usize])
             .collect();
         parts.sort_by_key(|&(new, old, _)| (new, old));

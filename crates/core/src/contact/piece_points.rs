@@ -1,7 +1,5 @@
 //! Points of the surface of a body that broke, in the cells of their pieces.
 
-use std::collections::HashMap;
-
 use nalgebra::Point3;
 
 use super::surface_points::surface_points;
@@ -13,38 +11,34 @@ pub(super) struct PieceSurface<'a> {
     /// Positions at rest.
     pub(super) vertices: &'a [Point3<f64>],
     pub(super) triangles: &'a [[u32; 3]],
-    /// The first vertex at the position of each vertex.
-    pub(super) weld: &'a [u32],
     /// 1 / the distance up to which vertices are at the same place.
     pub(super) scale: f64,
     /// The cell that each vertex follows.
     pub(super) hosts: &'a dyn Fn(u32) -> u32,
 }
 
+/// Points of the surface of a body that broke.
+pub(super) struct PiecePoints {
+    /// Positions at rest, piece by piece.
+    pub(super) points: Vec<Point3<f64>>,
+    /// The cells of the points, each of the point's own piece.
+    pub(super) embedding: Embedding,
+    /// The triangles of each piece; `None` if they have no area.
+    pub(super) trees: Vec<Option<SurfaceTree>>,
+}
+
+/// The surface of one piece. Vertices at the same place are one, and there are no needles, so that the pseudonormals of
+/// [`SurfaceTree`] are right.
+struct Piece {
+    vertices: Vec<Point3<f64>>,
+    /// The cell that each vertex follows.
+    hosts: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
 impl PieceSurface<'_> {
     /// 1 / the distance in cells up to which vertices are at the same place.
     pub(super) const SCALE: f64 = 1048576.0;
-
-    /// Returns the triangles of each piece. Vertices of a piece at the same place are one, and there are no needles, so
-    /// that the pseudonormals of [`SurfaceTree`] are right.
-    pub(super) fn triangles_of_pieces(&self, lattice: &Lattice) -> Vec<Vec<[u32; 3]>> {
-        let mut pieces = vec![Vec::new(); lattice.components().count];
-        let mut first = HashMap::new();
-        for triangle in self.triangles {
-            let piece = lattice.component_of_cell((self.hosts)(triangle[0]));
-            let corners = triangle.map(|corner| {
-                let place = (self.vertices[corner as usize].coords * self.scale).map(|x| x.round() as i64);
-                *first.entry((piece, place)).or_insert(corner)
-            });
-            if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
-                pieces[piece as usize].push(corners);
-            }
-        }
-        for of_piece in &mut pieces {
-            flip_needles(self.vertices, of_piece, 1.0 / self.scale);
-        }
-        pieces
-    }
 
     /// Returns points of the surface, as [`surface_points`] does, and their embedding. `to_model`: returns a position
     /// at rest in the model's frame.
@@ -56,25 +50,74 @@ impl PieceSurface<'_> {
         lattice: &Lattice,
         (spacing, limit): (f64, usize),
         to_model: impl Fn(&Point3<f64>) -> Point3<f64>,
-    ) -> (Vec<Point3<f64>>, Embedding) {
+    ) -> PiecePoints {
         let (mut points, mut in_model, mut cells) = (Vec::new(), Vec::new(), Vec::new());
-        for (piece, of_piece) in (0..).zip(self.triangles_of_pieces(lattice)) {
-            let Some(tree) = SurfaceTree::new(self.vertices, of_piece.iter().copied()) else { continue };
-            let found = surface_points(self.vertices, &of_piece, self.weld, spacing, limit);
-            let positions: Vec<_> = found.iter().map(&to_model).collect();
-            let located = Embedding::new(lattice, &positions);
-            cells.extend(found.iter().zip(&positions).enumerate().map(|(index, (point, position))| {
-                let cell = located.cell(index);
-                nearest_of_piece(lattice, cell, piece, position).unwrap_or_else(|| {
-                    let closest = tree.closest(point, f64::MAX, |_| true);
-                    closest.map_or(cell, |closest| (self.hosts)(tree.triangle(closest.triangle)[0]))
-                })
-            }));
-            points.extend(found);
-            in_model.extend(positions);
+        let mut trees = Vec::new();
+        for (number, piece) in (0..).zip(self.pieces(lattice)) {
+            let tree = SurfaceTree::new(&piece.vertices, piece.triangles.iter().copied());
+            if let Some(tree) = &tree {
+                let own: Vec<u32> = (0..piece.vertices.len() as u32).collect();
+                let found = surface_points(&piece.vertices, &piece.triangles, &own, spacing, limit);
+                let positions: Vec<_> = found.iter().map(&to_model).collect();
+                let located = Embedding::new(lattice, &positions);
+                cells.extend(found.iter().zip(&positions).enumerate().map(|(index, (point, position))| {
+                    let cell = located.cell(index);
+                    nearest_of_piece(lattice, cell, number, position).unwrap_or_else(|| {
+                        let closest = tree.closest(point, f64::MAX, |_| true);
+                        closest
+                            .map_or(cell, |closest| piece.hosts[tree.triangle(closest.triangle)[0] as usize])
+                    })
+                }));
+                points.extend(found);
+                in_model.extend(positions);
+            }
+            trees.push(tree);
         }
         let embedding = Embedding::in_cells(lattice, &in_model, &cells);
-        (points, embedding)
+        PiecePoints { points, embedding, trees }
+    }
+
+    /// Returns the surface of each piece.
+    fn pieces(&self, lattice: &Lattice) -> Vec<Piece> {
+        let mut of_pieces = vec![Vec::new(); lattice.components().count];
+        for triangle in self.triangles {
+            let piece = lattice.component_of_cell((self.hosts)(triangle[0]));
+            of_pieces[piece as usize].push(*triangle);
+        }
+        of_pieces.into_iter().map(|triangles| self.piece(&triangles)).collect()
+    }
+
+    /// Returns the surface that consists of some triangles.
+    fn piece(&self, triangles: &[[u32; 3]]) -> Piece {
+        let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let position = |vertex: u32| self.vertices[vertex as usize];
+        let place = |&vertex: &u32| {
+            let place = (position(vertex).coords * self.scale).map(|x| x.round() as i64);
+            (<[i64; 3]>::from(place), vertex)
+        };
+        let mut places: Vec<([i64; 3], u32)> = used.iter().map(place).collect();
+        places.sort_unstable();
+        // The lowest vertex at each place stands for the others.
+        let same = places.chunk_by(|a, b| a.0 == b.0);
+        let mut lowest: Vec<(u32, u32)> =
+            same.flat_map(|same| same.iter().map(|&(_, vertex)| (vertex, same[0].1))).collect();
+        lowest.sort_unstable();
+        let kept: Vec<u32> =
+            lowest.iter().filter(|(vertex, first)| vertex == first).map(|(vertex, _)| *vertex).collect();
+        let number = |vertex: u32| {
+            let (_, first) = lowest[used.partition_point(|&other| other < vertex)];
+            kept.partition_point(|&other| other < first) as u32
+        };
+        let vertices: Vec<_> = kept.iter().map(|&vertex| position(vertex)).collect();
+        let mut triangles: Vec<[u32; 3]> = triangles
+            .iter()
+            .map(|triangle| triangle.map(number))
+            .filter(|&[a, b, c]| a != b && b != c && c != a)
+            .collect();
+        flip_needles(&vertices, &mut triangles, 1.0 / self.scale);
+        Piece { hosts: kept.iter().map(|&vertex| (self.hosts)(vertex)).collect(), vertices, triangles }
     }
 }
 

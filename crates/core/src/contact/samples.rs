@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::piece_points::PieceSurface;
+use super::piece_points::{PiecePoints, PieceSurface};
 use super::surface_points::{MAX_SAMPLES, surface_points};
 use crate::lattice::{Embedding, Lattice, Stencil, trilinear_weights};
 use crate::mesh::Mesh;
@@ -169,16 +169,11 @@ impl SampleCells {
         };
         if let Some(hosts) = hosts {
             let hosts = &|vertex| hosts.cell(vertex as usize);
-            let (vertices, triangles, weld) = (mesh.vertices(), mesh.triangles(), mesh.weld());
-            let surface = PieceSurface {
-                vertices,
-                triangles,
-                weld,
-                scale: PieceSurface::SCALE / lattice.cell_size(),
-                hosts,
-            };
+            let scale = PieceSurface::SCALE / lattice.cell_size();
+            let surface =
+                PieceSurface { vertices: mesh.vertices(), triangles: mesh.triangles(), scale, hosts };
             let limits = (spacing * lattice.cell_size(), MAX_SAMPLES * lattice.len());
-            let (_, embedding) = surface.points(lattice, limits, |point| *point);
+            let PiecePoints { embedding, .. } = surface.points(lattice, limits, |point| *point);
             return samples(&embedding, &cells_without_points(lattice, &embedding));
         }
         let points = surface_points(

@@ -38,8 +38,8 @@ use crate::simd::lanes::Lanes;
 /// at the front of a crack in part only.
 const TIP: f64 = 1.6;
 
-/// Ratio of a strain to its limit above which a crack begins although others can grow. A crack that has stopped prevents others
-/// only up to this strain.
+/// Ratio of a strain to its limit above which a crack begins although others can grow, or beside pins and handles. A crack
+/// that has stopped prevents others only up to this strain.
 const OVERLOAD: f64 = 4.0;
 
 /// The least distance, in cells, of a new crack from broken joints; and per cell of the half-width of the regions.
@@ -250,7 +250,9 @@ impl Fracture {
             let ratio = limits.ratio(joint, strain, rotations);
             let component = lattice.component_of_cell(joint.cell);
             if ratio > 1.0
-                && (ratio > OVERLOAD || growing_in(component) < limits.options.cracks)
+                && (ratio > OVERLOAD
+                    || (growing_in(component) < limits.options.cracks
+                        && !limits.deformation.is_beside_held(joint)))
                 && !lattice.is_broken(joint)
                 && !limits.deformation.is_held(joint)
                 && !cracks.is_broken_near(lattice, joint.cell, distance)

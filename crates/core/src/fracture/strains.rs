@@ -53,10 +53,20 @@ impl Deformation<'_> {
 
     /// Returns whether pins or handles hold all corners of the cells of a joint.
     pub(super) fn is_held(&self, joint: Joint) -> bool {
+        self.are_held(joint).all(|is_held| is_held)
+    }
+
+    /// Returns whether pins or handles hold any corner of the cells of a joint.
+    pub(super) fn is_beside_held(&self, joint: Joint) -> bool {
+        !self.held.is_empty() && self.are_held(joint).any(|is_held| is_held)
+    }
+
+    /// Returns whether pins or handles hold each corner of the cells of a joint.
+    fn are_held(&self, joint: Joint) -> impl Iterator<Item = bool> {
         let Self { lattice, held, .. } = self;
-        let is_held = |corner: u32| held.get(corner as usize).copied().unwrap_or(false);
         let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
-        [joint.cell, other].into_iter().all(|cell| lattice.cell_corners(cell).into_iter().all(is_held))
+        let corners = [joint.cell, other].into_iter().flat_map(|cell| lattice.cell_corners(cell));
+        corners.map(|corner| held.get(corner as usize).copied().unwrap_or(false))
     }
 }
 

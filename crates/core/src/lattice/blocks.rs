@@ -1,6 +1,9 @@
 //! The blocks of 2 × 2 × 2 vertices to which grid indices belong: see `layout`.
 
+use std::ops::Range;
+
 use crate::simd::lanes::{LANES, lane_stride};
+use crate::voxel::GridSet;
 
 /// Grid index of a block: that of its vertex in lane 0, plus the offset, divided by two. Blocks are stored in the order
 /// of their keys.
@@ -17,43 +20,82 @@ pub(super) fn block_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, us
     (key, lane)
 }
 
-/// Returns the offset with the fewest blocks, the first one if several have equally many, and the keys of the blocks.
-pub(super) fn fewest_blocks(indices: &[[i32; 3]]) -> ([i32; 3], Vec<BlockKey>) {
-    // The occupied lanes of each block without an offset. The blocks of the other offsets follow from them.
-    let mut unshifted: Vec<_> = indices
-        .iter()
-        .map(|&index| block_and_lane([0; 3], index))
-        .map(|(key, lane)| (key, lane as u8))
-        .collect();
-    unshifted.sort_unstable();
-    let mut best = ([0; 3], blocks_with_offset([0; 3], &unshifted));
-    for number in 1..LANES as i32 {
-        let offset = [number >> 2, number >> 1 & 1, number & 1];
-        let keys = blocks_with_offset(offset, &unshifted);
-        if keys.len() < best.1.len() {
-            best = (offset, keys);
-        }
-    }
-    best
+/// Returns the offset with the fewest blocks, the first one if several have equally many.
+pub(super) fn fewest_blocks(vertices: &GridSet) -> [i32; 3] {
+    let offsets = (0..LANES as i32).map(|number| [number >> 2, number >> 1 & 1, number & 1]);
+    let count = |offset: &[i32; 3]| {
+        let mut count = 0;
+        visit_blocks(vertices, *offset, |x, _| count += x.len());
+        count
+    };
+    offsets.min_by_key(count).unwrap_or_default()
 }
 
-/// Returns the keys of the blocks with an offset, sorted. `unshifted`: the block and the lane of each vertex without an
-/// offset, sorted.
-fn blocks_with_offset(offset: [i32; 3], unshifted: &[(BlockKey, u8)]) -> Vec<BlockKey> {
-    let mut keys: Vec<BlockKey> = Vec::with_capacity(unshifted.len() / 4);
-    for block in unshifted.chunk_by(|a, b| a.0 == b.0) {
-        let first = keys.len();
-        for &(key, lane) in block {
-            // An offset moves the vertices with an odd coordinate to the next block.
-            let moved = std::array::from_fn(|axis| {
-                key[axis] + (offset[axis] & (i32::from(lane) / lane_stride(axis) as i32))
-            });
-            if !keys[first..].contains(&moved) {
-                keys.push(moved);
+/// Returns the keys of the blocks with an offset, sorted.
+pub(super) fn block_keys(vertices: &GridSet, offset: [i32; 3]) -> Vec<BlockKey> {
+    let mut keys = Vec::with_capacity(vertices.len() / 4);
+    visit_blocks(vertices, offset, |x, [y, z]| keys.extend(x.map(|x| [x, y, z])));
+    keys.sort_unstable();
+    keys
+}
+
+/// Calls `visit` with ranges of blocks along x and their y and z in the grid of blocks. Each block is visited once.
+fn visit_blocks(vertices: &GridSet, offset: [i32; 3], mut visit: impl FnMut(Range<i32>, [i32; 2])) {
+    let half = |axis: usize, index: i32| (index + offset[axis]).div_euclid(2);
+    let mut rows: Vec<([i32; 2], usize)> = (0..vertices.row_count())
+        .map(|row| {
+            let (z, y) = vertices.row_key(row);
+            ([half(1, y), half(2, z)], row)
+        })
+        .collect();
+    rows.sort_unstable();
+    let mut spans = Vec::new();
+    // At most four rows of vertices have the same rows of blocks.
+    for rows in rows.chunk_by(|a, b| a.0 == b.0) {
+        spans.clear();
+        for span in rows.iter().flat_map(|(_, row)| vertices.row_runs(*row)).map(|run| vertices.span(run)) {
+            spans.push((half(0, span.start), half(0, span.end - 1) + 1));
+        }
+        spans.sort_unstable();
+        let mut end = i32::MIN;
+        for &(start, next_end) in &spans {
+            if next_end > end {
+                visit(start.max(end)..next_end, rows[0].0);
+                end = next_end;
             }
         }
     }
-    keys.sort_unstable();
-    keys.dedup();
-    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn blocks_are_those_of_the_vertices_one_by_one() {
+        // A linear congruential generator (Knuth's MMIX) is random enough for positions.
+        let mut state = 3_u64;
+        let mut random = move |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) % n) as i32 - n as i32 / 2
+        };
+        for count in [1, 10, 100, 400] {
+            let mut indices: Vec<[i32; 3]> = (0..count).map(|_| [random(13), random(7), random(6)]).collect();
+            indices.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
+            let vertices = GridSet::from_sorted(&indices);
+            let mut counts = Vec::new();
+            for number in 0..8 {
+                let offset = [number >> 2, number >> 1 & 1, number & 1];
+                let blocks: BTreeSet<BlockKey> =
+                    indices.iter().map(|&index| block_and_lane(offset, index).0).collect();
+                assert_eq!(block_keys(&vertices, offset), blocks.into_iter().collect::<Vec<_>>());
+                counts.push((block_keys(&vertices, offset).len(), offset));
+            }
+            let fewest = counts.iter().map(|(count, _)| *count).min();
+            let first = counts.iter().find(|(count, _)| Some(*count) == fewest).map(|(_, offset)| *offset);
+            assert_eq!(Some(fewest_blocks(&vertices)), first);
+        }
+    }
 }

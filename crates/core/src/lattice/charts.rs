@@ -6,7 +6,7 @@
 //! assignment has all links; links that an assignment does not have are removed from the lattice. Each vertex keeps
 //! links to its side of the crack.
 
-use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::blocks::{BlockKey, block_and_lane};
 use crate::mesh::UnionFind;
 
 /// Marks a missing neighbor.
@@ -25,16 +25,15 @@ impl Chart {
     /// Assigns the vertices to blocks. Returns the chart and the links that it has.
     ///
     /// * `indices`: grid indices of the vertices.
-    /// * `whole_len`: number of vertices that are not copies.
+    /// * `offset`: the offset of the blocks.
     /// * `split`: the vertices that have copies or could have them.
     /// * `neighbors`: neighbors of each vertex.
     pub(super) fn new(
         indices: &[[i32; 3]],
-        whole_len: usize,
+        offset: [i32; 3],
         split: &[u32],
         mut neighbors: Vec<[u32; 6]>,
     ) -> (Self, Vec<[u32; 6]>) {
-        let (offset, _) = fewest_blocks(&indices[..whole_len]);
         let places: Vec<(BlockKey, usize)> =
             indices.iter().map(|&index| block_and_lane(offset, index)).collect();
         let is_divided = divided(&places, split);

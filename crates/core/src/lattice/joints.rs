@@ -106,7 +106,7 @@ impl Lattice {
 
     /// Returns the connected component that contains a cell.
     pub(crate) fn component_of_cell(&self, cell: u32) -> u32 {
-        self.components.of_vertex[self.cell_corners(cell)[0] as usize]
+        self.components.of_vertex[self.first_corner(cell) as usize]
     }
 
     /// Returns the four vertices of the face of a joint; those of its lower cell if the joint is broken.

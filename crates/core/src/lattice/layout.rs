@@ -17,7 +17,7 @@
 use std::ops::Range;
 
 use super::Lattice;
-use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::blocks::{BlockKey, block_and_lane, block_keys, fewest_blocks};
 use super::charts::Chart;
 use crate::simd::lanes::{LANES, LOWER, lane_stride};
 
@@ -42,7 +42,8 @@ impl Layout {
         if let Some(chart) = lattice.chart() {
             return Self::of_chart(lattice, chart);
         }
-        let (offset, keys) = fewest_blocks(lattice.indices());
+        let offset = fewest_blocks(&lattice.vertex_set);
+        let keys = block_keys(&lattice.vertex_set, offset);
         let mut slots = Vec::with_capacity(lattice.len());
         let mut occupied = vec![0; keys.len()];
         let mut links = [0, 1, 2].map(|_| vec![0; keys.len()]);

@@ -46,8 +46,8 @@ const SHARE_UNIT: f64 = 1.0 / (1 << 20) as f64;
 /// Computes the mass of each vertex from the filled share of each cell: see [`vertex_masses`].
 pub(crate) fn masses_of_shares(lattice: &Lattice, shares: &[f64]) -> Vec<f32> {
     let mut masses = vec![0.0; lattice.len()];
-    for (cell, share) in (0..).zip(shares) {
-        for corner in lattice.cell_corners(cell) {
+    for (corners, share) in lattice.corner_table().iter().zip(shares) {
+        for &corner in corners {
             masses[corner as usize] += share / 8.0;
         }
     }

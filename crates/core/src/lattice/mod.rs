@@ -163,6 +163,16 @@ impl Lattice {
         corners
     }
 
+    /// Returns the vertex at corner 0 of a cell.
+    pub(crate) fn first_corner(&self, cell: u32) -> u32 {
+        match &self.broken {
+            Some(broken) => broken.corners[cell as usize][0],
+            None => {
+                self.vertex_set.find(self.cells[cell as usize]).expect("corner 0 of each cell is a vertex")
+            }
+        }
+    }
+
     /// Returns the vertex at a grid index, if there is one; of several, the one with the lowest number.
     pub fn vertex_at(&self, index: [i32; 3]) -> Option<u32> {
         self.vertex_set.find(index)

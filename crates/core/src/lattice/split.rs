@@ -5,12 +5,11 @@
 //! 6, break links between cells in the same way). Cells that touch at an edge or a corner only stay connected.
 
 use super::Lattice;
-use super::blocks::{BlockKey, block_and_lane};
+use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
 use super::charts::{Chart, NO_NEIGHBOR};
 use super::components::Components;
 use super::joints::{Broken, Joint, Whole};
 use super::split_links::links;
-use super::tables::corners_from;
 use crate::mesh::UnionFind;
 
 impl Lattice {
@@ -28,7 +27,7 @@ impl Lattice {
             return whole;
         }
         let neighbors = whole.neighbor_table();
-        let corners: Vec<_> = whole.first_corners().map(|first| corners_from(first, &neighbors)).collect();
+        let corners = whole.corner_table().into_owned();
         let classes = Classes::of(&whole, corners.clone(), joints, (&[], &[]));
         let mut lattice = classes.lattice(whole.clone(), &neighbors, joints);
         let mut unsplit = lattice.loose_copies(&[]);
@@ -191,7 +190,8 @@ impl Classes {
         whole
             .indices
             .extend(sources.iter().map(|&source| whole.indices[source as usize]).collect::<Vec<_>>());
-        let (chart, neighbors) = Chart::new(&whole.indices, whole_len, &split, neighbors);
+        let (chart, neighbors) =
+            Chart::new(&whole.indices, fewest_blocks(&whole.vertex_set), &split, neighbors);
         let links = neighbors.iter().map(|neighbors| {
             neighbors
                 .iter()

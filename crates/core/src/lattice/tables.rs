@@ -1,5 +1,7 @@
 //! Tables of the neighbors of all vertices, and of the corners of all cells.
 
+use std::borrow::Cow;
+
 use super::Lattice;
 use super::charts::NO_NEIGHBOR;
 
@@ -35,6 +37,15 @@ impl Lattice {
             }
         }
         table
+    }
+
+    /// Returns the vertices at the corners of each cell: [`Lattice::cell_corners`] of all cells, without searches.
+    pub(crate) fn corner_table(&self) -> Cow<'_, [[u32; 8]]> {
+        if let Some(broken) = &self.broken {
+            return Cow::Borrowed(&broken.corners);
+        }
+        let neighbors = self.neighbor_table();
+        Cow::Owned(self.first_corners().map(|first| corners_from(first, &neighbors)).collect())
     }
 
     /// Iterates over corner 0 of each cell of a lattice without broken joints.

@@ -37,7 +37,7 @@ impl Cells {
         self.indices.clear();
         self.indices.extend_from_slice(lattice.cells());
         self.vertices.clear();
-        self.vertices.extend((0..lattice.cells().len() as u32).map(|cell| lattice.cell_corners(cell)));
+        self.vertices.extend(lattice.corner_table().iter());
         self.first.clear();
         self.first.resize(lattice.len() + 1, 0);
         for &vertex in self.vertices.as_flattened() {

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::super::piece_points::PieceSurface;
+use super::super::piece_points::{PiecePoints, PieceSurface};
 use super::super::surface_points::{MAX_SAMPLES, surface_points};
 use crate::lattice::{Embedding, Lattice, trilinear_weights};
 use crate::mesh::{Mesh, SurfaceTree};
@@ -102,22 +102,19 @@ impl ContactSurface {
         is_closed: bool,
         host: impl Fn(u32) -> u32,
     ) -> Option<Self> {
-        let own: Vec<u32> = (0..vertices.len() as u32).collect();
         let limit = MAX_SAMPLES * lattice.len();
         let in_model = |p: &Point3<f64>| lattice.origin() + p.coords * lattice.cell_size();
         let is_broken = !lattice.broken_joints().is_empty();
-        let (points, embedding, pieces, trees) = if is_broken {
-            let surface =
-                PieceSurface { vertices, triangles, weld: &own, scale: PieceSurface::SCALE, hosts: &host };
-            let (points, embedding) = surface.points(lattice, (SPACING, limit), in_model);
+        let (PiecePoints { points, embedding, trees }, pieces) = if is_broken {
+            let surface = PieceSurface { vertices, triangles, scale: PieceSurface::SCALE, hosts: &host };
             let of_cell = (0..lattice.cells().len() as u32).map(|cell| lattice.component_of_cell(cell));
-            let pieces = surface.triangles_of_pieces(lattice);
-            let trees = pieces.into_iter().map(|of_piece| SurfaceTree::new(vertices, of_piece.into_iter()));
-            (points, embedding, of_cell.collect(), trees.collect())
+            (surface.points(lattice, (SPACING, limit), in_model), of_cell.collect())
         } else {
+            let own: Vec<u32> = (0..vertices.len() as u32).collect();
             let points = surface_points(vertices, triangles, &own, SPACING, limit);
             let embedding = Embedding::new(lattice, &points.iter().map(in_model).collect::<Vec<_>>());
-            (points, embedding, Vec::new(), vec![SurfaceTree::new(vertices, triangles.iter().copied())])
+            let trees = vec![SurfaceTree::new(vertices, triangles.iter().copied())];
+            (PiecePoints { points, embedding, trees }, Vec::new())
         };
         if trees.iter().all(Option::is_none) {
             return None;
@@ -150,7 +147,7 @@ impl ContactSurface {
             surface.cells.push(SampledCell { cell: group[0].0, samples: start..end });
             start = end;
         }
-        surface.corners = (0..lattice.cells().len() as u32).map(|cell| lattice.cell_corners(cell)).collect();
+        surface.corners = lattice.corner_table().into_owned();
         Some(surface)
     }
 
