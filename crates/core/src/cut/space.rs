@@ -137,6 +137,12 @@ impl Placer<'_> {
             let mut masks = (1..8).filter(|mask| mask & !axes == 0).map(beside);
             k = masks.find(|&cell| lattice.cell_at(cell).is_some()).unwrap_or(k);
         }
+        // Its coordinate is that of its side. Otherwise triangles beside a corner of the grid could disagree about the side
+        // of the corner on which the mesh is.
+        for a in (0..3).filter(|a| axes >> a & 1 != 0) {
+            let plane = u[a].round();
+            u[a] = if k[a] == plane as i32 { plane + self.tolerance } else { plane - self.tolerance };
+        }
         (u, k, in_plane || axes != 0)
     }
 }
