@@ -10,35 +10,11 @@ use supple::{
 };
 
 use crate::common::{lattice, without_gravity};
+use crate::shapes::cuboid_of_cells as cuboid;
 
 /// Options with a strain limit and no variation.
 fn breaks_at(strain: f64) -> FractureOptions {
     FractureOptions { noise: 0.0, ..FractureOptions::new(BreakLimit::Strain(strain)) }
-}
-
-/// Returns the mesh of a cuboid of unit cells: a quad for each face of a cell on its surface.
-fn cuboid(size: [usize; 3]) -> Mesh {
-    let mut vertices: Vec<[f64; 3]> = Vec::new();
-    let mut faces: Vec<[u32; 4]> = Vec::new();
-    let mut numbers = std::collections::BTreeMap::new();
-    for axis in 0..3 {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for at in [0, size[axis]] {
-            for (i, j) in (0..size[u]).flat_map(|i| (0..size[v]).map(move |j| (i, j))) {
-                let quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[di, dj]| {
-                    let mut place = [0; 3];
-                    (place[axis], place[u], place[v]) = (at, i + di, j + dj);
-                    *numbers.entry(place).or_insert_with(|| {
-                        vertices.push(place.map(|x| x as f64));
-                        vertices.len() as u32 - 1
-                    })
-                });
-                let [a, b, c, d] = quad;
-                faces.push(if at > 0 { quad } else { [a, d, c, b] });
-            }
-        }
-    }
-    Mesh::new(vertices, &faces).unwrap()
 }
 
 /// Mass, momentum, angular momentum about the origin, and kinetic energy.
@@ -300,6 +276,94 @@ fn pieces_of_a_cut_body_stay_at_rest() {
         let speed = simulation.body(0).velocities().iter().map(|v| v.norm()).fold(0.0, f64::max);
         assert!(speed < 1e-2, "{planes:?}: {speed} units per second");
     }
+}
+
+/// Contacts push pieces apart, and never hold them together, also where the surface of the body has a hole.
+#[test]
+fn pieces_that_part_are_not_held_together() {
+    let closed = cuboid([10, 4, 4]);
+    let open = {
+        let vertices = closed.vertices().iter().map(|&vertex| vertex.into()).collect();
+        let faces: Vec<Vec<u32>> = closed.faces().skip(8).map(<[u32]>::to_vec).collect();
+        Mesh::new(vertices, &faces).unwrap()
+    };
+    assert!(closed.is_closed() && !open.is_closed());
+    for (mesh, normal) in
+        [&closed, &open].into_iter().flat_map(|mesh| [[1.0, 0.0, 0.0], [1.0, 0.3, 0.2]].map(|n| (mesh, n)))
+    {
+        let body = Body::builder(mesh.clone()).cell_size(0.5).build().unwrap();
+        let mut simulation = without_gravity(body);
+        // The halves move apart, each as a whole.
+        let body = simulation.body_mut(0);
+        assert!(body.cut([5.0, 2.0, 2.0], normal).unwrap() > 0);
+        assert_eq!(body.pieces(), 2);
+        let pieces = body.lattice().components().of_vertex.clone();
+        let positions = body.positions();
+        let masses = body.masses();
+        let mean = |piece: u32, x: &dyn Fn(usize) -> f64| {
+            let own = || (0..pieces.len()).filter(|&v| pieces[v] == piece);
+            own().map(|v| masses[v] * x(v)).sum::<f64>() / own().map(|v| masses[v]).sum::<f64>()
+        };
+        let left = u32::from(mean(0, &|v| positions[v].x) > 5.0);
+        let direction = |v: usize| if pieces[v] == left { -1.0 } else { 1.0 };
+        let velocities: Vec<_> = (0..pieces.len()).map(|v| Vector3::new(direction(v), 0.0, 0.0)).collect();
+        body.set_velocities(&velocities).unwrap();
+        simulation.advance(30);
+        let velocities = simulation.body(0).velocities();
+        for piece in [0, 1] {
+            let speed = mean(piece, &|v| velocities[v].x * direction(v));
+            assert!(speed > 0.999, "closed: {}, {normal:?}: {speed}", mesh.is_closed());
+        }
+    }
+}
+
+/// A bar that is pulled until it breaks: one crack passes through it, away from the vertices that are held, and then
+/// the pieces come to rest.
+#[test]
+fn a_pulled_bar_keeps_the_volume_of_its_pieces_and_comes_to_rest() {
+    let handle = |side: f64, keys: Vec<Key>| {
+        let (min, max) = ([side - 0.1, -1.0, -1.0], [side + 0.1, 5.0, 5.0]);
+        Handle { selection: Selection::Box { min, max }, motion: keys.into(), window: TimeWindow::default() }
+    };
+    let end = Key { time: 1.0, translate: [3.0, 0.0, 0.0], ..Key::default() };
+    let body = Body::builder(cuboid([12, 4, 4])).cell_size(0.5).half_width(1).volume(VolumeMeasure::Mesh);
+    let body = body.fracture(FractureOptions::new(BreakLimit::Strain(0.1)));
+    let body = body.handle(handle(0.0, vec![Key::default()])).handle(handle(12.0, vec![Key::default(), end]));
+    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / 120.0);
+    let mut simulation = builder.build().unwrap();
+    let mut kinetic = Vec::new();
+    for _ in 0..90 {
+        simulation.steps(4);
+        assert!(simulation.bodies()[0].mesh().unwrap().is_closed());
+        for (now, rest) in piece_volumes(&simulation) {
+            assert!((now / rest - 1.0).abs() < 1e-6, "{now} {rest}");
+        }
+        kinetic.push(quantities(&simulation.bodies()[0]).kinetic);
+    }
+    assert_eq!(simulation.bodies()[0].pieces(), 2);
+    // The crack leaves whole layers of cells at the handles: a crumb would have less than a layer.
+    let least = piece_volumes(&simulation).into_iter().map(|(_, rest)| rest).fold(f64::INFINITY, f64::min);
+    assert!(least > 0.5 * 16.0, "{least}");
+    let greatest = kinetic.iter().copied().fold(0.0, f64::max);
+    assert!(kinetic[89] < 1e-3 * greatest, "{} of {greatest}", kinetic[89]);
+}
+
+/// Returns the volume of the displayed surface of each piece, and that at rest.
+fn piece_volumes(simulation: &Simulation) -> Vec<(f64, f64)> {
+    let body = &simulation.bodies()[0];
+    let (mesh, piece) = (body.mesh().unwrap(), body.piece_of_mesh_vertices().unwrap());
+    let rest: Vec<Vector3<f64>> = mesh.vertices().iter().map(|vertex| vertex.coords).collect();
+    let now: Vec<Vector3<f64>> =
+        simulation.body(0).surface().positions.iter().map(|position| position.coords).collect();
+    let volume = |positions: &[Vector3<f64>], number: u32| {
+        let own = mesh.triangles().iter().filter(|triangle| piece[triangle[0] as usize] == number);
+        own.map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+            a.dot(&b.cross(&c)) / 6.0
+        })
+        .sum::<f64>()
+    };
+    (0..body.pieces() as u32).map(|number| (volume(&now, number), volume(&rest, number))).collect()
 }
 
 #[test]
