@@ -93,12 +93,14 @@ impl BodyLimits {
         let Self { gaps, rows, limits } = self;
         rows.resize(6 * positions.len());
         limits.clear();
+        // Where a body breaks, its pieces overlap. They keep their volume all the same.
+        let gives_way = body.get().is_in_pieces();
         let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64| {
             let axis = normal.iamax();
             let side = axis + if normal[axis] < 0.0 { 3 } else { 0 };
             for vertex in surface.vertices_of(sample) {
                 let index = rows.index_or_insert(6 * vertex + side as u32) as usize;
-                let limit = Limit { vertex, normal, clearance };
+                let limit = Limit { vertex, normal, clearance, gives_way };
                 match limits.get_mut(index) {
                     None => limits.push(limit),
                     Some(found) if clearance < found.clearance => *found = limit,

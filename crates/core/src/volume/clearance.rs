@@ -228,6 +228,7 @@ fn row_limits(
         vertex: samples.vertices[row as usize],
         normal: nearest.normal,
         clearance: (nearest.clearance - nearest.normal.dot(&displacement(row as usize))).max(0.0),
+        gives_way: false,
     })
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct Limit {
     pub(crate) normal: Vector3<f64>,
     /// Greatest displacement of the vertex against the normal, in cells; at least 0.
     pub(crate) clearance: f64,
+    /// Whether the limit is left out if the volume cannot be restored within it.
+    pub(crate) gives_way: bool,
 }
 
 /// Vertices with limits in one evaluation.
@@ -201,7 +203,7 @@ mod tests {
     use super::*;
 
     fn limit(normal: [f64; 3], clearance: f64) -> Limit {
-        Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance }
+        Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance, gives_way: false }
     }
 
     /// Returns the displacement of a vertex at `lambda`, with an offset of `scale` times its direction.

@@ -70,7 +70,24 @@ impl Correction {
             }
             self.solve_with_limits(workspace, executor, &search.limits);
         }
+        self.leave_out_limits(workspace, executor, &mut search.limits);
         workspace.limit_search = search;
+    }
+
+    /// Leaves out the limits that give way to the volume of components whose volume is not restored within them, and
+    /// solves again.
+    fn leave_out_limits(
+        &self,
+        workspace: &mut CorrectionWorkspace,
+        executor: &Executor,
+        limits: &mut Vec<Limit>,
+    ) {
+        let component = |limit: &Limit| self.adjacency.component(limit.vertex as usize);
+        let count = limits.len();
+        limits.retain(|limit| !(limit.gives_way && workspace.reports[component(limit)].capped));
+        if limits.len() < count {
+            self.solve_with_limits(workspace, executor, limits);
+        }
     }
 
     /// Solves again with limits, by an active-set iteration.
