@@ -164,14 +164,14 @@ def test_the_lattice_of_a_broken_body_is_no_shape():
 
 
 def test_a_pulled_bar_breaks():
-    # With most seeds, crumbs with a surface stay at the held ends, and the volume of these is not kept.
-    body = bar(fracture={"strain": 0.1, "noise": 0.2, "seed": 1})
+    body = bar(fracture={"strain": 0.1})
     sim = pulled(body, 90)
-    assert body.pieces >= 2
+    assert 2 <= body.pieces <= 3
+    assert body.mesh.is_closed
     assert body.broken_joints >= 25
     surface = body.surface()
     assert np.isfinite(surface).all()
-    # No piece is as long as the bar, and none is strained much. A crumb has no part of the surface.
+    # No piece is as long as the bar, and none is strained much.
     for piece in np.unique(body.piece_of_vertex):
         assert np.ptp(surface[body.piece_of_vertex == piece, 0]) < 12
     assert body.volume == pytest.approx(12 * 16, rel=1e-4)

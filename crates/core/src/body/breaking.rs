@@ -150,7 +150,7 @@ impl Body {
         let before = self.broken_joints();
         let Self { breaking: Some(breaking), lattice, .. } = self else { return Ok(0) };
         if breaking.fracture.cut(lattice, &planes) {
-            self.change_topology()?;
+            self.change_topology();
         }
         Ok(self.broken_joints() - before)
     }
@@ -191,7 +191,7 @@ impl Body {
     pub(super) fn find_breaking(&mut self, context: &StepContext, executor: &Executor) {
         let modulus = self.modulus_in_force(context.interval.dt);
         let (half_width, factor) = (self.half_width(), self.greatest_factor());
-        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
+        let is_one_task = self.is_one_task();
         let Self {
             breaking: Some(breaking),
             matching,
@@ -206,6 +206,7 @@ impl Body {
             return;
         };
         if !breaking.has_gradients && breaking.fracture.needs_gradients() {
+            let mut shared = is_one_task.then(|| context.workspaces.lock(executor));
             let workspace = shared.as_deref_mut().unwrap_or(workspace);
             if let Some(gradients) = breaking.fracture.gradients((modulus, factor), true) {
                 matching.measure(workspace, executor, &state.positions, gradients);
@@ -228,12 +229,12 @@ impl Body {
         breaking.is_due = breaking.fracture.find_breaking(&deformation);
     }
 
-    /// Breaks the joints that the step found. Returns whether there were any.
-    pub(crate) fn break_joints(&mut self) -> bool {
-        let Some(breaking) = self.breaking.as_mut().filter(|breaking| breaking.is_due) else { return false };
+    /// Breaks the joints that the step found.
+    pub(crate) fn break_joints(&mut self) {
+        let Some(breaking) = self.breaking.as_mut().filter(|breaking| breaking.is_due) else { return };
         breaking.is_due = false;
         breaking.fracture.break_found();
-        self.change_topology().is_ok()
+        self.change_topology();
     }
 
     /// Returns whether the body has pieces that the contacts of the simulation have not registered, and resets this mark.
@@ -256,15 +257,15 @@ impl Body {
     }
 
     /// Rebuilds the body with the cracks of a snapshot, if they differ from its own.
-    pub(super) fn restore_cracks(&mut self, cracks: Option<&Cracks>) -> Result<(), Error> {
+    pub(super) fn restore_cracks(&mut self, cracks: Option<&Cracks>) {
         if self.cracks().as_ref() == cracks {
-            return Ok(());
+            return;
         }
         self.prepare_cut();
         if let Some(breaking) = &mut self.breaking {
             breaking.fracture.set_cracks(cracks.cloned().unwrap_or_default());
         }
-        self.change_topology()
+        self.change_topology();
     }
 
     /// Returns the lattice with the cracks of a snapshot, if they differ from those of the body. `Err` if they do not
@@ -281,8 +282,8 @@ impl Body {
     }
 
     /// Rebuilds the body after its cracks changed.
-    fn change_topology(&mut self) -> Result<(), Error> {
-        let Some(breaking) = &mut self.breaking else { return Ok(()) };
+    fn change_topology(&mut self) {
+        let Some(breaking) = &mut self.breaking else { return };
         breaking.has_new_pieces = true;
         let lattice = breaking.fracture.cracks().broken_lattice(&self.lattice);
         let parents = Parents::new(&self.lattice, &lattice, &breaking.shares);
@@ -324,7 +325,6 @@ impl Body {
         }
         self.renew_body_contact();
         self.wake();
-        Ok(())
     }
 }
 

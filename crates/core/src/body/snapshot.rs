@@ -160,13 +160,13 @@ impl Body {
     }
 
     /// Restores the cracks of a state that passed [`check_snapshot`](Self::check_snapshot).
-    pub(crate) fn apply_cracks(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.restore_cracks(snapshot.cracks.as_ref())
+    pub(crate) fn apply_cracks(&mut self, snapshot: &BodySnapshot) {
+        self.restore_cracks(snapshot.cracks.as_ref());
     }
 
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
     pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.apply_cracks(snapshot)?;
+        self.apply_cracks(snapshot);
         self.material = snapshot.material;
         self.youngs_modulus = snapshot.youngs_modulus;
         self.set_half_width(snapshot.half_width);

@@ -76,7 +76,7 @@ impl Simulation {
         }
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
-            body.apply_cracks(snapshot)?;
+            body.apply_cracks(snapshot);
         }
         // Before the states, because pieces that can touch each other keep their contacts.
         self.update_pieces();
