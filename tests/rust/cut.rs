@@ -208,7 +208,7 @@ fn pieces_of_random_cracks_are_closed_and_keep_the_volume() {
     }
 }
 
-/// The vertices of the box lie in planes of the grid, and cracks that have not passed through the box cross each other.
+/// The vertices of the box lie in planes of the grid. The two cracks have random sizes and places, and may cross each other.
 #[test]
 fn pieces_of_a_mesh_in_planes_of_the_grid_are_closed() {
     let mesh = shapes::cuboid_of_cells([6, 4, 4]);

@@ -21,7 +21,8 @@ const TOLERANCE: f64 = 0.01;
 #[derive(Debug, Default)]
 pub(super) struct BodyLimits {
     gaps: GapSearch,
-    /// Six rows for each lattice vertex, one for each dominant axis and sign of the normal of a limit.
+    /// Twelve rows for each lattice vertex: one for each dominant axis and sign of the normal of a limit, and six more for
+    /// limits that give way.
     rows: RowSet,
     /// The limit of each of `rows`.
     limits: Vec<Limit>,
@@ -91,15 +92,17 @@ impl BodyLimits {
             return;
         };
         let Self { gaps, rows, limits } = self;
-        rows.resize(6 * positions.len());
+        rows.resize(12 * positions.len());
+        let is_in_pieces = body.get().is_in_pieces();
         limits.clear();
-        // Where a body breaks, its pieces overlap. They keep their volume all the same.
-        let gives_way = body.get().is_in_pieces();
-        let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64| {
+        let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64, is_own: bool| {
             let axis = normal.iamax();
             let side = axis + if normal[axis] < 0.0 { 3 } else { 0 };
+            // Where a body breaks, its pieces overlap. Their volume is more important.
+            let gives_way = is_own && is_in_pieces;
+            let row = side + if gives_way { 6 } else { 0 };
             for vertex in surface.vertices_of(sample) {
-                let index = rows.index_or_insert(6 * vertex + side as u32) as usize;
+                let index = rows.index_or_insert(12 * vertex + row as u32) as usize;
                 let limit = Limit { vertex, normal, clearance, gives_way };
                 match limits.get_mut(index) {
                     None => limits.push(limit),
@@ -111,7 +114,8 @@ impl BodyLimits {
             }
         };
         for touch in body.state.touches.samples() {
-            add(touch.sample, Vector3::from(touch.normal.map(f64::from)), 0.0);
+            let normal = Vector3::from(touch.normal.map(f64::from));
+            add(touch.sample, normal, 0.0, near.index == touch.other);
         }
         let own = GapBody {
             surface,
@@ -122,7 +126,7 @@ impl BodyLimits {
             touches_itself: near.touches_itself(),
         };
         gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {
-            add(gap.sample, gap.normal, gap.clearance)
+            add(gap.sample, gap.normal, gap.clearance, gap.is_own)
         });
         for limit in limits {
             limit.normal = limit.normal.try_normalize(0.0).unwrap_or(limit.normal);

@@ -87,7 +87,7 @@ impl PieceSurface<'_> {
         of_pieces.into_iter().map(|triangles| self.piece(&triangles)).collect()
     }
 
-    /// Returns the surface that consists of some triangles.
+    /// Welds the vertices of the triangles of a piece, and removes needles.
     fn piece(&self, triangles: &[[u32; 3]]) -> Piece {
         let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
         used.sort_unstable();

@@ -31,7 +31,7 @@ pub(super) struct Crossing {
 /// Returns the crossing of an edge and a plane.
 fn crossing(a: &Point, b: &Point, (axis, index): Plane) -> Crossing {
     let t = (f64::from(index) - a.u[axis]) / (b.u[axis] - a.u[axis]);
-    // The ends can be in the same plane, on different sides by their surroundings.
+    // Differences of coordinates that are not finite.
     Crossing { t: if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) }, axis }
 }
 

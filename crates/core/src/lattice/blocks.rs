@@ -50,7 +50,7 @@ fn visit_blocks(vertices: &GridSet, offset: [i32; 3], mut visit: impl FnMut(Rang
         .collect();
     rows.sort_unstable();
     let mut spans = Vec::new();
-    // At most four rows of vertices have the same rows of blocks.
+    // At most four rows of vertices share a row of blocks.
     for rows in rows.chunk_by(|a, b| a.0 == b.0) {
         spans.clear();
         for span in rows.iter().flat_map(|(_, row)| vertices.row_runs(*row)).map(|run| vertices.span(run)) {

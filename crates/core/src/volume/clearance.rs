@@ -8,6 +8,7 @@ use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
 
 use super::limits::Limit;
+use super::report::ComponentReport;
 use crate::contact::{
     Colliders, Field, PosedShape, RowSet, SampleBlock, SampleCells, ShapeField, SignedDistance, SmoothRows,
     Vec4, monomials, wide,
@@ -38,6 +39,8 @@ pub(crate) struct LimitSearch {
     nearest: Vec<Nearest>,
     /// Limits at all colliders.
     pub(crate) limits: Vec<Limit>,
+    /// Whether limits give way to the volume of each component.
+    gives_way: Vec<bool>,
 }
 
 /// Colliders at one time, in the frame of a body.
@@ -66,7 +69,32 @@ impl LimitSearch {
     pub(crate) fn bytes(&self) -> usize {
         let positions = size_of_val(&*self.positions) + size_of_val(&*self.corrected);
         let slopes = self.slopes.bytes() + self.corrected_slopes.bytes();
-        positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
+        let limits = size_of_val(&*self.limits) + size_of_val(&*self.gives_way);
+        positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + limits
+    }
+
+    /// Begins without limits. `reports`: those of the correction without limits.
+    pub(crate) fn begin(&mut self, reports: &[ComponentReport]) {
+        self.limits.clear();
+        self.gives_way.clear();
+        self.gives_way.extend(reports.iter().map(|report| !report.capped));
+    }
+
+    /// Lets limits give way to the volumes that are not restored with limits, but were without. `reports`: those of the
+    /// correction with limits.
+    pub(crate) fn keep_unsolved(&mut self, reports: &[ComponentReport]) {
+        for (gives_way, report) in self.gives_way.iter_mut().zip(reports) {
+            *gives_way &= report.capped;
+        }
+    }
+
+    /// Removes the limits that [give way](Limit::gives_way) of the components that need it. Returns whether there are any.
+    /// `component`: returns the component of a vertex.
+    pub(crate) fn give_way(&mut self, component: impl Fn(u32) -> usize) -> bool {
+        let Self { limits, gives_way, .. } = self;
+        let count = limits.len();
+        limits.retain(|limit| !(limit.gives_way && gives_way[component(limit.vertex)]));
+        limits.len() < count
     }
 
     /// Replaces the limits: finds those at colliders, see [`find`](Self::find), and those at other bodies.

@@ -18,7 +18,7 @@ pub(crate) struct Limit {
     pub(crate) normal: Vector3<f64>,
     /// Greatest displacement of the vertex against the normal, in cells; at least 0.
     pub(crate) clearance: f64,
-    /// Whether the limit is left out if the volume cannot be restored within it.
+    /// Whether the limit is left out if the volume of the component can be restored without it only.
     pub(crate) gives_way: bool,
 }
 

@@ -40,6 +40,8 @@ pub(crate) struct Gap {
     pub(crate) normal: Vector3<f64>,
     /// Distance by which the sample may move against the normal: half of the gap.
     pub(crate) clearance: f64,
+    /// Whether it is a gap to the body itself.
+    pub(crate) is_own: bool,
 }
 
 /// A body whose gaps are searched.
@@ -96,6 +98,8 @@ struct OwnSample {
     normal: [f32; 3],
     /// The least clearance found, or the greatest that counts.
     clearance: f32,
+    /// As `clearance`, to other bodies only.
+    to_others: f32,
 }
 
 /// A cell with samples of another surface.
@@ -145,6 +149,7 @@ impl GapSearch {
             self.add_cells(surface, &all);
             self.find_near(body, (surface, opposite, false), distance);
         }
+        self.own_samples.iter_mut().for_each(|sample| sample.to_others = sample.clearance);
         if body.touches_itself {
             self.positions.clear();
             self.positions.extend(body.positions.iter().map(point));
@@ -154,7 +159,8 @@ impl GapSearch {
         let greatest = distance as f32;
         for sample in self.own_samples.iter().filter(|sample| sample.clearance < greatest) {
             let normal = -Vector3::from(sample.normal).map(f64::from);
-            visit(Gap { sample: sample.index, normal, clearance: sample.clearance.into() });
+            let is_own = sample.clearance < sample.to_others;
+            visit(Gap { sample: sample.index, normal, clearance: sample.clearance.into(), is_own });
         }
     }
 
@@ -231,7 +237,8 @@ impl GapSearch {
                 let first = own_samples.len() as u32;
                 own_samples.extend(group.samples.clone().filter_map(|index| {
                     let (position, normal) = pose(&cell, &body.surface.samples[index as usize])?;
-                    Some(OwnSample { index, position, normal, clearance: distance as f32 })
+                    let clearance = distance as f32;
+                    Some(OwnSample { index, position, normal, clearance, to_others: clearance })
                 }));
                 (first, own_samples.len() as u32)
             });

@@ -202,12 +202,12 @@ impl Pair<'_> {
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         let index_of_cell = other.lattice.cells()[located.cell as usize];
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
-        // The direction at rest in which the surface of the sample faces. An open surface has no outside, but its pieces
-        // have one where it broke.
-        let facing = outward.filter(|_| body.contact.surface().is_closed || self.are_pieces());
+        // An open surface has no outside, but the surfaces of a crack through it have one.
+        let is_at_crack = self.is_same && surface.are_at_crack([cell, located.cell]);
+        // The direction at rest in which the surface of the sample faces.
+        let facing = outward.filter(|_| body.contact.surface().is_closed || is_at_crack);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let RestFoot { rest: foot, normal: rest_normal, shell } = match surface.is_closed || self.are_pieces()
-        {
+        let RestFoot { rest: foot, normal: rest_normal, shell } = match surface.is_closed || is_at_crack {
             true => {
                 let side = memory.and_then(|before| located.gradient.rest_normal(&before));
                 let limit = match (self.is_same, memory) {
@@ -236,7 +236,7 @@ impl Pair<'_> {
         let distance = (point - touched.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let shell = match shell_before {
-            _ if !self.are_pieces() => shell,
+            _ if !self.are_pieces() || !(surface.is_closed || is_at_crack) => shell,
             Some(before) => remaining(before, distance / other.lattice.cell_size()),
             None if are_new => (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0),
             None => 0.0,

@@ -30,7 +30,7 @@ pub(crate) struct ContactSurface {
     trees: Vec<Option<SurfaceTree>>,
     /// The piece of each cell; empty if the body did not break.
     pieces: Vec<u32>,
-    /// Whether the surface encloses a volume. Otherwise contacts act on both sides of it.
+    /// Whether the surface encloses a volume. Otherwise contacts act on both sides of it, but where it broke.
     pub(super) is_closed: bool,
     /// The samples, by cell.
     pub(super) samples: Vec<Sample>,
@@ -170,6 +170,12 @@ impl ContactSurface {
             return true;
         }
         connected_parts_touch && !are_near(lattice, a, b)
+    }
+
+    /// Returns whether two cells of the body are of different pieces, and one of them was joined to another piece.
+    pub(super) fn are_at_crack(&self, cells: [u32; 2]) -> bool {
+        let [a, b] = cells.map(|cell| self.pieces.get(cell as usize));
+        a != b && cells.iter().any(|&cell| self.reach.get(cell as usize).is_some_and(|reach| *reach != 0))
     }
 
     /// Returns the lattice vertices that move a sample noticeably; none if there is no such sample.

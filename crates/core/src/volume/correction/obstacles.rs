@@ -34,7 +34,8 @@ impl Correction {
     }
 
     /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `find_at_bodies` finds the
+    /// collider, or [`ROUNDS`] times. Limits that [give way](Limit::gives_way) are left out for components whose volume is
+    /// restored without limits, and not with them. `samples` is absent if there is no collider, and `find_at_bodies` finds the
     /// limits at other bodies.
     ///
     /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
@@ -49,13 +50,15 @@ impl Correction {
     ) {
         // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
         let mut search = std::mem::take(&mut workspace.limit_search);
+        search.begin(&workspace.reports);
+        let mut has_given_way = false;
         let mut search_distance = 0.0;
         let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
         let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
         let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
         for _ in 0..ROUNDS {
             let greatest = factor * self.greatest_displacement(workspace);
-            let has_new_limits = if greatest > search_distance {
+            let mut has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
                 search.replace(samples, deformed, obstacles, search_distance, find_at_bodies);
                 !search.limits.is_empty()
@@ -65,29 +68,19 @@ impl Correction {
             } else {
                 false
             };
+            if !has_new_limits && !has_given_way {
+                search.keep_unsolved(&workspace.reports);
+            }
+            if !has_new_limits || has_given_way {
+                has_new_limits |= search.give_way(|vertex| self.adjacency.component(vertex as usize));
+                has_given_way = true;
+            }
             if !has_new_limits {
                 break;
             }
             self.solve_with_limits(workspace, executor, &search.limits);
         }
-        self.leave_out_limits(workspace, executor, &mut search.limits);
         workspace.limit_search = search;
-    }
-
-    /// Leaves out the limits that give way to the volume of components whose volume is not restored within them, and
-    /// solves again.
-    fn leave_out_limits(
-        &self,
-        workspace: &mut CorrectionWorkspace,
-        executor: &Executor,
-        limits: &mut Vec<Limit>,
-    ) {
-        let component = |limit: &Limit| self.adjacency.component(limit.vertex as usize);
-        let count = limits.len();
-        limits.retain(|limit| !(limit.gives_way && workspace.reports[component(limit)].capped));
-        if limits.len() < count {
-            self.solve_with_limits(workspace, executor, limits);
-        }
     }
 
     /// Solves again with limits, by an active-set iteration.
