@@ -58,7 +58,7 @@ impl Correction {
         let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
         for _ in 0..ROUNDS {
             let greatest = factor * self.greatest_displacement(workspace);
-            let mut has_new_limits = if greatest > search_distance {
+            let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
                 search.replace(samples, deformed, obstacles, search_distance, find_at_bodies);
                 !search.limits.is_empty()
@@ -71,14 +71,15 @@ impl Correction {
             if !has_new_limits && !has_given_way {
                 search.keep_unsolved(&workspace.reports);
             }
+            let mut gives_way = false;
             if !has_new_limits || has_given_way {
-                has_new_limits |= search.give_way(|vertex| self.adjacency.component(vertex as usize));
+                gives_way = search.give_way(|vertex| self.adjacency.component(vertex as usize));
                 has_given_way = true;
             }
-            if !has_new_limits {
+            if !has_new_limits && !gives_way {
                 break;
             }
-            self.solve_with_limits(workspace, executor, &search.limits);
+            self.solve_with_limits(workspace, executor, (&search.limits, gives_way));
         }
         workspace.limit_search = search;
     }
@@ -86,14 +87,20 @@ impl Correction {
     /// Solves again with limits, by an active-set iteration.
     ///
     /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
-    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
-    fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
+    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic. `are_fewer`: whether
+    /// limits were left out, so that vertices move farther.
+    fn solve_with_limits(
+        &self,
+        workspace: &mut CorrectionWorkspace,
+        executor: &Executor,
+        (limits, are_fewer): (&[Limit], bool),
+    ) {
         let CorrectionWorkspace { limits: active_set, scratch, offsets, has_surface, .. } = &mut *workspace;
         // The points of vertices that neither slide nor stop do not change.
         *has_surface &= !active_set.is_any_limited();
         active_set.replace(limits, &mut scratch.points, offsets);
-        for _ in 0..LIMITED_PASSES {
-            if !self.update_motions(workspace) {
+        for pass in 0..LIMITED_PASSES {
+            if !self.update_motions(workspace) && !(are_fewer && pass == 0) {
                 return;
             }
             self.solve_cubics(workspace, executor);
