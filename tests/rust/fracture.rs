@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Rotation3, Vector3};
 use supple::reference::{Naive, Regions, joint_strains};
 use supple::{
-    Body, BodyBuilder, BreakLimit, Collider, FractureOptions, Handle, Key, Lattice, Material, Mesh,
+    Body, BodyBuilder, BreakLimit, Collider, Display, FractureOptions, Handle, Key, Lattice, Material, Mesh,
     Selection, Simulation, TimeWindow, VolumeMeasure,
 };
 
@@ -316,6 +316,23 @@ fn pieces_that_part_are_not_held_together() {
             assert!(is_kept, "closed: {}, {normal:?}: {speed}", mesh.is_closed());
         }
     }
+}
+
+/// A display keeps buffers of the last frame, which must not be those of another lattice.
+#[test]
+fn a_display_of_pieces_shows_the_whole_body_after_its_state_is_restored() {
+    let body = Body::builder(cuboid([8, 4, 4])).cell_size(1.0).volume(VolumeMeasure::Mesh);
+    let plane = Collider::plane([0.0, -0.01, 0.0], [0.0, 1.0, 0.0]);
+    let builder = Simulation::builder().body(body.build().unwrap()).collider(plane).gravity([0.0; 3]);
+    let mut simulation = builder.build().unwrap();
+    let whole = simulation.state();
+    let mut display = Display::new();
+    let before = display.evaluate(simulation.body(0)).surface().positions;
+    simulation.body_mut(0).cut([4.0, 2.0, 2.0], [1.0, 0.3, 0.1]).unwrap();
+    simulation.steps(5);
+    assert!(display.evaluate(simulation.body(0)).surface().positions.len() > before.len());
+    simulation.restore(&whole).unwrap();
+    assert_eq!(display.evaluate(simulation.body(0)).surface().positions, before);
 }
 
 /// The halves of a cut bar move towards each other and stop each other, also where the surface of the bar has a hole.

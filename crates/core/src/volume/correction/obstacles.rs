@@ -100,7 +100,8 @@ impl Correction {
         *has_surface &= !active_set.is_any_limited();
         active_set.replace(limits, &mut scratch.points, offsets);
         for pass in 0..LIMITED_PASSES {
-            if !self.update_motions(workspace) && !(are_fewer && pass == 0) {
+            let has_changed = self.update_motions(workspace) || (are_fewer && pass == 0);
+            if !has_changed {
                 return;
             }
             self.solve_cubics(workspace, executor);
