@@ -8,7 +8,7 @@ use supple::{
     Resolution, Simulation, VolumeMeasure, cut,
 };
 
-use crate::shapes;
+use crate::{common, shapes};
 
 /// Returns a closed box with faces of `n` x `n` quads. The six sides share no vertices.
 pub(crate) fn cuboid(size: [f64; 3], n: i32) -> Mesh {
@@ -211,7 +211,7 @@ fn pieces_of_random_cracks_are_closed_and_keep_the_volume() {
 /// The vertices of the box lie in planes of the grid. The two cracks have random sizes and places, and may cross each other.
 #[test]
 fn pieces_of_a_mesh_in_planes_of_the_grid_are_closed() {
-    let mesh = shapes::cuboid_of_cells([6, 4, 4]);
+    let mesh = common::cuboid([6, 4, 4]);
     let options = LatticeOptions { resolution: Resolution::CellSize(0.5), ..LatticeOptions::default() };
     let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
     let mut random = fastrand::Rng::with_seed(3);

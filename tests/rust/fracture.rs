@@ -9,8 +9,7 @@ use supple::{
     Selection, Simulation, TimeWindow, VolumeMeasure,
 };
 
-use crate::common::{lattice, without_gravity};
-use crate::shapes::cuboid_of_cells as cuboid;
+use crate::common::{cuboid, lattice, volumes_of_pieces, without_gravity};
 
 /// Options with a strain limit and no variation.
 fn breaks_at(strain: f64) -> FractureOptions {
@@ -278,16 +277,20 @@ fn pieces_of_a_cut_body_stay_at_rest() {
     }
 }
 
+/// Returns a bar, and the same bar with a hole in its surface.
+fn closed_and_open() -> (Mesh, Mesh) {
+    let closed = cuboid([10, 4, 4]);
+    let vertices = closed.vertices().iter().map(|&vertex| vertex.into()).collect();
+    let faces: Vec<Vec<u32>> = closed.faces().skip(8).map(<[u32]>::to_vec).collect();
+    let open = Mesh::new(vertices, &faces).unwrap();
+    assert!(closed.is_closed() && !open.is_closed());
+    (closed, open)
+}
+
 /// Contacts push pieces apart, and never hold them together, also where the surface of the body has a hole.
 #[test]
 fn pieces_that_part_are_not_held_together() {
-    let closed = cuboid([10, 4, 4]);
-    let open = {
-        let vertices = closed.vertices().iter().map(|&vertex| vertex.into()).collect();
-        let faces: Vec<Vec<u32>> = closed.faces().skip(8).map(<[u32]>::to_vec).collect();
-        Mesh::new(vertices, &faces).unwrap()
-    };
-    assert!(closed.is_closed() && !open.is_closed());
+    let (closed, open) = closed_and_open();
     for (mesh, normal) in
         [&closed, &open].into_iter().flat_map(|mesh| [[1.0, 0.0, 0.0], [1.0, 0.3, 0.2]].map(|n| (mesh, n)))
     {
@@ -338,10 +341,7 @@ fn a_display_of_pieces_shows_the_whole_body_after_its_state_is_restored() {
 /// The halves of a cut bar move towards each other and stop each other, also where the surface of the bar has a hole.
 #[test]
 fn pieces_that_meet_do_not_pass_through_each_other() {
-    let closed = cuboid([10, 4, 4]);
-    let vertices = closed.vertices().iter().map(|&vertex| vertex.into()).collect();
-    let faces: Vec<Vec<u32>> = closed.faces().skip(8).map(<[u32]>::to_vec).collect();
-    let open = Mesh::new(vertices, &faces).unwrap();
+    let (closed, open) = closed_and_open();
     for mesh in [closed, open] {
         let body = Body::builder(mesh.clone()).cell_size(0.5).build().unwrap();
         let mut simulation = without_gravity(body);
@@ -399,19 +399,9 @@ fn a_pulled_bar_keeps_the_volume_of_its_pieces_and_comes_to_rest() {
 /// Returns the volume of the displayed surface of each piece, and that at rest.
 fn piece_volumes(simulation: &Simulation) -> Vec<(f64, f64)> {
     let body = &simulation.bodies()[0];
-    let (mesh, piece) = (body.mesh().unwrap(), body.piece_of_mesh_vertices().unwrap());
-    let rest: Vec<Vector3<f64>> = mesh.vertices().iter().map(|vertex| vertex.coords).collect();
-    let now: Vec<Vector3<f64>> =
-        simulation.body(0).surface().positions.iter().map(|position| position.coords).collect();
-    let volume = |positions: &[Vector3<f64>], number: u32| {
-        let own = mesh.triangles().iter().filter(|triangle| piece[triangle[0] as usize] == number);
-        own.map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum::<f64>()
-    };
-    (0..body.pieces() as u32).map(|number| (volume(&now, number), volume(&rest, number))).collect()
+    let now = volumes_of_pieces(body, &simulation.body(0).surface().positions);
+    let rest = volumes_of_pieces(body, body.mesh().unwrap().vertices());
+    now.into_iter().zip(rest).collect()
 }
 
 #[test]

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Point3};
 use supple::{Body, BodyRef, ContactPoint, Display, Touched};
 use supple_io::run::{Prepared, prepare};
 use supple_io::scene::Scene;
+
+use crate::common::volumes_of_pieces;
 
 /// Radius of the can.
 const RADIUS: f32 = 1.0;
@@ -208,18 +210,12 @@ fn the_pile_stays_in_its_bin() {
     assert!(highest < 4.0, "{highest}");
 }
 
-/// Returns the volume of each piece of the displayed mesh of a body.
-fn volumes_of_pieces(body: BodyRef<'_>) -> Vec<f64> {
-    let pieces = body.piece_of_mesh_vertices().unwrap();
-    let mesh = body.mesh().unwrap();
-    let mut surface = vec![[0.0_f32; 3]; mesh.vertices().len()];
+/// Returns the volume of each piece of the displayed mesh of a body, in f32 coordinates as in the written frames.
+fn displayed_volumes(body: BodyRef<'_>) -> Vec<f64> {
+    let mut surface = vec![[0.0_f32; 3]; body.mesh().unwrap().vertices().len()];
     Display::new().evaluate(body).surface_into(&mut surface, None);
-    let at = |v: u32| nalgebra::Vector3::from(surface[v as usize].map(f64::from));
-    let mut volumes = vec![0.0; body.pieces()];
-    for t in mesh.triangles() {
-        volumes[pieces[t[0] as usize] as usize] += at(t[0]).dot(&at(t[1]).cross(&at(t[2]))) / 6.0;
-    }
-    volumes
+    let positions: Vec<_> = surface.iter().map(|p| Point3::from(p.map(f64::from))).collect();
+    volumes_of_pieces(body.get(), &positions)
 }
 
 /// The notch is in the middle, so that the pieces are halves, to the width of a cell.
@@ -231,7 +227,7 @@ fn the_notched_bar_breaks_at_its_notch() {
     let body = prepared.simulation.body(0);
     assert_eq!(body.pieces(), 2);
     assert!(body.mesh().unwrap().is_closed());
-    let volumes = volumes_of_pieces(prepared.simulation.body(0));
+    let volumes = displayed_volumes(prepared.simulation.body(0));
     let a_cell = body.lattice().cell_size() * 1.2 * 1.2;
     assert!(volumes.iter().all(|volume| (volume - rest / 2.0).abs() < a_cell), "{volumes:?}, {rest}");
 }
@@ -251,17 +247,11 @@ fn run_until_broken(name: &str) -> Prepared {
     let body = prepared.simulation.body(0);
     let mesh = body.mesh().unwrap();
     assert!(mesh.is_closed());
-    // The volume of each piece at rest.
-    let pieces = body.piece_of_mesh_vertices().unwrap();
-    let mut rest = vec![0.0; body.pieces()];
-    for triangle in mesh.triangles() {
-        let [a, b, c] = triangle.map(|vertex| mesh.vertices()[vertex as usize].coords);
-        rest[pieces[triangle[0] as usize] as usize] += a.dot(&b.cross(&c)) / 6.0;
-    }
+    let rest = volumes_of_pieces(body.get(), mesh.vertices());
     let total = body.whole_mesh().unwrap().volume();
     assert!((rest.iter().sum::<f64>() - total).abs() < 1e-9 * total, "{rest:?} of {total}");
     let reports = body.volume_report().components;
-    for (piece, (volume, rest)) in volumes_of_pieces(body).into_iter().zip(rest).enumerate() {
+    for (piece, (volume, rest)) in displayed_volumes(body).into_iter().zip(rest).enumerate() {
         // Positions are rounded to f32. Where colliders and other pieces leave too little space, the report says so.
         let is_kept = (volume - rest).abs() < 1e-5 * total;
         assert!(is_kept || reports[piece].capped, "{name}, piece {piece}: {volume} of {rest}");

@@ -2,7 +2,9 @@
 #![allow(dead_code, unreachable_pub, reason = "not every test program uses every item")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Body, BodyBuilder, Handle, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow};
+use supple::{
+    Body, BodyBuilder, Handle, Key, Lattice, Material, Mesh, Pin, Selection, Simulation, TimeWindow,
+};
 
 /// A seeded random number generator (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
@@ -42,6 +44,23 @@ impl Random {
 pub fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
+}
+
+/// Returns the mesh of a cuboid of unit cells: a quad for each face of a cell on its surface.
+pub fn cuboid(size: [i32; 3]) -> Mesh {
+    let (vertices, quads) = surface_of(&block(size));
+    Mesh::new(vertices, &quads).unwrap()
+}
+
+/// Returns the volume of each piece of the mesh of a body, with its vertices at other positions.
+pub fn volumes_of_pieces(body: &Body, positions: &[Point3<f64>]) -> Vec<f64> {
+    let pieces = body.piece_of_mesh_vertices().unwrap();
+    let mut volumes = vec![0.0; body.pieces()];
+    for triangle in body.mesh().unwrap().triangles() {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize].coords);
+        volumes[pieces[triangle[0] as usize] as usize] += a.dot(&b.cross(&c)) / 6.0;
+    }
+    volumes
 }
 
 /// Returns the boundary surface of cells of edge 1: its vertices, and quads that face outwards.

@@ -19,31 +19,6 @@ pub(crate) fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).expect("cells make a lattice")
 }
 
-/// Returns the mesh of a cuboid of unit cells: a quad for each face of a cell on its surface.
-pub(crate) fn cuboid_of_cells(size: [usize; 3]) -> Mesh {
-    let mut vertices: Vec<[f64; 3]> = Vec::new();
-    let mut faces: Vec<[u32; 4]> = Vec::new();
-    let mut numbers = std::collections::BTreeMap::new();
-    for axis in 0..3 {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for at in [0, size[axis]] {
-            for (i, j) in (0..size[u]).flat_map(|i| (0..size[v]).map(move |j| (i, j))) {
-                let quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[di, dj]| {
-                    let mut place = [0; 3];
-                    (place[axis], place[u], place[v]) = (at, i + di, j + dj);
-                    *numbers.entry(place).or_insert_with(|| {
-                        vertices.push(place.map(|x| x as f64));
-                        vertices.len() as u32 - 1
-                    })
-                });
-                let [a, b, c, d] = quad;
-                faces.push(if at > 0 { quad } else { [a, d, c, b] });
-            }
-        }
-    }
-    Mesh::new(vertices, &faces).unwrap()
-}
-
 /// Returns a sphere: the six faces of a cube, of `n` x `n` quads each, projected to a radius. The six faces
 /// share no vertices.
 pub(crate) fn sphere(center: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {

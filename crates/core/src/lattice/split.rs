@@ -27,9 +27,10 @@ impl Lattice {
             return whole;
         }
         let neighbors = whole.neighbor_table();
-        let corners = whole.corner_table().into_owned();
+        let corners = whole.corners_by(&neighbors);
+        let offset = fewest_blocks(&whole.vertex_set);
         let classes = Classes::of(&whole, corners.clone(), joints, (&[], &[]));
-        let mut lattice = classes.lattice(whole.clone(), &neighbors, joints);
+        let mut lattice = classes.lattice(whole.clone(), (&neighbors, offset), joints);
         let mut unsplit = lattice.loose_copies(&[]);
         if unsplit.is_empty() {
             return lattice;
@@ -38,7 +39,7 @@ impl Lattice {
             (0..whole.cells.len() as u32).map(|cell| lattice.component_of_cell(cell)).collect();
         loop {
             let classes = Classes::of(&whole, corners.clone(), joints, (&unsplit, &pieces));
-            lattice = classes.lattice(whole.clone(), &neighbors, joints);
+            lattice = classes.lattice(whole.clone(), (&neighbors, offset), joints);
             let loose = lattice.loose_copies(&unsplit);
             if loose.is_empty() {
                 return lattice;
@@ -182,16 +183,21 @@ impl Classes {
         Self { corners, sources, split }
     }
 
-    /// Builds the lattice of the classes.
-    fn lattice(self, mut whole: Lattice, neighbors: &[[u32; 6]], joints: &[Joint]) -> Lattice {
+    /// Builds the lattice of the classes. `neighbors`: [`Lattice::neighbor_table`] of the whole lattice. `offset`: that of
+    /// its blocks.
+    fn lattice(
+        self,
+        mut whole: Lattice,
+        (neighbors, offset): (&[[u32; 6]], [i32; 3]),
+        joints: &[Joint],
+    ) -> Lattice {
         let Self { corners, sources, split } = self;
         let whole_len = whole.len();
         let neighbors = links((&whole, neighbors), &corners, &sources, &split);
         whole
             .indices
             .extend(sources.iter().map(|&source| whole.indices[source as usize]).collect::<Vec<_>>());
-        let (chart, neighbors) =
-            Chart::new(&whole.indices, fewest_blocks(&whole.vertex_set), &split, neighbors);
+        let (chart, neighbors) = Chart::new(&whole.indices, offset, &split, neighbors);
         let links = neighbors.iter().map(|neighbors| {
             neighbors
                 .iter()

@@ -44,8 +44,12 @@ impl Lattice {
         if let Some(broken) = &self.broken {
             return Cow::Borrowed(&broken.corners);
         }
-        let neighbors = self.neighbor_table();
-        Cow::Owned(self.first_corners().map(|first| corners_from(first, &neighbors)).collect())
+        Cow::Owned(self.corners_by(&self.neighbor_table()))
+    }
+
+    /// Returns the [`Lattice::corner_table`] of a lattice without broken joints, given its [`Lattice::neighbor_table`].
+    pub(super) fn corners_by(&self, neighbors: &[[u32; 6]]) -> Vec<[u32; 8]> {
+        self.first_corners().map(|first| corners_from(first, neighbors)).collect()
     }
 
     /// Iterates over corner 0 of each cell of a lattice without broken joints.

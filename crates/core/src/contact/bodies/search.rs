@@ -204,10 +204,11 @@ impl Pair<'_> {
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
         // An open surface has no outside, but the surfaces of a crack through it have one.
         let is_at_crack = self.is_same && surface.are_at_crack([cell, located.cell]);
+        let is_closed = surface.is_closed || is_at_crack;
         // The direction at rest in which the surface of the sample faces.
         let facing = outward.filter(|_| body.contact.surface().is_closed || is_at_crack);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let RestFoot { rest: foot, normal: rest_normal, shell } = match surface.is_closed || is_at_crack {
+        let RestFoot { rest: foot, normal: rest_normal, shell } = match is_closed {
             true => {
                 let side = memory.and_then(|before| located.gradient.rest_normal(&before));
                 let limit = match (self.is_same, memory) {
@@ -236,7 +237,7 @@ impl Pair<'_> {
         let distance = (point - touched.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let shell = match shell_before {
-            _ if !self.are_pieces() || !(surface.is_closed || is_at_crack) => shell,
+            _ if !self.are_pieces() || !is_closed => shell,
             Some(before) => remaining(before, distance / other.lattice.cell_size()),
             None if are_new => (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0),
             None => 0.0,

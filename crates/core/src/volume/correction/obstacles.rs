@@ -68,11 +68,11 @@ impl Correction {
             } else {
                 false
             };
-            if !has_new_limits && !has_given_way {
-                search.keep_unsolved(&workspace.reports);
-            }
             let mut gives_way = false;
             if !has_new_limits || has_given_way {
+                if !has_given_way {
+                    search.keep_unsolved(&workspace.reports);
+                }
                 gives_way = search.give_way(|vertex| self.adjacency.component(vertex as usize));
                 has_given_way = true;
             }
