@@ -11,7 +11,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use crate::matching::{
     Factors, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
-    full, inverse, scale, shape, shaped, times,
+    full, inverse, scale, shape, times,
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
@@ -112,7 +112,7 @@ impl FitVelocities<'_> {
             }
             let is_shaped = greatest.simd_gt(zero);
             if is_shaped.any_true() {
-                let g = shaped(&r, t);
+                let g = times(&r, shape(simd, t));
                 arms = [[g[0], g[1], g[2]], [g[3], g[4], g[5]], [g[6], g[7], g[8]]];
                 let plastic = inverse(simd, plastic_inertia(simd, inverse_inertia, t));
                 for i in 0..6 {
@@ -226,12 +226,14 @@ mod tests {
             matching.set_spreads(true);
             (lattice, matching)
         };
-        let zeros = |matching: &Matching, lanes: &Lanes<6>| {
-            matching.layout.slots().iter().filter(|&&slot| lanes.get(slot) == [0.0; 6]).count()
+        let zeros = |matching: &Matching, get: &dyn Fn(u32) -> [f32; 6]| {
+            matching.layout.slots().iter().filter(|&&slot| get(slot) == [0.0; 6]).count()
         };
         let is_wanted = |(_, matching): &(Lattice, Matching)| {
             let spreads = matching.regions.inverse_spreads.as_ref().unwrap();
-            zeros(matching, spreads) > 0 && zeros(matching, &RegionDamper::new(matching).inverse_inertia) == 0
+            let inverse_inertia = RegionDamper::new(matching).inverse_inertia;
+            zeros(matching, &|slot| spreads.get(slot)) > 0
+                && zeros(matching, &|slot| inverse_inertia.get(slot)) == 0
         };
         (0..1000).map(with_slits).find(is_wanted).expect("slits with planar regions at their fronts")
     }

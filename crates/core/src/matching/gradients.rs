@@ -9,6 +9,7 @@ use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
 use super::cascade::RegionTransform;
 use super::goals::{Means, Pair};
 use super::plastic::{inverse, shape, times};
+use super::spreads::InverseSpreads;
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 use crate::simd::level;
@@ -31,8 +32,7 @@ pub(super) struct MeasureGradients<'a, T> {
     pub(super) fit: &'a T,
     /// 1/M and d of each region.
     pub(super) constants: &'a Lanes<4>,
-    /// C⁻¹ of each region.
-    pub(super) inverse_spreads: &'a Lanes<6>,
+    pub(super) inverse_spreads: &'a InverseSpreads,
     pub(super) least: f32,
 }
 
@@ -85,13 +85,13 @@ impl<T> MeasureGradients<'_, T> {
         stretched: &mut [u8],
         values: &mut [Block<9>],
     ) {
-        let (constants, inverse_spreads) = (self.constants.blocks(), self.inverse_spreads.blocks());
+        let constants = self.constants.blocks();
         for index in (0..sums.len()).step_by(2) {
             let Pair { blocks: [a, b], indices } = Pair::new(first, index, sums.len());
             let constants = load_two(simd, [&constants[a], &constants[b]]);
             let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
             let means: Means<f32x16<S>> = Means::new(constants, moments);
-            let inverse_spread = load_two(simd, [&inverse_spreads[a], &inverse_spreads[b]]);
+            let inverse_spread = self.inverse_spreads.load_two(simd, [a, b]);
             let f = times(&means.central, inverse_spread);
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
             let halves = split_two(simd, f);

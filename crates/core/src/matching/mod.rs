@@ -10,6 +10,7 @@
 //! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test, or else an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 //! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
+//! | `spreads` | the inverse rest spreads of the regions, for plastic shapes and deformation gradients |
 //! | `gradients` | the deformation gradients of the regions |
 
 mod cascade;
@@ -19,13 +20,14 @@ mod gradients;
 mod plastic;
 mod regions;
 mod rotation;
+mod spreads;
 mod windows;
 
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use gradients::Gradients;
-pub(crate) use plastic::{Flow, full, inverse, shape, shaped, times};
+pub(crate) use plastic::{Flow, full, inverse, shape, times};
 pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
 pub use rotation::rotations;

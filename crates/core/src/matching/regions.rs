@@ -4,6 +4,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::factors::Factors;
+use super::spreads::InverseSpreads;
 use crate::lattice::Layout;
 use crate::simd::lanes::{LANES, Lanes};
 
@@ -26,10 +27,8 @@ pub(crate) struct Regions {
     pub(crate) constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<Factors>,
-    /// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
-    /// vertex from the rest centroid, in cells. Zero in lanes without a vertex, and for planar regions at the fronts of
-    /// cracks. `None` if the body is neither plastic nor can break.
-    pub(crate) inverse_spreads: Option<Lanes<6>>,
+    /// `None` if the body is neither plastic nor can break.
+    pub(crate) inverse_spreads: Option<InverseSpreads>,
     half_width: usize,
 }
 
@@ -130,7 +129,7 @@ impl Regions {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes);
-        let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, Lanes::bytes);
+        let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, InverseSpreads::bytes);
         self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads
     }
 
@@ -223,9 +222,16 @@ impl Regions {
         self.inverses(layout, |spread| Matrix3::identity() * spread.trace() - spread)
     }
 
-    /// Computes [`Regions::inverse_spreads`].
-    pub(super) fn inverse_spreads(&self, layout: &Layout) -> Lanes<6> {
-        self.inverses(layout, |spread| spread)
+    /// Computes [`Regions::inverse_spreads`]. Numbers at the level of rounding errors become zero, so that blocks with the
+    /// same spreads have the same bits.
+    pub(super) fn inverse_spreads(&self, layout: &Layout) -> InverseSpreads {
+        let mut spreads = self.inverses(layout, |spread| spread);
+        for &slot in layout.slots() {
+            let spread = spreads.get(slot);
+            let noise = (spread[0] + spread[1] + spread[2]) * f32::EPSILON;
+            spreads.set(slot, spread.map(|number| if number.abs() > noise { number } else { 0.0 }));
+        }
+        InverseSpreads::new(&spreads)
     }
 
     /// Computes, for each region, the inverse of a matrix that depends on its rest spread; zero if it has none. In a
