@@ -365,27 +365,43 @@ fn pieces_that_meet_do_not_pass_through_each_other() {
     }
 }
 
+/// Returns a simulation of a bar that is pulled apart by a quarter of its length within a second. At both ends, the
+/// given number of layers of lattice vertices is held.
+fn pulled_bar((cell_size, half_width): (f64, usize), strain: f64, layers: i32) -> Simulation {
+    let body = Body::builder(cuboid([12, 4, 4])).cell_size(cell_size).half_width(half_width);
+    let body = body.volume(VolumeMeasure::Mesh).fracture(FractureOptions::new(BreakLimit::Strain(strain)));
+    let mut body = body.build().unwrap();
+    let x: Vec<i32> = body.lattice().indices().iter().map(|index| index[0]).collect();
+    let last = x.iter().copied().max().unwrap();
+    let end = Key { time: 1.0, translate: [3.0, 0.0, 0.0], ..Key::default() };
+    for (layers, keys) in
+        [(0..layers, vec![Key::default()]), (last + 1 - layers..last + 1, vec![Key::default(), end])]
+    {
+        let held = (0..).zip(&x).filter(|(_, x)| layers.contains(x)).map(|(vertex, _)| vertex);
+        let selection = Selection::Vertices(held.collect());
+        body.handle(&Handle { selection, motion: keys.into(), window: TimeWindow::default() }).unwrap();
+    }
+    let builder = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0);
+    builder.build().unwrap()
+}
+
+/// Advances by a frame of four steps, and checks that the pieces keep their volume.
+fn advance_and_check_volumes(simulation: &mut Simulation) {
+    simulation.steps(4);
+    assert!(simulation.bodies()[0].mesh().unwrap().is_closed());
+    for (now, rest) in piece_volumes(simulation) {
+        assert!((now / rest - 1.0).abs() < 1e-6, "{now} {rest}");
+    }
+}
+
 /// A bar that is pulled until it breaks: one crack passes through it, away from the vertices that are held, and then
 /// the pieces come to rest.
 #[test]
 fn a_pulled_bar_keeps_the_volume_of_its_pieces_and_comes_to_rest() {
-    let handle = |side: f64, keys: Vec<Key>| {
-        let (min, max) = ([side - 0.1, -1.0, -1.0], [side + 0.1, 5.0, 5.0]);
-        Handle { selection: Selection::Box { min, max }, motion: keys.into(), window: TimeWindow::default() }
-    };
-    let end = Key { time: 1.0, translate: [3.0, 0.0, 0.0], ..Key::default() };
-    let body = Body::builder(cuboid([12, 4, 4])).cell_size(0.5).half_width(1).volume(VolumeMeasure::Mesh);
-    let body = body.fracture(FractureOptions::new(BreakLimit::Strain(0.1)));
-    let body = body.handle(handle(0.0, vec![Key::default()])).handle(handle(12.0, vec![Key::default(), end]));
-    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / 120.0);
-    let mut simulation = builder.build().unwrap();
+    let mut simulation = pulled_bar((0.5, 1), 0.1, 2);
     let mut kinetic = Vec::new();
     for _ in 0..90 {
-        simulation.steps(4);
-        assert!(simulation.bodies()[0].mesh().unwrap().is_closed());
-        for (now, rest) in piece_volumes(&simulation) {
-            assert!((now / rest - 1.0).abs() < 1e-6, "{now} {rest}");
-        }
+        advance_and_check_volumes(&mut simulation);
         kinetic.push(quantities(&simulation.bodies()[0]).kinetic);
     }
     assert_eq!(simulation.bodies()[0].pieces(), 2);
@@ -394,6 +410,46 @@ fn a_pulled_bar_keeps_the_volume_of_its_pieces_and_comes_to_rest() {
     assert!(least > 0.5 * 16.0, "{least}");
     let greatest = kinetic.iter().copied().fold(0.0, f64::max);
     assert!(kinetic[89] < 1e-3 * greatest, "{} of {greatest}", kinetic[89]);
+}
+
+/// Large regions break beside the handles, and leave slices of one and a half cells there.
+#[test]
+fn slices_at_handles_keep_their_volume() {
+    for (cell_size, strain) in [(0.8, 0.1), (0.5, 0.2)] {
+        let mut simulation = pulled_bar((cell_size, 2), strain, 1);
+        for _ in 0..45 {
+            advance_and_check_volumes(&mut simulation);
+        }
+        let slices =
+            piece_volumes(&simulation).into_iter().filter(|(_, rest)| *rest < 2.0 * 16.0 * cell_size);
+        assert!(slices.count() > 0, "no slices at cells of {cell_size}");
+    }
+}
+
+/// A block is cut in the middle of a layer of cells and compressed. The correction moves the cuts outwards, also that of
+/// the piece whose last layer of cells ends before the cut.
+#[test]
+fn the_correction_moves_the_cuts_of_pieces_outwards() {
+    let body = Body::builder(cuboid([4, 4, 4])).cell_size(1.0).volume(VolumeMeasure::Mesh);
+    let mut simulation = without_gravity(body.build().unwrap());
+    let body = simulation.body_mut(0);
+    body.cut([1.5, 2.0, 2.0], [1.0, 0.0, 0.0]).unwrap();
+    let mut compressed = body.positions();
+    compressed.iter_mut().for_each(|position| position.x *= 0.9);
+    body.set_positions(&compressed).unwrap();
+    let body = &simulation.bodies()[0];
+    let surface = simulation.body(0).surface().positions;
+    let (piece, rest) = (body.piece_of_mesh_vertices().unwrap(), body.mesh().unwrap().vertices());
+    let left = piece[rest.iter().position(|p| p.x < 1.0).unwrap()];
+    for (vertex, (point, rest)) in surface.iter().zip(rest).enumerate() {
+        let is_inside_cap =
+            (rest.x - 1.5).abs() < 0.2 && [rest.y, rest.z].iter().all(|x| (0.5..3.5).contains(x));
+        let outwards = if piece[vertex] == left { 1.0 } else { -1.0 };
+        if is_inside_cap {
+            let moved = (point.x - 0.9 * rest.x) * outwards;
+            assert!(moved > 0.01, "vertex {vertex} at {rest}, moved by {moved}");
+        }
+    }
 }
 
 /// Returns the volume of the displayed surface of each piece, and that at rest.

@@ -94,9 +94,14 @@ pub(super) fn of_surface(
     let mut sums = AreaSums::new(lattice.len());
     let mut locator = Locator::new(lattice);
     let face = lattice.cell_size().powi(2);
+    let sides =
+        (!lattice.broken_joints().is_empty()).then_some(Sides { lattice, surface, adjacency, corners });
     let pieces = Pieces { mesh: surface.mesh, spacing: spacing(lattice, surface.mesh) };
-    pieces.for_each(|centroid, area| {
-        let (cell, local) = locator.locate(&centroid);
+    pieces.for_each(|triangle, centroid, area| {
+        let (mut cell, mut local) = locator.locate(&centroid);
+        if let Some(sides) = &sides {
+            (cell, local) = sides.cell_of(triangle, &centroid, (cell, local));
+        }
         let corners = corners.of_cell(cell);
         let corners = corners.into_iter().zip(trilinear_weights(local));
         for (corner, weight) in corners.filter(|(corner, _)| outwards[*corner as usize] != Vector3::zeros()) {
@@ -120,6 +125,40 @@ pub(super) fn of_surface(
     walls
 }
 
+/// The sides of the cracks of a lattice. Beside a crack, the surface of one side lies in cells of the other side.
+struct Sides<'a> {
+    lattice: &'a Lattice,
+    surface: Surface<'a>,
+    adjacency: &'a Adjacency,
+    corners: &'a Corners<'a>,
+}
+
+impl Sides<'_> {
+    /// Returns the cell that moves a point of a triangle, and the local coordinates of the point. `located`: those of the
+    /// cell that contains the point.
+    ///
+    /// The corner next to the point is in a cell of its side. If the located cell is on the other side of a crack, this is
+    /// the cell: if it is in another component, or beside the cell of the corner and does not share a vertex with it.
+    fn cell_of(&self, triangle: usize, point: &Point3<f64>, located: (u32, [f32; 3])) -> (u32, [f32; 3]) {
+        let Self { lattice, surface, adjacency, corners } = self;
+        let vertices = surface.mesh.vertices();
+        let distance = |corner: u32| (vertices[corner as usize] - point).norm_squared();
+        let [a, b, c] = surface.mesh.triangles()[triangle];
+        let nearest = [b, c].into_iter().fold(a, |a, b| if distance(b) < distance(a) { b } else { a });
+        let (cell, host) = (located.0, surface.embedding.cell(nearest as usize));
+        let [indices, host_indices] = [cell, host].map(|cell| lattice.cells()[cell as usize]);
+        let [vertices, host_vertices] = [cell, host].map(|cell| corners.of_cell(cell));
+        let is_beside = (0..3).all(|axis| indices[axis].abs_diff(host_indices[axis]) <= 1);
+        let shares_vertex = || vertices.iter().any(|vertex| host_vertices.contains(vertex));
+        let component = |vertices: [u32; 8]| adjacency.component(vertices[0] as usize);
+        if component(vertices) == component(host_vertices) && (!is_beside || shares_vertex()) {
+            return located;
+        }
+        let position = (point - lattice.origin()) / lattice.cell_size();
+        (host, std::array::from_fn(|axis| (position[axis] - f64::from(host_indices[axis])) as f32))
+    }
+}
+
 /// Returns the greatest size of the pieces of the surface: [`SPACING`], doubled until the number of pieces is
 /// within [`MAX_SAMPLES`].
 fn spacing(lattice: &Lattice, mesh: &Mesh) -> f64 {
@@ -127,7 +166,7 @@ fn spacing(lattice: &Lattice, mesh: &Mesh) -> f64 {
     let mut spacing = SPACING * lattice.cell_size();
     loop {
         let mut count = 0;
-        Pieces { mesh, spacing }.for_each(|_, _| {
+        Pieces { mesh, spacing }.for_each(|_, _, _| {
             count += 1;
             count <= limit
         });
@@ -145,12 +184,13 @@ struct Pieces<'a> {
 }
 
 impl Pieces<'_> {
-    /// Calls `visit` for each piece, with its centroid and its area vector, until `visit` returns false.
-    fn for_each(&self, mut visit: impl FnMut(Point3<f64>, Vector3<f64>) -> bool) {
+    /// Calls `visit` for each piece, with the index of its triangle, its centroid and its area vector, until `visit`
+    /// returns false.
+    fn for_each(&self, mut visit: impl FnMut(usize, Point3<f64>, Vector3<f64>) -> bool) {
         let vertices = self.mesh.vertices();
-        for triangle in self.mesh.triangles() {
-            let corners = triangle.map(|corner| vertices[corner as usize]);
-            if !self.divide(corners, &mut visit) {
+        for (triangle, corners) in self.mesh.triangles().iter().enumerate() {
+            let corners = corners.map(|corner| vertices[corner as usize]);
+            if !self.divide(corners, &mut |centroid, area| visit(triangle, centroid, area)) {
                 return;
             }
         }
@@ -220,7 +260,7 @@ mod tests {
     fn pieces(corners: [[f64; 3]; 3], spacing: f64) -> (usize, f64, Vector3<f64>) {
         let mesh = Mesh::new(corners.to_vec(), &[vec![0, 1, 2]]).unwrap();
         let (mut count, mut area, mut mean) = (0, 0.0, Vector3::zeros());
-        Pieces { mesh: &mesh, spacing }.for_each(|centroid, piece| {
+        Pieces { mesh: &mesh, spacing }.for_each(|_, centroid, piece| {
             (count, area, mean) = (count + 1, area + piece.norm(), mean + centroid.coords * piece.norm());
             true
         });
@@ -261,7 +301,7 @@ mod tests {
         let many = mesh(100_000);
         let coarse = spacing(&lattice, &many);
         let mut count = 0;
-        Pieces { mesh: &many, spacing: coarse }.for_each(|_, _| {
+        Pieces { mesh: &many, spacing: coarse }.for_each(|_, _, _| {
             count += 1;
             true
         });
