@@ -441,6 +441,7 @@ fn the_correction_moves_the_cuts_of_pieces_outwards() {
     let surface = simulation.body(0).surface().positions;
     let (piece, rest) = (body.piece_of_mesh_vertices().unwrap(), body.mesh().unwrap().vertices());
     let left = piece[rest.iter().position(|p| p.x < 1.0).unwrap()];
+    let mut moved_vertices = [0; 2];
     for (vertex, (point, rest)) in surface.iter().zip(rest).enumerate() {
         let is_inside_cap =
             (rest.x - 1.5).abs() < 0.2 && [rest.y, rest.z].iter().all(|x| (0.5..3.5).contains(x));
@@ -448,8 +449,10 @@ fn the_correction_moves_the_cuts_of_pieces_outwards() {
         if is_inside_cap {
             let moved = (point.x - 0.9 * rest.x) * outwards;
             assert!(moved > 0.01, "vertex {vertex} at {rest}, moved by {moved}");
+            moved_vertices[usize::from(piece[vertex] == left)] += 1;
         }
     }
+    assert!(moved_vertices.iter().all(|&count| count > 0), "{moved_vertices:?}");
 }
 
 /// Returns the volume of the displayed surface of each piece, and that at rest.

@@ -222,8 +222,8 @@ impl Regions {
         self.inverses(layout, |spread| Matrix3::identity() * spread.trace() - spread)
     }
 
-    /// Computes [`Regions::inverse_spreads`]. Numbers at the level of rounding errors become zero, so that blocks with the
-    /// same spreads have the same bits.
+    /// Computes [`Regions::inverse_spreads`]. Numbers at the level of rounding errors become zero, so that most blocks
+    /// with the same spreads have the same bits.
     pub(super) fn inverse_spreads(&self, layout: &Layout) -> InverseSpreads {
         let mut spreads = self.inverses(layout, |spread| spread);
         for &slot in layout.slots() {

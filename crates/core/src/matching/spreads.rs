@@ -38,7 +38,8 @@ impl InverseSpreads {
     /// Returns C⁻¹ of the region around the vertex in a slot.
     #[cfg(test)]
     pub(crate) fn get(&self, slot: u32) -> [f32; 6] {
-        let (block, lane) = (slot as usize / 8, slot as usize % 8);
+        use crate::simd::lanes::LANES;
+        let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
         self.blocks[self.indices[block] as usize].map(|row| row[lane])
     }
 

@@ -134,28 +134,34 @@ struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// Returns the cell that moves a point of a triangle, and the local coordinates of the point. `located`: those of the
-    /// cell that contains the point.
+    /// Returns the cell that moves a point of a triangle, and the local coordinates of the point, or those of the point of
+    /// the cell next to it. `located`: the same of the cell that contains the point.
     ///
-    /// The corner next to the point is in a cell of its side. If the located cell is on the other side of a crack, this is
-    /// the cell: if it is in another component, or beside the cell of the corner and does not share a vertex with it.
+    /// The located cell is on the other side of a crack if no corner of the triangle is in its component, or if it is beside
+    /// the cell of the next corner and shares no vertex with it. Then the point moves with the cell of this corner.
     fn cell_of(&self, triangle: usize, point: &Point3<f64>, located: (u32, [f32; 3])) -> (u32, [f32; 3]) {
         let Self { lattice, surface, adjacency, corners } = self;
-        let vertices = surface.mesh.vertices();
-        let distance = |corner: u32| (vertices[corner as usize] - point).norm_squared();
-        let [a, b, c] = surface.mesh.triangles()[triangle];
+        let positions = surface.mesh.vertices();
+        let triangle = surface.mesh.triangles()[triangle];
+        let distance = |corner: u32| (positions[corner as usize] - point).norm_squared();
+        let [a, b, c] = triangle;
         let nearest = [b, c].into_iter().fold(a, |a, b| if distance(b) < distance(a) { b } else { a });
-        let (cell, host) = (located.0, surface.embedding.cell(nearest as usize));
-        let [indices, host_indices] = [cell, host].map(|cell| lattice.cells()[cell as usize]);
-        let [vertices, host_vertices] = [cell, host].map(|cell| corners.of_cell(cell));
-        let is_beside = (0..3).all(|axis| indices[axis].abs_diff(host_indices[axis]) <= 1);
-        let shares_vertex = || vertices.iter().any(|vertex| host_vertices.contains(vertex));
-        let component = |vertices: [u32; 8]| adjacency.component(vertices[0] as usize);
-        if component(vertices) == component(host_vertices) && (!is_beside || shares_vertex()) {
+        let host_of = |corner: u32| surface.embedding.cell(corner as usize);
+        let component = |cell: u32| adjacency.component(corners.of_cell(cell)[0] as usize);
+        let (cell, host) = (located.0, host_of(nearest));
+        let [index, host_index] = [cell, host].map(|cell| lattice.cells()[cell as usize]);
+        let is_beside = (0..3).all(|axis| index[axis].abs_diff(host_index[axis]) <= 1);
+        let shares_vertex = || {
+            let vertices = corners.of_cell(host);
+            corners.of_cell(cell).iter().any(|vertex| vertices.contains(vertex))
+        };
+        let is_of_triangle = triangle.iter().any(|&corner| component(host_of(corner)) == component(cell));
+        if is_of_triangle && (!is_beside || shares_vertex()) {
             return located;
         }
         let position = (point - lattice.origin()) / lattice.cell_size();
-        (host, std::array::from_fn(|axis| (position[axis] - f64::from(host_indices[axis])) as f32))
+        let local = |axis: usize| (position[axis] - f64::from(host_index[axis])).clamp(0.0, 1.0) as f32;
+        (host, std::array::from_fn(local))
     }
 }
 
