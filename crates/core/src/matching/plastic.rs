@@ -39,7 +39,7 @@ const LEAST_STRETCH: f32 = 0.37;
 /// Greatest |k D| of a step. The eigenvalues of 1 + H are then at least 3/4, so that S stays positive definite.
 const GREATEST_CHANGE: f32 = 0.5;
 
-/// Parameters of the plastic flow in a step. With a flow of `None`, the plastic shapes stay as they are.
+/// Parameters of the plastic flow in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flow {
     /// c, the part of the strain beyond the yield strain that becomes plastic.
@@ -277,11 +277,12 @@ const ROUNDING: f32 = 32.0 * f32::EPSILON;
 impl<S: Simd> Fitted<S> {
     /// Returns whether |D| of some region may be above `limit`. `t` is T, and `IS_SHAPED` whether it is not zero.
     ///
-    /// The result is that of an upper bound of |D|, which is fast to compute. For limits below about 0.003, the rounding
-    /// errors exceed the limit, and all regions may yield. E - c is the symmetric
-    /// part of Rᵀ(F - c G) S⁻¹ for any number c. So |E - c| is at most b = s |F - c G|, where s is an upper bound of the
-    /// eigenvalues of S⁻¹. Hence |D| e is at most b, and e is at least c - b/√3. b is least for c = F:G/|G|², where F:G is
-    /// the sum of the products of the entries.
+    /// The result is that of an upper bound of |D|, which is fast to compute. For limits below about 0.003, its rounding
+    /// errors exceed the limit, so that every region may yield.
+    ///
+    /// E - c is the symmetric part of Rᵀ(F - c G) S⁻¹ for any number c. So |E - c| is at most b = s |F - c G|, where s is an
+    /// upper bound of the eigenvalues of S⁻¹. Hence |D| e is at most b, and e is at least c - b/√3. b is least for
+    /// c = F:G/|G|², where F:G is the sum of the products of the entries.
     ///
     /// The greatest eigenvalue v of S⁻¹ meets v⁻² + 2 v <= |S|², because the determinant of S is 1. So v is at most |S|²/2,
     /// and, because the left side is convex, at most the tangent at v = 1.25.
