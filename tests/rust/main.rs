@@ -43,6 +43,7 @@ mod obj_frames;
 mod page_reader;
 mod pages;
 mod piece_frames;
+mod pieces;
 mod plasticity;
 mod quantities;
 mod random_triangles;

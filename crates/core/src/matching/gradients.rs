@@ -6,9 +6,10 @@
 
 use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
 
+use super::algebra::{inverse, times};
 use super::cascade::RegionTransform;
 use super::goals::{Means, Pair};
-use super::plastic::{inverse, shape, times};
+use super::plastic::shape;
 use super::spreads::InverseSpreads;
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};

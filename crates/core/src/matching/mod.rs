@@ -11,8 +11,10 @@
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 //! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
 //! | `spreads` | the inverse rest spreads of the regions, for plastic shapes and deformation gradients |
+//! | `algebra` | products, inverses and norms of symmetric matrices |
 //! | `gradients` | the deformation gradients of the regions |
 
+mod algebra;
 mod cascade;
 mod factors;
 mod goals;
@@ -23,11 +25,12 @@ mod rotation;
 mod spreads;
 mod windows;
 
+pub(crate) use algebra::{full, inverse, times};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use gradients::Gradients;
-pub(crate) use plastic::{Flow, full, inverse, shape, times};
+pub(crate) use plastic::{Flow, shape};
 pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
