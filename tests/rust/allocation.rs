@@ -7,23 +7,17 @@ use supple::{
     TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
+use supple_tests::{mesh_of, unit_cube};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Returns a cube of `n` x `n` x `n` cells of edge 0.1.
 fn block(n: i32) -> BodyBuilder {
-    let cells: Vec<_> =
-        (0..n).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| [x, y, z]))).collect();
-    Body::from_lattice(Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap())
-        .material(Material::fast_lsm())
-}
-
-/// Returns the mesh of a cube of edge 1.
-fn cube() -> Mesh {
-    let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    Mesh::new(corners, &quads).unwrap()
+    Body::from_lattice(
+        Lattice::from_cells(&supple_tests::block([n; 3]), 0.1, Point3::origin(), false).unwrap(),
+    )
+    .material(Material::fast_lsm())
 }
 
 /// Returns a square sheet below the origin.
@@ -100,12 +94,12 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         let (sin, cos) = (0.02 * f64::from(sample)).sin_cos();
         let turn =
             move |p: &Point3<f64>| [p.x, cos * p.y - sin * p.z, sin * p.y + cos * p.z].map(|x| x as f32);
-        cube().vertices().iter().map(turn).collect::<Vec<_>>()
+        mesh_of(unit_cube()).vertices().iter().map(turn).collect::<Vec<_>>()
     };
     let animation = MeshAnimation::new((0..200).flat_map(turning).collect(), 8, 0.0, 0.05).unwrap();
     let selection = Selection::Plane { point: [0.5, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
     let motion = HandleMotion::Follow(animation);
-    let following = Body::builder(cube()).lattice_vertices(500).material(Material::fast_lsm());
+    let following = Body::builder(mesh_of(unit_cube())).lattice_vertices(500).material(Material::fast_lsm());
     let following = following.handle(Handle { selection, motion, window: TimeWindow::default() });
     let mut following = Simulation::builder().body(following.build().unwrap()).threads(1).build().unwrap();
     following.steps(60);
@@ -164,7 +158,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         (VolumeMeasure::Mesh, SkinKind::Smooth),
     ];
     for (measure, skin) in cases {
-        let body = Body::builder(cube())
+        let body = Body::builder(mesh_of(unit_cube()))
             .material(Material::fast_lsm())
             .lattice_vertices(500)
             .skin(skin)
@@ -190,7 +184,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     // The regional correction beside colliders, once the body has come to rest.
     let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
     for skin in [SkinKind::Linear, SkinKind::Smooth] {
-        let body = Body::builder(cube())
+        let body = Body::builder(mesh_of(unit_cube()))
             .material(Material::fast_lsm())
             .lattice_vertices(500)
             .region_damping(0.2)
@@ -216,7 +210,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
 
     // A surface that is flattened on the ground. Its lowest vertices are held there.
     for skin in [SkinKind::Linear, SkinKind::Smooth] {
-        let body = Body::builder(cube()).lattice_vertices(500).skin(skin).build().unwrap();
+        let body = Body::builder(mesh_of(unit_cube())).lattice_vertices(500).skin(skin).build().unwrap();
         let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
         let mut sim = Simulation::builder().body(body).collider(ground).threads(1).build().unwrap();
         let mut display = Display::new();

@@ -1,0 +1,14 @@
+//! Colliders, contact between bodies and of a body with itself, friction and swept collisions.
+
+mod block_body;
+mod blocks;
+mod bodies;
+mod collider;
+mod driven_collider;
+mod energy;
+mod friction;
+mod inside_colliders;
+mod mesh_colliders;
+mod near_bodies;
+mod samples;
+mod swept;

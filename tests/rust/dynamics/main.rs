@@ -1,0 +1,16 @@
+//! The step: constraints, forces, damping, momentum, plasticity, zones, rest; the same bits and saved states.
+
+mod constraints;
+mod control;
+mod energy;
+mod follow;
+mod forces;
+mod free_body;
+mod hold_force;
+mod lowest_mode;
+mod plasticity;
+mod quantities;
+mod rest;
+mod same_bits;
+mod saved_state;
+mod zones;

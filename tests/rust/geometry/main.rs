@@ -1,0 +1,8 @@
+//! Meshes, cells, lattices and the embedding of a mesh in them.
+
+mod embedding;
+mod lattice;
+mod mesh;
+mod random_triangles;
+mod resolution;
+mod voxels;

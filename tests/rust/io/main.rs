@@ -1,0 +1,18 @@
+//! Files: OBJ, frames, pages, stages and scenes, with fuzzers of the readers.
+
+mod broken_pages;
+mod frames;
+mod fuzz;
+mod fuzz_obj;
+mod fuzz_scene;
+mod input_messages;
+mod input_time;
+mod obj;
+mod obj_frames;
+mod page_reader;
+mod pages;
+mod piece_frames;
+mod run_files;
+mod scene;
+mod scene_input;
+mod stages;

@@ -1,0 +1,621 @@
+//! Scenes: all keys, errors with their messages, overrides, and writing as text.
+
+use std::path::Path;
+
+use supple::{
+    BreakLimit, CutSurface, Damping, Elasticity, FieldKind, FractureOptions, Material, Plasticity,
+    Preservation, Preset, RegionDamping, RegionSize, Resolution, Selection, Stiffness, TouchingOptions,
+    VolumeMeasure, VolumeScope, Zone,
+};
+use supple_io::frames::Format;
+use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
+
+const FULL: &str = r#"
+[simulation]
+frames = 12
+fps = 24
+substeps = "auto"
+gravity = [0, 0, -9.81]
+threads = 2
+contact = false
+self_contact = true
+sleep = false
+
+[output]
+directory = "out"
+format = "ply"
+
+[[body]]
+name = "bust"
+mesh = "bust.obj"
+object = "Head"
+scale = 2
+rotate = [0, 90, 0]
+translate = [0, 1, 0]
+cell_size = 0.1
+join = false
+stiffness_radius = 0.2
+frequency = 12.0
+damping_rate = 1.5
+region_damping_rate = 3.0
+density = 500
+volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
+velocity = [1, 2, 3]
+spin = [4, 5, 6]
+friction = 0.25
+restitution = 0.75
+ignore = ["ball.2"]
+self_contact = false
+
+[[body.pin]]
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+end = 2.0
+
+[[body.zone]]
+plane = { point = [0, 2, 0], normal = [0, 1, 0] }
+factor = 0.5
+
+[[body.handle]]
+sphere = { center = [0, 1, 0], radius = 0.5 }
+keys = [ { time = 0 }, { time = 1, translate = [0, 0.5, 0], rotate = [0, 720, 0] } ]
+start = 0.5
+
+[[body]]
+name = "ball.2"
+mesh = "ball.obj"
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+
+[[collider]]
+box = { center = [0, 0, 0], half_extents = [1, 2, 3], rotate = [0, 45, 0] }
+friction = 0.1
+restitution = 0.9
+keys = [ { time = 1, translate = [0, -1, 0] } ]
+
+[[collider]]
+capsule = { a = [0, 0, 0], b = [0, 1, 0], radius = 0.25 }
+"#;
+
+const SMALL: &str = "[[body]]\nname = \"bust\"\nmesh = \"bust.obj\"\n";
+
+fn parse(text: &str) -> Result<Scene, SceneError> {
+    parse_with(text, &[])
+}
+
+fn parse_with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(text, "scene.toml", Path::new("folder"), &overrides)
+}
+
+/// Returns the error message of a small scene with additional lines in its body.
+fn refusal(lines: &str) -> String {
+    parse(&format!("{SMALL}{lines}\n")).expect_err(lines).to_string()
+}
+
+#[test]
+fn every_key_is_read() {
+    let scene = parse(FULL).unwrap();
+    assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
+    assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
+    assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
+    assert_eq!((scene.simulation.contact, scene.simulation.self_contact), (false, true));
+    assert_eq!(scene.output.format, Format::Ply.into());
+    assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
+
+    let body = &scene.bodies[0];
+    assert_eq!((body.name.as_str(), body.object.as_deref()), ("bust", Some("Head")));
+    assert_eq!(
+        (body.scale, body.placement.rotate, body.placement.translate),
+        (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
+    );
+    assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
+    assert_eq!(
+        body.material.elasticity,
+        Elasticity::Regions { size: RegionSize::Radius(0.2), stiffness: Stiffness::Frequency(12.0) }
+    );
+    assert_eq!(
+        (body.material.damping, body.material.region_damping),
+        (Some(Damping::Rate(1.5)), RegionDamping::Rate(3.0))
+    );
+    assert_eq!(
+        (body.volume.measure, body.volume.scope, body.volume.field, body.volume.max_correction),
+        (Preservation::By(VolumeMeasure::Mesh), VolumeScope::Regional, FieldKind::Paper, 0.5)
+    );
+    assert_eq!(
+        (body.material.density, body.placement.velocity, body.placement.spin),
+        (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
+    );
+    let touching = TouchingOptions {
+        friction: 0.25,
+        restitution: 0.75,
+        self_contact: Some(false),
+        ignored: vec!["ball.2".to_owned()],
+    };
+    assert_eq!(body.touching, touching);
+    let pin = &body.pins[0];
+    assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
+    assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
+    let half_space = Selection::Plane { point: [0.0, 2.0, 0.0], normal: [0.0, 1.0, 0.0] };
+    assert_eq!(body.zones, [Zone::new(half_space, 0.5)]);
+    let handle = &body.handles[0];
+    assert_eq!((handle.window.start, handle.window.end, handle.keys.len()), (0.5, f64::INFINITY, 2));
+    assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
+
+    let ball = &scene.bodies[1];
+    assert_eq!(
+        (ball.resolution, ball.material.elasticity),
+        (Resolution::Vertices(1000), Elasticity::Preset(Preset::Rubber))
+    );
+    assert_eq!((ball.material.damping, ball.material.region_damping), (None, RegionDamping::PerStep(0.0)));
+    assert!(matches!(scene.colliders[2].shape, ColliderShape::Capsule { radius: 0.25, .. }));
+    assert_eq!(ball.touching, TouchingOptions::default());
+    assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
+}
+
+#[test]
+fn a_written_scene_reads_back_the_same() {
+    let scene = parse(FULL).unwrap();
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    for lines in [
+        "material = \"jelly\"",
+        "material = \"flesh\"\ndamping_ratio = 0",
+        "material = \"rubber\"",
+        "material = \"firm\"\ndamping_rate = 0.1",
+        "youngs_modulus = 2.5e6",
+        "youngs_modulus = 12\ndamping_ratio = 1\nregion_damping = 0.25",
+        "half_width = 3",
+        "stiffness_radius = 0.3\nfrequency = 7",
+        "stiffness = 0.5\ndamping_rate = 3",
+    ] {
+        let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
+        let written = scene.to_toml();
+        assert_eq!(parse(&written).unwrap(), scene, "{written}");
+        for line in lines.lines() {
+            let key = line.split(' ').next().unwrap();
+            assert!(written.contains(&format!("{key} = ")), "{key} is missing: {written}");
+        }
+    }
+    let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
+    assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+#[test]
+fn the_keys_of_the_material_set_elasticity_and_damping() {
+    let material = |lines: &str| parse(&format!("{SMALL}{lines}\n")).unwrap().bodies[0].material;
+    assert_eq!(material(""), Material::default());
+    for (name, preset) in Preset::NAMED {
+        let expected = Material { elasticity: Elasticity::Preset(preset), ..Material::default() };
+        assert_eq!(material(&format!("material = \"{name}\"")), expected);
+    }
+    assert_eq!(material("youngs_modulus = 2e6").elasticity, Elasticity::YoungsModulus(2e6));
+    // The default of a region key that is left out is that of the paper.
+    assert_eq!(material("half_width = 2").elasticity, Elasticity::REGIONS);
+    assert_eq!(material("stiffness = 1").elasticity, Elasticity::REGIONS);
+    let radius = RegionSize::Radius(0.5);
+    assert_eq!(
+        material("stiffness_radius = 0.5\nstiffness = 0.25").elasticity,
+        Elasticity::Regions { size: radius, stiffness: Stiffness::PerStep(0.25) }
+    );
+    assert_eq!(material("damping_ratio = 0").damping, Some(Damping::Ratio(0.0)));
+    assert_eq!(material("damping_rate = 4").damping, Some(Damping::Rate(4.0)));
+    assert_eq!(
+        material("half_width = 2\ndamping_ratio = 0"),
+        Material::fast_lsm(),
+        "the material of the paper in keys of a scene"
+    );
+}
+
+#[test]
+fn unknown_keys_are_errors_with_the_nearest_known_key() {
+    for (text, line, key, nearest) in [
+        (format!("{SMALL}half_widht = 3\n"), 4, "body.bust.half_widht", "half_width"),
+        ("[simulatoin]\nframes = 3\n".to_owned(), 1, "simulatoin", "simulation"),
+        (
+            format!("{SMALL}[[body.pin]]\nbox = {{ min = [0,0,0], mx = [1,1,1] }}\n"),
+            5,
+            "body.bust.pin.0.box.mx",
+            "max",
+        ),
+    ] {
+        let expected =
+            format!("scene.toml:{line}: unknown key `{key}`; the nearest known one is `{nearest}`");
+        assert_eq!(parse(&text).unwrap_err().to_string(), expected);
+    }
+}
+
+#[test]
+fn values_out_of_range_are_errors_with_the_value_and_the_range() {
+    for (text, line, key, value, range) in [
+        ("stiffness = 0", 4, "stiffness", "0", "in (0, 1]"),
+        ("stiffness = 1.5", 4, "stiffness", "1.5", "in (0, 1]"),
+        ("region_damping = -0.1", 4, "region_damping", "-0.1", "in [0, 1]"),
+        ("region_damping_rate = -1", 4, "region_damping_rate", "-1", "a number of at least 0"),
+        ("damping_ratio = 1.5", 4, "damping_ratio", "1.5", "in [0, 1]"),
+        ("damping_ratio = -0.1", 4, "damping_ratio", "-0.1", "in [0, 1]"),
+        ("damping_rate = -1", 4, "damping_rate", "-1", "a number of at least 0"),
+        ("youngs_modulus = 0", 4, "youngs_modulus", "0", "a number above 0"),
+        ("youngs_modulus = -1e6", 4, "youngs_modulus", "-1000000", "a number above 0"),
+        ("frequency = 0", 4, "frequency", "0", "a number above 0"),
+        ("frequency = nan", 4, "frequency", "NaN", "a number above 0"),
+        ("scale = inf", 4, "scale", "inf", "a number above 0"),
+        ("friction = -0.1", 4, "friction", "-0.1", "a number of at least 0"),
+        ("restitution = 1.1", 4, "restitution", "1.1", "in [0, 1]"),
+        ("density = 0", 4, "density", "0", "a number above 0"),
+        ("plastic = { yield = 0 }", 4, "plastic.yield", "0", "in (0, 1]"),
+        ("plastic = { creep = -1 }", 4, "plastic.creep", "-1", "a number above 0"),
+        ("[body.plastic]\nmax = 2.5", 5, "plastic.max", "2.5", "in (0, 2]"),
+        ("fracture = { strain = 0 }", 4, "fracture.strain", "0", "a number above 0"),
+        ("fracture = { strength = -1 }", 4, "fracture.strength", "-1", "a number above 0"),
+        ("fracture = { strain = 1, rotation = 0 }", 4, "fracture.rotation", "0", "in (0, 180]"),
+        (
+            "fracture = { strain = 1, cracks = 0 }",
+            4,
+            "fracture.cracks",
+            "0",
+            "a whole number from 1 to 1000000",
+        ),
+        (
+            "fracture = { strain = 1, seed = 0.5 }",
+            4,
+            "fracture.seed",
+            "0.5",
+            "a whole number from 0 to 4294967295",
+        ),
+        (
+            "fracture = { strain = 1, surface = 'rough' }",
+            4,
+            "fracture.surface",
+            "the string \"rough\"",
+            "one of \"smooth\", \"cells\"",
+        ),
+        ("[body.fracture]\nstrain = 1\nnoise = 0.6", 6, "fracture.noise", "0.6", "in [0, 0.5]"),
+        ("cell_size = 0.0", 4, "cell_size", "0", "a number above 0"),
+        ("lattice_vertices = 7", 4, "lattice_vertices", "7", "a whole number from 8 to 2000000000"),
+        ("half_width = 0", 4, "half_width", "0", "a whole number from 1 to 1000000"),
+        ("half_width = 2.5", 4, "half_width", "2.5", "a whole number from 1 to 1000000"),
+        ("stiffness_radius = 0", 4, "stiffness_radius", "0", "a number above 0"),
+        ("rotate = [0, nan, 0]", 4, "rotate.1", "NaN", "a finite number"),
+        ("volume = { max_correction = -1 }", 4, "volume.max_correction", "-1", "a number of at least 0"),
+        (
+            "[[body.pin]]\nplane = { point = [0,0,0], normal = [0,0,0] }",
+            5,
+            "pin.0.plane.normal",
+            "[0, 0, 0]",
+            "a vector that is not zero",
+        ),
+        (
+            "[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }",
+            5,
+            "pin.0.box.max",
+            "[0, 1, 1]",
+            "at least `min`, which is [1, 0, 0], on every axis",
+        ),
+        (
+            "[[body.zone]]\nbox = { min = [1,0,0], max = [0,1,1] }\nfactor = 1",
+            5,
+            "zone.0.box.max",
+            "[0, 1, 1]",
+            "at least `min`, which is [1, 0, 0], on every axis",
+        ),
+        ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
+        ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
+        (
+            "[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nstart = 2\nend = 1",
+            7,
+            "pin.0.end",
+            "1",
+            "a number above 2",
+        ),
+    ] {
+        let expected = format!("scene.toml:{line}: `body.bust.{key}` is {value}; it must be {range}");
+        assert_eq!(refusal(text), expected);
+    }
+    assert_eq!(
+        refusal("material = \"wood\""),
+        "scene.toml:4: `body.bust.material` is the string \"wood\"; it must be one of \"jelly\", \"flesh\", \
+         \"rubber\", \"firm\""
+    );
+    let message = refusal("volume = \"mehs\"");
+    assert!(message.contains("\"mehs\"; it must be one of \"auto\", \"off\", \"lattice\""), "{message}");
+    for (text, key, value, range) in [
+        ("[simulation]\nfps = 0\n", "simulation.fps", "0", "a number above 0"),
+        (
+            "[simulation]\nsubsteps = 0\n",
+            "simulation.substeps",
+            "0",
+            "\"auto\" or a whole number from 1 to 100000",
+        ),
+        (
+            "[simulation]\nsubsteps = \"all\"\n",
+            "simulation.substeps",
+            "\"all\"",
+            "\"auto\" or a whole number from 1 to 100000",
+        ),
+        ("[simulation]\nframes = -1\n", "simulation.frames", "-1", "a whole number from 0 to 10000000"),
+        (
+            "[output]\nformat = \"abc\"\n",
+            "output.format",
+            "\"abc\"",
+            "one of \"obj\", \"ply\", \"pc2\", \"usd\", \"html\"",
+        ),
+        ("[output]\nup = \"x\"\n", "output.up", "\"x\"", "one of \"y\", \"z\""),
+        ("[output]\nscale = 0\n", "output.scale", "0", "a number above 0"),
+        ("[output]\nfps = -25\n", "output.fps", "-25", "a number above 0"),
+        ("[output]\nmeters_per_unit = inf\n", "output.meters_per_unit", "inf", "a number above 0"),
+    ] {
+        let message = parse(&format!("{text}{SMALL}")).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("scene.toml:2: `{key}` is ")), "{message}");
+        assert!(message.ends_with(&format!("{value}; it must be {range}")), "{message}");
+    }
+}
+
+#[test]
+fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
+    for (text, key, expected, found) in [
+        ("stiffness = \"hard\"", "stiffness", "a number", "\"hard\""),
+        ("join = 1", "join", "true or false", "1"),
+        ("self_contact = 1", "self_contact", "true or false", "1"),
+        ("ignore = \"eyes\"", "ignore", "a list of names of bodies", "\"eyes\""),
+        ("ignore = [3]", "ignore.0", "a string in quotes", "3"),
+        ("material = 3", "material", "in quotes", "3"),
+        ("youngs_modulus = \"soft\"", "youngs_modulus", "a number", "\"soft\""),
+        ("rotate = [0, 1]", "rotate", "three numbers", "[0, 1]"),
+        ("object = 3", "object", "in quotes", "3"),
+        ("volume = 1", "volume", "{ measure = \"mesh\" }", "1"),
+        (
+            "[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }",
+            "pin",
+            "[[body.pin]] in double brackets",
+            "one table",
+        ),
+        (
+            "[[body.handle]]\nbox = { min = [0,0,0], max = [1,1,1] }\nkeys = 3",
+            "handle.0.keys",
+            "a list of keyframes",
+            "3",
+        ),
+    ] {
+        let message = refusal(text);
+        assert!(message.contains(&format!(": `body.bust.{key}` must be ")), "{message}");
+        assert!(message.contains(expected) && message.ends_with(found), "{message}");
+    }
+}
+
+#[test]
+fn sleep_is_true_or_false() {
+    let sleep = |value: &str| parse(&format!("[simulation]\nsleep = {value}\n{SMALL}"));
+    assert!(parse(SMALL).unwrap().simulation.sleep && sleep("true").unwrap().simulation.sleep);
+    let awake = sleep("false").unwrap();
+    assert!(!awake.simulation.sleep && !parse(&awake.to_toml()).unwrap().simulation.sleep);
+    let message = sleep("1").unwrap_err().to_string();
+    assert_eq!(message, "scene.toml:2: `simulation.sleep` must be true or false, not 1");
+}
+
+#[test]
+fn contact_is_between_bodies_by_default_and_not_of_a_body_with_itself() {
+    let settings = |text: &str| {
+        let scene = parse(&format!("[simulation]\n{text}\n{SMALL}")).unwrap();
+        let again = parse(&scene.to_toml()).unwrap();
+        assert_eq!(again, scene);
+        (scene.simulation.contact, scene.simulation.self_contact)
+    };
+    assert_eq!(settings(""), (true, false));
+    assert_eq!(settings("contact = false\nself_contact = true"), (false, true));
+    let message = parse(&format!("[simulation]\ncontact = 1\n{SMALL}")).unwrap_err().to_string();
+    assert_eq!(message, "scene.toml:2: `simulation.contact` must be true or false, not 1");
+    // The setting of a body that is left out is not written, because the simulation decides.
+    assert_eq!(parse(SMALL).unwrap().to_toml().matches("self_contact = ").count(), 1);
+}
+
+#[test]
+fn ignored_bodies_must_be_other_bodies_of_the_scene() {
+    let other = "[[body]]\nname = \"eyes\"\nmesh = \"eyes.obj\"\n";
+    let ignoring = |name: &str| format!("{SMALL}ignore = [\"{name}\"]\n{other}");
+    assert_eq!(parse(&ignoring("eyes")).unwrap().bodies[0].touching.ignored, ["eyes"]);
+    assert_eq!(
+        parse(&ignoring("eyse")).unwrap_err().to_string(),
+        "scene.toml:4: `body.bust.ignore.0` is \"eyse\", and no body has this name; the nearest name of another body is \
+         `eyes`"
+    );
+    assert_eq!(
+        parse(&ignoring("bust")).unwrap_err().to_string(),
+        "scene.toml:4: `body.bust.ignore.0` is \"bust\", the body itself, whose contact with itself is `self_contact`; \
+         the nearest name of another body is `eyes`"
+    );
+    assert_eq!(
+        refusal("ignore = [\"eyes\"]"),
+        "scene.toml:4: `body.bust.ignore.0` is \"eyes\", and no body has this name; the scene has no other body; \
+         leave it out"
+    );
+    // A name that follows from the mesh counts, and an override is checked as the file is.
+    let unnamed = format!("{SMALL}[[body]]\nmesh = \"tongue.obj\"\n");
+    assert!(parse_with(&unnamed, &["body.bust.ignore=[\"tongue\"]"]).is_ok());
+    let message = parse_with(&unnamed, &["body.bust.ignore=[\"tong\"]"]).unwrap_err().to_string();
+    assert!(message.starts_with("--set body.bust.ignore=") && message.ends_with("is `tongue`"), "{message}");
+}
+
+#[test]
+fn every_key_of_the_table_is_known_to_the_body_reader() {
+    // No key accepts a date.
+    for key in body_keys().iter().filter(|key| !["name", "mesh"].contains(&key.as_str())) {
+        let message = refusal(&format!("{key} = 1979-05-27"));
+        assert!(message.contains(&format!("scene.toml:4: `body.bust.{key}` must be")), "{message}");
+    }
+}
+
+#[test]
+fn mutually_exclusive_keys_are_errors_that_name_both() {
+    for (line, first, second) in [
+        ("half_width = 2\nstiffness_radius = 0.1", "half_width", "stiffness_radius"),
+        ("stiffness = 1\nfrequency = 3", "stiffness", "frequency"),
+        ("damping_ratio = 0.1\ndamping_rate = 3", "damping_ratio", "damping_rate"),
+        ("region_damping = 0\nregion_damping_rate = 3", "region_damping", "region_damping_rate"),
+        ("lattice_vertices = 100\ncell_size = 0.1", "lattice_vertices", "cell_size"),
+        (
+            "[[body.pin]]\nbox = { min = [0,0,0], max = [1,1,1] }\nsphere = { center = [0,0,0], radius = 1 }",
+            "box",
+            "sphere",
+        ),
+    ] {
+        let message = refusal(line);
+        assert!(message.contains(&format!("{second}` and `{first}` ")), "{message}");
+        assert!(message.ends_with("; leave one of them out"), "{message}");
+    }
+}
+
+#[test]
+fn the_three_ways_to_set_the_elasticity_are_mutually_exclusive() {
+    let ways = [
+        &["material = \"jelly\""][..],
+        &["youngs_modulus = 1e6"],
+        &["half_width = 2", "stiffness_radius = 0.1", "stiffness = 1", "frequency = 3"],
+    ];
+    let key = |line: &str| line.split(' ').next().unwrap().to_owned();
+    for (a, b) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
+        for (first, second) in
+            ways[a].iter().flat_map(|first| ways[b].iter().map(move |second| (first, second)))
+        {
+            let message = refusal(&format!("{first}\n{second}"));
+            let keys = [key(first), key(second)];
+            assert!(keys.iter().all(|key| message.contains(&format!("{key}`"))), "{message}");
+            let line = 4 + usize::from(a < b);
+            assert!(message.starts_with(&format!("scene.toml:{line}: ")), "{message}");
+            assert!(message.ends_with(" exclude each other; leave one of them out"), "{message}");
+            assert!(exclusive_keys(&keys[0]).contains(&keys[1].as_str()), "{keys:?}");
+        }
+    }
+    let sizes = ["stiffness_radius"];
+    assert_eq!(exclusive_keys("half_width").iter().filter(|key| sizes.contains(key)).count(), 1);
+    assert!(!exclusive_keys("half_width").contains(&"stiffness") && exclusive_keys("density").is_empty());
+}
+
+#[test]
+fn bodies_need_a_mesh_and_unique_valid_names() {
+    let message = parse("[[body]]\nname = \"a\"\n").unwrap_err().to_string();
+    assert!(message.contains("scene.toml:1: `body.a.mesh` is missing: the path of an OBJ file"), "{message}");
+    let message = parse("[simulation]\n").unwrap_err().to_string();
+    assert!(
+        message.contains("`body` is missing: a scene needs at least one [[body]] with a `mesh`"),
+        "{message}"
+    );
+    let message = parse(&format!("{SMALL}{SMALL}")).unwrap_err().to_string();
+    assert!(
+        message.starts_with("scene.toml:4: a second body is called `bust`; names must differ"),
+        "{message}"
+    );
+    for name in ["", "a b", "a/b", "ä!"] {
+        let text = format!("[[body]]\nname = \"{name}\"\nmesh = \"m.obj\"\n");
+        let message = parse(&text).unwrap_err().to_string();
+        assert!(message.starts_with("scene.toml:2: `body.0.name` is "), "{message}");
+        let expected = format!("{name:?}; it must be made of letters, digits, `-`, `_` and `.` only");
+        assert!(message.contains(&expected), "{message}");
+    }
+    assert_eq!(parse("[[body]]\nmesh = \"a/red ball.obj\"\n").unwrap().bodies[0].name, "red_ball");
+}
+
+#[test]
+fn key_times_must_increase() {
+    let handle = |keys: &str| {
+        refusal(&format!("[[body.handle]]\nsphere = {{ center = [0,0,0], radius = 1 }}\nkeys = {keys}"))
+    };
+    assert!(
+        handle("[{ time = 1 }, { time = 1 }]").contains("keys.1.time` is 1; it must be a number above 1")
+    );
+    assert!(handle("[]").contains("at least one keyframe"));
+    assert!(handle("[{ translate = [0,0,0] }]").contains("keys.0.time` is missing"));
+}
+
+#[test]
+fn invalid_toml_and_unreadable_files_are_errors_with_the_line_or_the_path() {
+    let message = parse("[simulation]\nframes = \n").unwrap_err().to_string();
+    assert!(message.starts_with("scene.toml:2: not valid TOML"), "{message}");
+    let message = parse("[simulation]\nframes = 99999999999999999999\n").unwrap_err().to_string();
+    assert_eq!(message, "scene.toml:2: the number 99999999999999999999 does not fit in 64 bits");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("latin.toml");
+    std::fs::write(&path, b"[simulation]\n# caf\xe9\n").unwrap();
+    let message = Scene::read(&path).unwrap_err().to_string();
+    assert!(message.ends_with("latin.toml:2: not valid TOML: the text is not UTF-8"), "{message}");
+    let message = Scene::read(folder.path().join("none.toml")).unwrap_err().to_string();
+    assert!(message.contains("none.toml: cannot read the scene: "), "{message}");
+}
+
+#[test]
+fn every_shipped_scene_is_read() {
+    let folder = supple_tests::example("");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let scene = Scene::read(&path).unwrap();
+            assert!(
+                scene.bodies.iter().all(|body| scene.resolve(&body.mesh).is_file()),
+                "{}",
+                path.display()
+            );
+            count += 1;
+        }
+    }
+    assert!(count >= 5);
+}
+
+#[test]
+fn plasticity_is_a_table_of_a_body() {
+    let scene = parse(&format!("{SMALL}[body.plastic]\nyield = 0.02\n")).unwrap();
+    let plastic = Plasticity { yield_strain: 0.02, ..Plasticity::default() };
+    assert_eq!(scene.bodies[0].material.plastic, Some(plastic));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    assert_eq!(parse(SMALL).unwrap().bodies[0].material.plastic, None);
+
+    // An override creates the table.
+    let name = &scene.bodies[0].name;
+    let overrides = [format!("body.{name}.plastic.creep=20")];
+    let scene = Scene::parse(SMALL, "scene.toml", Path::new(""), &overrides).unwrap();
+    let plastic = Plasticity { creep: 20.0, ..Plasticity::default() };
+    assert_eq!(scene.bodies[0].material.plastic, Some(plastic));
+
+    let message = refusal("plastic = { yeild = 0.1 }");
+    assert!(message.contains("plastic.yeild`") && message.contains("`yield`"), "{message}");
+    let message = refusal("plastic = true");
+    assert!(message.contains("plastic`") && message.contains("a table"), "{message}");
+    let message = refusal("plastik = { yield = 0.1 }");
+    assert!(message.contains("`plastic`"), "{message}");
+}
+
+#[test]
+fn fracture_is_a_table_of_a_body() {
+    let scene = parse(&format!("{SMALL}[body.fracture]\nstrength = 2e4\n")).unwrap();
+    let name = scene.bodies[0].name.clone();
+    let strength = FractureOptions::new(BreakLimit::Strength(2e4));
+    assert_eq!(scene.bodies[0].fracture, Some(strength));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    assert_eq!(parse(SMALL).unwrap().bodies[0].fracture, None);
+
+    let all =
+        "fracture = { strain = 0.15, rotation = 20, cracks = 3, noise = 0, seed = 9, surface = \"cells\" }";
+    let scene = parse(&format!("{SMALL}{all}\n")).unwrap();
+    let mut options = FractureOptions::new(BreakLimit::Strain(0.15));
+    (options.rotation, options.cracks, options.noise, options.seed) = (Some(20.0), 3, 0.0, 9);
+    options.surface = CutSurface::Cells;
+    assert_eq!(scene.bodies[0].fracture, Some(options));
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+
+    // An override creates the table, and one limit replaces the other.
+    for text in [SMALL.to_owned(), format!("{SMALL}[body.fracture]\nstrength = 2e4\n")] {
+        let overrides = [format!("body.{name}.fracture.strain=0.1")];
+        let scene = Scene::parse(&text, "scene.toml", Path::new(""), &overrides).unwrap();
+        assert_eq!(scene.bodies[0].fracture, Some(FractureOptions::new(BreakLimit::Strain(0.1))));
+    }
+
+    let message = refusal("fracture = { strain = 1, niose = 0.1 }");
+    assert!(message.contains("fracture.niose`") && message.contains("`noise`"), "{message}");
+    for text in ["fracture = { noise = 0.1 }", "fracture = { strain = 1, strength = 1 }"] {
+        let message = refusal(text);
+        assert!(message.contains("`strength`") && message.contains("strain`"), "{message}");
+    }
+    let message = refusal("fracture = 0.1");
+    assert!(message.contains("fracture`") && message.contains("a table"), "{message}");
+    let message = refusal("fractur = { strain = 1 }");
+    assert!(message.contains("`fracture`"), "{message}");
+}
