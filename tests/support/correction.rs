@@ -1,6 +1,6 @@
 //! Volume corrections of posed lattices.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use supple::internals::{Correction, CorrectionWorkspace, Embedding, ExternalForce};
 use supple::{ComponentReport, Lattice, LatticeOptions, Mesh, Resolution};
 

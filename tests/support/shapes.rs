@@ -1,5 +1,6 @@
 //! Cells, lattices, meshes and bodies.
 
+use crate::random::Random;
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Handle, Key, Lattice, LatticeOptions, Material, Mesh, Pin, Resolution, Selection,

@@ -6,8 +6,7 @@ use supple::{
     Substeps, TimeWindow, Touched,
 };
 
-use supple_tests::sphere;
-use supple_tests::{block, surface_of};
+use supple_tests::{block, sphere, surface_of};
 
 /// A cube of edge 1 with `n` cells along each axis, centered at the origin, with a mesh.
 fn cube(n: i32) -> BodyBuilder {

@@ -8,7 +8,7 @@ use supple::{
 
 use supple_io::run::{difference, fingerprint, prepare};
 use supple_io::scene::Scene;
-use supple_tests::sphere;
+use supple_tests::{mesh_of, plain_box, sphere};
 
 /// Returns the mesh of a box with its center at the origin. Without its top it is open.
 fn centered_box(extents: [f64; 3], has_top: bool) -> Mesh {

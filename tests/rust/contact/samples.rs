@@ -4,7 +4,8 @@ use nalgebra::Point3;
 use supple::internals::{
     BodyFrame, BodyState, Colliders, ContactReport, Contacts, Interval, Lanes, SampleCells,
 };
-use supple::{Collider, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::{Collider, Lattice, LatticeOptions, Resolution};
+use supple_tests::{mesh_of, plain_box};
 
 /// Returns the contacts of a lattice at rest with one collider.
 fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> ContactReport {

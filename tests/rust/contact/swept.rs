@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Shape, Simulation};
+use supple_tests::{grid_box, mesh_of};
 
 /// Speed of the bodies in m/s.
 const SPEED: f64 = 10.0;

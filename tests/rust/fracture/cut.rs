@@ -7,6 +7,7 @@ use supple::{
     Body, BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Lattice, LatticeOptions, Mesh, Origin,
     Resolution, Simulation, VolumeMeasure, cut,
 };
+use supple_tests::{bust, grid_box, mesh_of};
 
 /// Returns a torus around the z axis.
 fn torus(around: u32, across: u32) -> Mesh {

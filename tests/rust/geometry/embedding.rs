@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::internals::Embedding;
 use supple::{Lattice, LatticeOptions, Mesh, Resolution};
+use supple_tests::example;
 
 fn bust(vertices: usize) -> (Mesh, Lattice) {
     let mesh = supple_io::obj::read(example("bust_parts.obj")).expect("the bust");

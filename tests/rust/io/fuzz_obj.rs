@@ -1,6 +1,5 @@
 //! Fuzzing of the OBJ reader: it returns a surface or an error, and a written frame reads back the same.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::fuzz::{Target, fuzz};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::single_range_in_vec_init, reason = "groups are lists of ranges, often of one range")]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use proptest::prelude::*;
 use supple::Mesh;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use supple::reference::{Naive, Regions, damped_velocities, goals, region, rotation, weights};
 use supple::{Body, Lattice, Material, Mesh, Pin, Selection, Simulation, TimeWindow};
+use supple_tests::block;
 
 const KINDS: [Regions; 2] = [Regions::Staircase, Regions::BreadthFirst];
 

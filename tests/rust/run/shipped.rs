@@ -1,7 +1,5 @@
 //! The example scenes keep their volume, the stretched head comes to rest, the tower stands and the pile stays in its bin.
 
-use std::path::Path;
-
 use nalgebra::{Matrix3, Point3};
 use supple::{Body, BodyRef, ContactPoint, Display, Touched};
 use supple_io::run::{Prepared, prepare};

@@ -5,8 +5,7 @@
 use nalgebra::{Rotation3, Vector3};
 use supple::internals::{Correction, CorrectionWorkspace, Surface};
 use supple::{FieldKind, Mesh, Resolution, VolumeMeasure, VolumeOptions};
-use supple_tests::{apply_in, of_mesh};
-use supple_tests::{block, rms, surface_of};
+use supple_tests::{apply_in, block, of_mesh, rms, surface_of};
 
 const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
 

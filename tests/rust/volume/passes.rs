@@ -9,8 +9,7 @@ use supple::{
     Body, Handle, Key, Material, Mesh, Pin, Preservation, Selection, Simulation, TimeWindow, VolumeMeasure,
     VolumeOptions, VolumeScope,
 };
-use supple_tests::{apply_in, lattice};
-use supple_tests::{block, surface_of};
+use supple_tests::{apply_in, block, lattice, surface_of};
 
 /// The measures, each with both scopes.
 fn options() -> impl Iterator<Item = VolumeOptions> {

@@ -8,8 +8,7 @@ use supple::{
     Body, BodyBuilder, Lattice, Material, Mesh, Preservation, Simulation, VolumeMeasure, VolumeOptions,
     VolumeScope,
 };
-use supple_tests::apply;
-use supple_tests::{block, pull_apart, surface_of};
+use supple_tests::{apply, block, pull_apart, surface_of};
 
 /// Returns the rms error of the volumes of the cells, in units of the rest volume of a cell.
 fn cell_error(lattice: &Lattice, at: &[Vector3<f64>]) -> f64 {

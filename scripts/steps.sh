@@ -1,0 +1,66 @@
+# What scripts/test and scripts/check share: paths, the required programs, and steps whose times are printed at the end.
+# To be sourced from the top directory.
+exec </dev/null
+root=$PWD
+target=${CARGO_TARGET_DIR:-target}
+[[ $target == /* ]] || target=$root/$target
+scratch=$target/check
+venv=$target/venv/bin
+python=${PYTHON:-python3}
+programs=$target/debug
+export CARGO_TERM_PROGRESS_WHEN=never PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_INPUT=1
+# Incremental compilation makes a first build slower.
+if [[ -n ${CI:-} || ! -d $target ]]; then export CARGO_INCREMENTAL=0; fi
+# The packages and features with which everything is built, so that each dependency is compiled once.
+workspace=(--locked --all-features --workspace --exclude supple-python)
+# With the features of the Rust tests, so that the wheel reuses their build of the core.
+export MATURIN_PEP517_ARGS="--locked --profile dev --features supple/internals"
+
+current="required programs"
+began=$SECONDS
+times=()
+
+finish_step() { times+=("$(printf '%5d s  %s' $((SECONDS - began)) "$current")"); }
+
+step() {
+    finish_step
+    current=$1 began=$SECONDS
+    printf '\n==> %s\n' "$current"
+}
+
+finish() {
+    finish_step
+    printf '\n==> all passed\n'
+    printf '%s\n' "${times[@]}"
+    printf '%5d s  in all\n' "$SECONDS"
+}
+
+# Prints the step that failed, if the exit status is not 0.
+on_exit() {
+    local status=$?
+    if ((status != 0)); then printf '\n==> FAILED (exit %d) in: %s\n' "$status" "$current" >&2; fi
+}
+trap on_exit EXIT
+
+fail() {
+    printf '%s\n' "$1" >&2
+    exit 1
+}
+
+# Builds the wheel and installs it, with the packages that tests and checks need, into an environment of its own.
+install_module() {
+    rm -rf "$target/wheels"
+    "$python" -m venv --clear "$target/venv"
+    "$venv/pip" wheel --quiet --no-deps --wheel-dir "$target/wheels" .
+    wheel=$(echo "$target"/wheels/*.whl)
+    "$venv/pip" install --quiet "$wheel"
+}
+
+command -v cargo >/dev/null || fail "cargo is not installed; install Rust with rustup"
+command -v "$python" >/dev/null || fail "$python is not installed; install Python 3.10 or newer, or set PYTHON to its path"
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' ||
+    fail "$("$python" --version) is too old: Python 3.10 or newer is required; set PYTHON to the path of a newer interpreter"
+"$python" -c 'import venv, ensurepip' 2>/dev/null ||
+    fail "$python lacks venv; install it (on Debian the package python3-venv)"
+cargo --version
+"$python" --version
