@@ -1,5 +1,6 @@
 """Bodies that break: arguments, cuts, arrays that grow, and what is saved."""
 
+import base64
 import copy
 import gzip
 import json
@@ -416,10 +417,7 @@ def test_a_scene_sets_fracture(scene):
 def page_header(path):
     """Return the description of the only run of a page."""
     text = path.read_bytes().split(b'<script type="text/plain" data-run="0">')[1].split(b"</script>")[0]
-    # Seven bits of each character, the lowest ones first; 0xc2 precedes characters from 128 on in UTF-8.
-    characters = np.frombuffer(text.replace(b"\xc2", b""), np.uint8)
-    bits = np.unpackbits(characters[:, None], axis=1, bitorder="little")[:, :7].ravel()
-    data = gzip.decompress(np.packbits(bits[: len(bits) // 8 * 8], bitorder="little").tobytes())
+    data = gzip.decompress(base64.b64decode(text))
     return json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
 
 

@@ -1,5 +1,6 @@
 //! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
+//! * [`memory_limit`] asks for the memory of the machine.
 //! * `space` converts the coordinates of scenes to those of files.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
 //! * `usd` writes USD stages.
@@ -17,6 +18,7 @@ mod escape;
 mod file;
 pub mod frames;
 mod html;
+mod memory;
 pub mod obj;
 pub mod pages;
 mod path;
@@ -29,3 +31,4 @@ mod usd;
 pub use count::counted;
 pub use escape::Escaped;
 pub use file::write_atomically;
+pub use memory::memory_limit;

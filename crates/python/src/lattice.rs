@@ -1,6 +1,5 @@
 //! Defines `supple.Lattice`: the cubic cells that cover a shape, and the corners of the cells.
 
-use nalgebra::Point3;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -70,7 +69,8 @@ impl Lattice {
         let mut options = LatticeOptions::default();
         options.resolution = resolution(&settings, "vertices")?.unwrap_or(options.resolution);
         options.join = settings.read("join", argument::boolean)?.unwrap_or(options.join);
-        options.memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
+        let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
+        options.memory_limit = Some(memory_limit.unwrap_or_else(supple_io::memory_limit));
         let mesh = &mesh.get().mesh;
         let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
         lattice.map(Self::from_core).map_err(error::from_core)
@@ -205,7 +205,9 @@ impl Lattice {
         origin: [f64; 3],
         join: bool,
     ) -> PyResult<Self> {
-        let lattice = py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
+        let limit = supple_io::memory_limit();
+        let build = || supple::Lattice::from_cells_within(limit, cells, cell_size, origin, join);
+        let lattice = py.detach(build);
         lattice.map(Self::from_core).map_err(error::from_core)
     }
 }

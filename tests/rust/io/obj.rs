@@ -281,38 +281,26 @@ proptest! {
     }
 }
 
-/// Positions, and the vertices of each face.
-type Polygons = (Vec<[f32; 3]>, Vec<Vec<usize>>);
-
-/// Returns the positions and faces that obj-rs reads, or `None` if it cannot read the file.
-fn by_obj_rs(bytes: &[u8]) -> Option<Polygons> {
-    use ::obj::raw::object::{Polygon, parse_obj};
-    let read = std::panic::catch_unwind(|| parse_obj(bytes)).ok()?.ok()?;
-    let vertices = |polygon: &Polygon| match polygon {
-        Polygon::P(corners) => corners.clone(),
-        Polygon::PT(corners) | Polygon::PN(corners) => corners.iter().map(|corner| corner.0).collect(),
-        Polygon::PTN(corners) => corners.iter().map(|corner| corner.0).collect(),
-    };
-    let positions = read.positions.iter().map(|&(x, y, z, _)| [x, y, z]).collect();
-    Some((positions, read.polygons.iter().map(vertices).collect()))
+/// Returns the surface that obj-rs reads, or `None` if it cannot read the file.
+fn by_obj_rs(bytes: &[u8]) -> Option<Mesh> {
+    let raw = std::panic::catch_unwind(|| ::obj::raw::parse_obj(bytes)).ok()?.ok()?;
+    Some(obj::from_raw(&raw).unwrap())
 }
 
 #[test]
 fn positions_and_faces_equal_those_of_obj_rs() {
     let mut compared = Vec::new();
     let mut compare = |name: String, bytes: Vec<u8>| {
-        let Some((positions, faces)) = by_obj_rs(&bytes) else { return };
-        let mesh = parse(&bytes).unwrap();
-        let bits = |point: [f32; 3]| point.map(|number| f64::from(number).to_bits());
-        assert_eq!(mesh.vertices().len(), positions.len(), "{name}");
-        let same = mesh
-            .vertices()
-            .iter()
-            .zip(positions)
-            .all(|(ours, theirs)| <[f64; 3]>::from(ours.coords).map(f64::to_bits) == bits(theirs));
-        assert!(same, "{name}");
-        let ours = mesh.faces().map(|face| face.iter().map(|&vertex| vertex as usize).collect::<Vec<_>>());
-        assert!(ours.eq(faces), "{name}");
+        let Some(theirs) = by_obj_rs(&bytes) else { return };
+        let ours = parse(&bytes).unwrap();
+        let bits = |mesh: &Mesh| -> Vec<_> {
+            mesh.vertices()
+                .iter()
+                .flat_map(|point| <[f64; 3]>::from(point.coords).map(f64::to_bits))
+                .collect()
+        };
+        assert!(bits(&ours) == bits(&theirs), "{name}");
+        assert!(ours.faces().eq(theirs.faces()), "{name}");
         compared.push(name);
     };
     for folder in ["examples/scenes", "tests/data"] {
@@ -339,5 +327,23 @@ fn positions_and_faces_equal_those_of_obj_rs() {
         text += &format!("f {}\n", corners.join(" "));
     }
     compare("random".to_owned(), text.into_bytes());
-    assert!(compared.len() >= 3 && compared.contains(&"random".to_owned()), "{compared:?}");
+    let cube = std::fs::read_to_string(data("hard_edges.obj")).unwrap();
+    for corners in ["f 1 2 4 3", "f 1/1 2/1 4/1 3/1", "f 1//1 2//1 4//1 3//1", "f 1/1/1 2/1/1 4/1/1 3/1/1"] {
+        compare(corners.to_owned(), format!("{cube}\nvt 0 0\n{corners}\n").into_bytes());
+    }
+    for name in ["random", "f 1 2 4 3", "f 1/1", "f 1//1", "f 1/1/1", "bust.obj"] {
+        assert!(compared.iter().any(|compared| compared.contains(name)), "{name} is not in {compared:?}");
+    }
+}
+
+#[test]
+fn indices_of_obj_rs_out_of_range_are_errors() {
+    let mut raw = ::obj::raw::parse_obj(TRIANGLE.as_bytes()).unwrap();
+    for vertex in [3, usize::MAX] {
+        raw.polygons[0] = ::obj::raw::object::Polygon::PN(vec![(0, 9), (1, 9), (vertex, 0)]);
+        let error = obj::from_raw(&raw).unwrap_err();
+        assert!(matches!(error, supple::MeshError::IndexOutOfRange { face: 0, count: 3, .. }), "{error}");
+    }
+    raw.polygons.clear();
+    assert!(matches!(obj::from_raw(&raw), Err(supple::MeshError::NoFaces { .. })));
 }

@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::rc::Rc;
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use flate2::read::GzDecoder;
 use serde_json::Value;
 
@@ -52,11 +53,7 @@ pub(crate) fn data(page: &str) -> Vec<Vec<u8>> {
         let text = text.split("</script>").next().unwrap();
         let run: usize = run.parse().unwrap();
         runs.resize_with(runs.len().max(run + 1), Vec::new);
-        // Seven bits of each character, the lowest ones first.
-        let bits = text.chars().flat_map(|character| (0..7).map(move |bit| (character as u32) >> bit & 1));
-        let bits: Vec<u8> = bits.map(|bit| bit as u8).collect();
-        let bytes = bits.as_chunks::<8>().0.iter();
-        runs[run].extend(bytes.map(|bits| bits.iter().rev().fold(0, |byte, bit| byte << 1 | bit)));
+        runs[run].extend(BASE64_STANDARD.decode(text).unwrap());
     }
     runs
 }

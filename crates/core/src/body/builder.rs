@@ -209,7 +209,7 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the memory limit of the body in bytes; default half of the machine's memory.
+    /// Sets the memory limit of the body in bytes; default 4 GiB. See [`LatticeOptions::memory_limit`].
     pub fn memory_limit(mut self, bytes: u64) -> Self {
         self.options.memory_limit = Some(bytes);
         self

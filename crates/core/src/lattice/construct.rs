@@ -60,8 +60,25 @@ impl Lattice {
     /// # Errors
     ///
     /// If there are no cells, if an index is out of range, if the cell size is not positive and finite, if
-    /// the origin is not finite, or if the lattice needs more than half of the machine's memory.
+    /// the origin is not finite, or if the lattice and a simulation of it need more than 4 GiB.
     pub fn from_cells(
+        cells: &[[i32; 3]],
+        cell_size: f64,
+        origin: impl Into<Point3<f64>>,
+        join: bool,
+    ) -> Result<Self, LatticeError> {
+        Self::from_cells_within(LatticeOptions::DEFAULT_MEMORY_LIMIT, cells, cell_size, origin, join)
+    }
+
+    /// Builds the lattice of the given cells as [`Lattice::from_cells`] does, with another memory limit.
+    ///
+    /// * `memory_limit`: as [`LatticeOptions::memory_limit`], in bytes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Lattice::from_cells`].
+    pub fn from_cells_within(
+        memory_limit: u64,
         cells: &[[i32; 3]],
         cell_size: f64,
         origin: impl Into<Point3<f64>>,
@@ -80,7 +97,7 @@ impl Lattice {
                 return Err(LatticeError::IndexRange { cell, index });
             }
         }
-        let limit = memory::limit(None);
+        let limit = memory::limit(Some(memory_limit));
         memory::check(memory::needed_bytes(cells.len() as u64), limit, cell_size)?;
         let mut sorted = cells.to_vec();
         sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));

@@ -18,9 +18,15 @@ pub struct LatticeOptions {
     /// Whether parts (connected components of the cells) are joined, each to the nearest other part by a
     /// bridge of cells. If false, each part is a component of the lattice. Default: true.
     pub join: bool,
-    /// Memory limit of the lattice and a simulation of it, in bytes. Default (`None`): half of the machine's
-    /// memory, or 4 GiB if the machine's memory is unknown.
+    /// Memory limit of the lattice and a simulation of it, in bytes. Default (`None`):
+    /// [`DEFAULT_MEMORY_LIMIT`](Self::DEFAULT_MEMORY_LIMIT). `supple_io::memory_limit` returns a limit that suits the
+    /// machine.
     pub memory_limit: Option<u64>,
+}
+
+impl LatticeOptions {
+    /// Memory limit of a lattice and a simulation of it if none is given: 4 GiB, enough for 17 million vertices.
+    pub const DEFAULT_MEMORY_LIMIT: u64 = 4 << 30;
 }
 
 impl Default for LatticeOptions {

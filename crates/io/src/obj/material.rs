@@ -1,10 +1,12 @@
-//! Reads the colors of materials from the libraries (`.mtl`) of a file.
+//! Reads the colors of materials from the libraries (`.mtl`) of a file, with obj-rs.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ::obj::raw::material::{Material, MtlColor, MtlTextureMap, RawMtl, parse_mtl};
+
 use super::Document;
-use super::lines::{Statements, Words, decode};
+use super::lines::{self, Words, decode};
 use crate::file;
 
 /// Color of a material.
@@ -53,38 +55,76 @@ impl Document {
     }
 }
 
+/// The statements of a library that colors depend on, as a text that obj-rs reads.
+///
+/// obj-rs refuses a whole library for one statement that it does not know, for a name with spaces and for further
+/// numbers at the end of a line, and it adds statements before the first `newmtl` to the first material. So the text has
+/// only complete statements of materials, and each name in it is the index of the name in `names`.
+#[derive(Default)]
+struct Statements {
+    text: String,
+    /// Names of materials and of images, decoded.
+    names: Vec<String>,
+}
+
+impl Statements {
+    fn new(raw: &[u8]) -> Self {
+        let mut found = Self::default();
+        for statement in lines::Statements::new(raw) {
+            let mut words = Words::new(raw, &statement.bytes);
+            let Some(keyword) = words.next() else { continue };
+            let rest = decode(&raw[words.rest()]);
+            let numbers = rest.split_whitespace().take_while(|word| word.parse::<f32>().is_ok());
+            let numbers: Vec<&str> = numbers.collect();
+            match (&raw[keyword], &numbers[..]) {
+                (b"newmtl", _) => found.push_name("newmtl", &rest),
+                _ if found.names.is_empty() => {}
+                (b"map_Kd", _) => found.push_name("map_Kd", &rest),
+                (b"Kd", [gray]) => found.push("Kd", gray),
+                (b"Kd", [r, g, b, ..]) => found.push("Kd", &format!("{r} {g} {b}")),
+                (b"d", [opacity, ..]) => found.push("d", opacity),
+                (b"Tr", [transparency, ..]) => found.push("Tr", transparency),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn push(&mut self, keyword: &str, values: &str) {
+        self.text.extend([keyword, " ", values, "\n"]);
+    }
+
+    fn push_name(&mut self, keyword: &str, name: &str) {
+        self.push(keyword, &self.names.len().to_string());
+        self.names.push(name.to_owned());
+    }
+}
+
 /// Parses a library. `find` returns the path of an image if it exists.
 fn parse(raw: &[u8], find: impl Fn(&str) -> Option<PathBuf>) -> Vec<(String, MaterialColor)> {
-    let mut materials: Vec<(String, MaterialColor)> = Vec::new();
-    for statement in Statements::new(raw) {
-        let mut words = Words::new(raw, &statement.bytes);
-        let Some(keyword) = words.next() else { continue };
-        let text = decode(&raw[words.clone().rest()]).into_owned();
-        let numbers: Vec<f32> = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        let fraction = |number: &f32| number.clamp(0.0, 1.0);
-        if &raw[keyword.clone()] == b"newmtl" {
-            materials.push((text, MaterialColor::default()));
-            continue;
+    let Statements { text, names } = Statements::new(raw);
+    let Ok(RawMtl { materials }) = parse_mtl(text.as_bytes()) else { return Vec::new() };
+    let image = |map: &MtlTextureMap| {
+        let name = names.get(map.file.parse::<usize>().ok()?)?;
+        // Options such as `-s 2 2 1` precede the name.
+        find(name).or_else(|| find(name.split_whitespace().last()?))
+    };
+    let color = |material: &Material| {
+        let default = MaterialColor::default();
+        let diffuse = match material.diffuse {
+            Some(MtlColor::Rgb(r, g, b)) => [r, g, b].map(|number| number.clamp(0.0, 1.0)),
+            _ => default.diffuse,
+        };
+        let opacity = material.dissolve.map_or(default.opacity, |number| number.clamp(0.0, 1.0));
+        let image = material.diffuse_map.as_ref().and_then(image);
+        if diffuse.iter().chain([&opacity]).any(|number| number.is_nan()) {
+            return MaterialColor { image, ..default };
         }
-        let Some((_, material)) = materials.last_mut() else { continue };
-        match (&raw[keyword], &numbers[..]) {
-            // One number is a gray.
-            (b"Kd", [gray]) => material.diffuse = [fraction(gray); 3],
-            (b"Kd", [r, g, b, ..]) => material.diffuse = [r, g, b].map(fraction),
-            (b"d", [opacity, ..]) => material.opacity = fraction(opacity),
-            (b"Tr", [transparency, ..]) => material.opacity = 1.0 - fraction(transparency),
-            // Options such as `-s 2 2 1` precede the name.
-            (b"map_Kd", _) => {
-                material.image = find(&text).or_else(|| find(text.split_whitespace().last()?));
-            }
-            _ => {}
-        }
-        if material.diffuse.iter().any(|number| number.is_nan()) || material.opacity.is_nan() {
-            let image = material.image.take();
-            *material = MaterialColor { image, ..MaterialColor::default() };
-        }
-    }
-    materials
+        MaterialColor { diffuse, opacity, image }
+    };
+    let named =
+        |(index, name): (usize, &String)| Some((name.clone(), color(materials.get(&index.to_string())?)));
+    names.iter().enumerate().filter_map(named).collect()
 }
 
 #[cfg(test)]
@@ -108,5 +148,19 @@ mod tests {
             ("none", MaterialColor::default()),
         ];
         assert_eq!(parse(text.as_bytes(), exists), expected.map(|(name, color)| (name.to_owned(), color)));
+    }
+
+    #[test]
+    fn statements_that_obj_rs_refuses_change_nothing_else() {
+        let text = b"d 0.1\nnewmtl a\r\nKd 1 0 0.5 0.25 x\nKd xyz 1 1 1\nKd 1 1\nd 0.5 % half\nd -halo 0.5\nKm 1\nrefl x\n\
+                     disp x y\nillum two\nbump\nnewmtl\nKd 1 #\nnewmtl \xe9t\xe9\nTr -1 \nmap_Kd\nnewmtl a\nKd 0\n\\";
+        let color = |diffuse, opacity| MaterialColor { diffuse, opacity, image: None };
+        let expected = [
+            ("a", color([1.0, 0.0, 0.5], 0.5)),
+            ("", color([1.0; 3], 1.0)),
+            ("\u{e9}t\u{e9}", MaterialColor::default()),
+            ("a", color([0.0; 3], 1.0)),
+        ];
+        assert_eq!(parse(text, |_| None), expected.map(|(name, color)| (name.to_owned(), color)));
     }
 }

@@ -9,6 +9,7 @@ use super::animations::Animations;
 use super::error::RunError;
 use super::overlap::Overlap;
 use crate::frames::{Formats, OutputError, Source};
+use crate::memory::memory_limit;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{Body, Collider, CollisionMesh, Simulation};
@@ -161,6 +162,7 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
         .scale(data.scale)
         .resolution(data.resolution)
         .join(data.join)
+        .memory_limit(memory_limit())
         .material(data.material)
         .placement(data.placement)
         .volume(data.volume)

@@ -99,9 +99,8 @@ fn builder<'py>(
     if let Some(join) = settings.read("join", argument::boolean)? {
         builder = builder.join(join);
     }
-    if let Some(bytes) = settings.count("memory_limit", 0)? {
-        builder = builder.memory_limit(bytes as u64);
-    }
+    let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
+    let builder = builder.memory_limit(memory_limit.unwrap_or_else(supple_io::memory_limit));
     Ok((mesh.into_any(), builder))
 }
 

@@ -15,21 +15,12 @@ function fail(text) {
   showMessage(text);
 }
 
-// Returns the bytes of a text of seven bits a character: see text.rs.
+// Returns the bytes of a base64 text.
 function decodeText(text) {
-  const bytes = new Uint8Array(Math.floor((text.length * 7) / 8));
-  let bits = 0,
-    count = 0,
-    at = 0;
-  for (let i = 0; i < text.length; i++) {
-    bits |= (text.charCodeAt(i) & 127) << count;
-    count += 7;
-    if (count >= 8) {
-      bytes[at++] = bits & 255;
-      bits >>= 8;
-      count -= 8;
-    }
-  }
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const characters = atob(text);
+  const bytes = new Uint8Array(characters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = characters.charCodeAt(i);
   return bytes;
 }
 
