@@ -11,10 +11,10 @@ programs=$target/debug
 export CARGO_TERM_PROGRESS_WHEN=never PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_INPUT=1
 # Incremental compilation makes a first build slower.
 if [[ -n ${CI:-} || ! -d $target ]]; then export CARGO_INCREMENTAL=0; fi
-# The packages and features with which everything is built, so that each dependency is compiled once.
-workspace=(--locked --all-features --workspace --exclude supple-python)
-# With the features of the Rust tests, so that the wheel reuses their build of the core.
-export MATURIN_PEP517_ARGS="--locked --profile dev --features supple/internals"
+# One selection of packages and features for all tests, so that each dependency is compiled once. The module for Python is in
+# it, although it has no Rust tests, and is built with the features of the others: so the wheel reuses their builds.
+tested=(--locked --all-features --workspace --exclude supple-benches --exclude supple-web)
+export MATURIN_PEP517_ARGS="--locked --profile dev --features supple/default,supple/internals,supple-io/default"
 
 current="required programs"
 began=$SECONDS
