@@ -308,6 +308,31 @@ fn items_of_mod_files_are_found() {
     assert!(mentions(&body, "B") && mentions(&body, "F") && !mentions(&body, "E") && !mentions(&body, "c"));
 }
 
+/// Returns the names of the modules of a crate as a page gives them: `name/` for a folder, `name.rs` for a file.
+fn listed_modules(krate: &str) -> BTreeSet<String> {
+    let entries = fs::read_dir(source(krate)).unwrap().map(|entry| entry.unwrap());
+    let names = entries.map(|entry| {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() { format!("{name}/") } else { name }
+    });
+    names.filter(|name| !["lib.rs", "main.rs"].contains(&&**name)).collect()
+}
+
+#[test]
+fn architecture_page_lists_the_modules_of_the_core_by_layers_and_those_of_io() {
+    let page = fs::read_to_string(source("core").join("../../../ARCHITECTURE.md")).unwrap();
+    let rows =
+        page.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |")).map(|(name, _)| name);
+    let rows: Vec<&str> = rows.filter(|name| name.ends_with('/') || name.ends_with(".rs")).collect();
+    let (core, io) = rows.split_at(LAYERS.len().min(rows.len()));
+    let layers: Vec<&str> =
+        core.iter().map(|row| row.trim_end_matches('/').trim_end_matches(".rs")).collect();
+    assert_eq!(layers, LAYERS);
+    let named = |rows: &[&str]| rows.iter().map(|row| (*row).to_owned()).collect::<BTreeSet<_>>();
+    assert_eq!(named(core), listed_modules("core"));
+    assert_eq!(named(io), listed_modules("io"));
+}
+
 #[test]
 fn use_lines_are_expanded_and_cycles_are_found() {
     let code = "//! x\nuse a::{b, c::{d, E as F}};\npub(crate) use super::g;\nfn h() {}\n";

@@ -145,8 +145,8 @@ mod volume;
 mod voxel;
 
 pub use body::{
-    ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
-    HoldForce, PieceMesh, Softened, StateError, TouchingOptions,
+    Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface, HoldForce,
+    PieceMesh, Softened, TouchingOptions,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
@@ -155,7 +155,7 @@ pub use dynamics::{
     Material, MotionError, Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError,
     Stiffness, TimeWindow, Zone,
 };
-pub use error::Error;
+pub use error::{Error, StateError};
 pub use fracture::{BreakLimit, FractureOptions};
 pub use lattice::{
     Components, FloatingPart, Joint, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
@@ -171,7 +171,7 @@ pub use simulation::{
     StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
-pub use state::{Placement, euler_degrees, euler_degrees_near};
+pub use state::{ArrayError, Placement, euler_degrees, euler_degrees_near};
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
     VolumeScope, Volumes,

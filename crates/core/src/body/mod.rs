@@ -55,7 +55,7 @@ pub use pieces::PieceMesh;
 pub use reference::BodyRef;
 pub(crate) use reference::DisplayContext;
 pub(crate) use sleep::RestVote;
-pub use snapshot::{BodySnapshot, StateError};
+pub use snapshot::BodySnapshot;
 pub(crate) use step::{BodyContactPart, StepContext};
 
 use breaking::Breaking;
@@ -77,7 +77,7 @@ use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::skin::{Skin, SkinKind};
-use crate::state::{BodyFrame, State};
+use crate::state::{ArrayError, BodyFrame, State};
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
 /// Greatest valid magnitude of coordinates, in cells, and of speeds, in cells/s. Adjacent f64 numbers are
@@ -410,42 +410,4 @@ impl Surface {
     fn volume_surface(&self) -> volume::Surface<'_> {
         volume::Surface { mesh: &self.mesh, embedding: &self.embedding }
     }
-}
-
-/// An array with the wrong length or an invalid value.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ArrayError {
-    /// A wrong number of entries.
-    #[error("{name} has {count} entries; the body has {expected} lattice vertices")]
-    Length {
-        /// Name of the array.
-        name: &'static str,
-        /// Number of entries.
-        count: usize,
-        /// Number of lattice vertices of the body.
-        expected: usize,
-    },
-    /// A number that is not finite.
-    #[error("{name}[{index}] = {value:?} is not finite")]
-    NotFinite {
-        /// Name of the array.
-        name: &'static str,
-        /// Index of the entry.
-        index: usize,
-        /// Value of the entry.
-        value: [f64; 3],
-    },
-    /// A coordinate beyond 10^15 cells, or a velocity component beyond 10^15 cells/s.
-    #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
-    TooFar {
-        /// Name of the array.
-        name: &'static str,
-        /// Index of the entry.
-        index: usize,
-        /// Value of the entry.
-        value: [f64; 3],
-        /// Greatest valid magnitude of a component, in the units of `value`.
-        limit: f64,
-    },
 }

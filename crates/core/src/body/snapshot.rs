@@ -6,7 +6,7 @@ use super::zones::{check_stiffness, checked_factors};
 use super::{Body, Surface};
 use crate::contact::Side;
 use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
-use crate::error::Error;
+use crate::error::{Error, StateError};
 use crate::fracture::Cracks;
 use crate::lattice::{Embedding, Lattice, Layout};
 use crate::range::in_range;
@@ -34,93 +34,6 @@ pub struct BodySnapshot {
     displacements: Vec<[f32; 3]>,
     /// Side points of the samples at colliders; see `contact::sides`.
     sides: Vec<Side>,
-}
-
-/// A saved state that does not match the body or simulation.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StateError {
-    /// A different number of bodies.
-    #[error("the number of bodies is {bodies} in the simulation and {found} in the state")]
-    Bodies {
-        /// Number of bodies in the simulation.
-        bodies: usize,
-        /// Number of bodies in the state.
-        found: usize,
-    },
-    /// An invalid time or step length.
-    #[error("the state has an invalid time or step length")]
-    Time,
-    /// A driven collider that the simulation does not have.
-    #[error("the simulation has {colliders} colliders, but in the state collider {index} is driven")]
-    Collider {
-        /// Number of colliders in the simulation.
-        colliders: usize,
-        /// Index of the driven collider in the state, from 0.
-        index: usize,
-    },
-    /// A driven collider with an invalid pose.
-    #[error("collider {index} has an invalid pose in the state")]
-    Drive {
-        /// Index of the collider, from 0.
-        index: usize,
-    },
-    /// Invalid supports of bodies by each other.
-    #[error("the state has invalid supports of bodies by each other")]
-    Supports,
-    /// A different cell size.
-    #[error("body {body:?} has the cell size {cell_size}, but the state has {found}")]
-    CellSize {
-        /// Name of the body.
-        body: String,
-        /// Cell size of the body.
-        cell_size: f64,
-        /// Cell size of the state.
-        found: f64,
-    },
-    /// A different lattice: another number of connected components, or of blocks of eight lattice vertices.
-    #[error("body {body:?} has {blocks} blocks of lattice vertices, but the state has {found}")]
-    Lattice {
-        /// Name of the body.
-        body: String,
-        /// Number of blocks of the body.
-        blocks: usize,
-        /// Number of blocks of the state.
-        found: usize,
-    },
-    /// Plastic shapes without plasticity, or plasticity without plastic shapes.
-    #[error("body {body:?}: the plastic shapes of the state do not match its material")]
-    Plastic {
-        /// Name of the body.
-        body: String,
-    },
-    /// Pins, handles or forces on vertices that the body does not have.
-    #[error("body {body:?}: the state has {what} of another body")]
-    Vertices {
-        /// Name of the body.
-        body: String,
-        /// `pins and handles` or `forces`.
-        what: &'static str,
-    },
-    /// A handle follows an animation that the body does not have.
-    #[error(
-        "body {body:?}: handle {index} of the state follows an animation, which a state does not contain; add a handle with \
-         the same selection and animation before the state is restored"
-    )]
-    Animation {
-        /// Name of the body.
-        body: String,
-        /// Index of the handle.
-        index: usize,
-    },
-    /// Settings that are invalid for the body.
-    #[error("body {body:?}: {source}")]
-    Settings {
-        /// Name of the body.
-        body: String,
-        /// The reason.
-        source: Box<Error>,
-    },
 }
 
 impl Body {

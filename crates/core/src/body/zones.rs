@@ -1,9 +1,10 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
-use super::{ArrayError, Body};
+use super::Body;
 use crate::dynamics::{Elasticity, Material, Selection, SelectionError, Stiffness, StiffnessFactors, Zone};
 use crate::error::Error;
 use crate::range::{RangeError, in_range};
+use crate::state::ArrayError;
 
 impl Body {
     /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is that of the

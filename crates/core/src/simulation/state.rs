@@ -1,9 +1,9 @@
 //! Saves and restores the state of a simulation. A restored simulation continues bit-identically.
 
 use super::{Clock, Simulation};
-use crate::body::{BodySnapshot, StateError};
+use crate::body::BodySnapshot;
 use crate::contact::DrivenCollider;
-use crate::error::Error;
+use crate::error::{Error, StateError};
 use crate::state::PairSupports;
 
 /// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which

@@ -8,10 +8,12 @@
 //! | `supports` | the contacts that pressed on the body in the last step |
 //! | `pair_supports` | the contacts between bodies that pressed on them in the last step |
 //! | `touches` | the contacts with other bodies in the last step |
+//! | `errors` | arrays that do not fit a body |
 //! | `escapes` | the ways on which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod angles;
+mod errors;
 mod escapes;
 mod frame;
 mod pair_supports;
@@ -20,6 +22,7 @@ mod supports;
 mod touches;
 
 pub use angles::{euler_degrees, euler_degrees_near, sin_cos_degrees};
+pub use errors::ArrayError;
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
