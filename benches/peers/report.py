@@ -1,6 +1,6 @@
 """Writes results.csv, the tables and the plot from the results in a folder; see run.py.
 
-python benches/peers/report.py target/peers [--write docs/peers.md]
+python benches/peers/report.py target/peers [--write docs/measured/peers.md]
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def main() -> None:
         sections[task] = task_table(rows) if rows else ["Not measured."]
     if arguments.write:
         write_page(arguments.write, sections)
-        image = arguments.write.parent / "images/peers.svg"
+        image = arguments.write.parent.parent / "images/peers.svg"
         image.write_text((arguments.folder / "peers.svg").read_text())
     else:
         for name, lines in sections.items():

@@ -1,4 +1,4 @@
-"""Measures what docs/scale.md says: many small scenes on Dask, and what a large body needs.
+"""Measures what docs/measured/scale.md says: many small scenes on Dask, and what a large body needs.
 
 python benches/python/scale.py [--quick] [--scenes N] [--workers W ...] [--sides S ...]
 
