@@ -2,7 +2,7 @@
 
     python scripts/site_pages.py FOLDER
 
-Begins at README.md and docs/*.md and follows all relative links. Pages and pictures keep their paths, so that links
+Begins at README.md and the pages of docs/ and follows all relative links. Pages and pictures keep their paths, so that links
 between them stay as they are. Another text file becomes a page that shows it, and a folder a page that lists its files;
 links to them are changed. A link to a file that does not exist, or that git ignores, is an error.
 """
@@ -16,7 +16,7 @@ import sys
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).resolve().parents[1]
-COPIED = {".png", ".svg", ".css"}
+COPIED = {".png", ".svg", ".webp", ".css"}
 LANGUAGES = {".py": "python", ".rs": "rust", ".toml": "toml", ".sh": "sh"}
 LINK = re.compile(r"(?<=\]\()([^)#:\s]+)(#[^)\s]*)?(?=\))")
 CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
     """Write the source of the site to a folder."""
     listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, check=True)
     known = {PurePosixPath(line) for line in listed.stdout.decode().splitlines() if (ROOT / line).is_file()}
-    pages = sorted(path for path in known if path.match("docs/*.md"))
+    pages = sorted(path for path in known if path.suffix == ".md" and PurePosixPath("docs") in path.parents)
     waiting = [PurePosixPath("README.md"), PurePosixPath("docs/site.css"), *pages]
     written = set(waiting)
     while waiting:
