@@ -11,8 +11,8 @@ programs=$target/debug
 export CARGO_TERM_PROGRESS_WHEN=never PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_INPUT=1
 # Line numbers of backtraces take a tenth of the time to compile.
 export CARGO_PROFILE_DEV_DEBUG=false
-# Incremental compilation makes a first build slower.
-if [[ -n ${CI:-} || ! -d $target ]]; then export CARGO_INCREMENTAL=0; fi
+# Incremental compilation makes a first build slower, and a change of this setting builds all again.
+export CARGO_INCREMENTAL=0
 # One selection of packages and features for all tests, so that each dependency is compiled once. The module for Python is in
 # it, although it has no Rust tests, and is built with the features of the others: so the wheel reuses their builds.
 tested=(--locked --all-features --workspace --exclude supple-benches --exclude supple-web)
