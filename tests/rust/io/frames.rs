@@ -13,17 +13,17 @@ fn file(name: &str) -> PathBuf {
     supple_tests::root().join(name)
 }
 
-fn sequence(directory: &Path, format: Format) -> Sequence {
+pub(crate) fn sequence(directory: &Path, format: Format) -> Sequence {
     Sequence { directory: directory.into(), name: "body".into(), format, first: 0, every: 1, last: 20 }
 }
 
-fn open(name: &str, object: Option<&str>) -> (Arc<Document>, Part) {
+pub(crate) fn open(name: &str, object: Option<&str>) -> (Arc<Document>, Part) {
     let document = Arc::new(Document::read(file(name)).unwrap());
     let part = document.part(object).unwrap();
     (document, part)
 }
 
-fn rest(mesh: &Mesh) -> Vec<[f32; 3]> {
+pub(crate) fn rest(mesh: &Mesh) -> Vec<[f32; 3]> {
     mesh.vertices().iter().map(|vertex| vertex.cast::<f32>().into()).collect()
 }
 

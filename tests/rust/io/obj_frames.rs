@@ -1,32 +1,14 @@
 //! OBJ frames: text kept from the input, transformed normals, paths of material libraries.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use supple::mesh::Mesh;
-use supple_io::frames::{Format, FrameWriter, Sequence, Source, count_shared_normals};
+use supple_io::frames::{Format, FrameWriter, Source, count_shared_normals};
 use supple_io::obj::{Document, Part};
 use tempfile::TempDir;
 
-fn file(name: &str) -> PathBuf {
-    supple_tests::root().join(name)
-}
-
-fn sequence(directory: &Path, format: Format) -> Sequence {
-    Sequence { directory: directory.into(), name: "body".into(), format, first: 0, every: 1, last: 20 }
-}
-
-fn open(name: &str, object: Option<&str>) -> (Arc<Document>, Part) {
-    let document = Arc::new(Document::read(file(name)).unwrap());
-    let part = document.part(object).unwrap();
-    (document, part)
-}
-
-fn rest(mesh: &Mesh) -> Vec<[f32; 3]> {
-    mesh.vertices().iter().map(|vertex| vertex.cast::<f32>().into()).collect()
-}
+use crate::frames::{open, rest, sequence};
 
 /// Writes frame 0 of a file as OBJ and returns its text.
 fn obj_frame(document: &Arc<Document>, part: &Part, positions: &[[f32; 3]]) -> Vec<u8> {

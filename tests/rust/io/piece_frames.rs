@@ -8,15 +8,13 @@ use std::sync::{Arc, Mutex};
 use nalgebra::Point3;
 use supple::mesh::Mesh;
 use supple::{Body, FaceSource, Material, Simulation, VolumeMeasure};
-use supple_io::frames::{Format, FrameWriter, OutputError, Pieces, Sequence, Source};
+use supple_io::frames::{Format, FrameWriter, OutputError, Pieces, Source};
 use supple_io::obj::{Document, Part};
 use supple_io::run::{Flow, Input, Job, Observer, Outcome, Progress};
 use supple_io::scene::Scene;
 use tempfile::TempDir;
 
-fn sequence(directory: &Path, format: Format) -> Sequence {
-    Sequence { directory: directory.into(), name: "body".into(), format, first: 0, every: 1, last: 20 }
-}
+use crate::frames::sequence;
 
 fn open(text: &str, object: Option<&str>) -> (Arc<Document>, Part) {
     let document = Arc::new(Document::from_bytes("body.obj", text.into()).unwrap());
