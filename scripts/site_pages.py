@@ -2,9 +2,9 @@
 
     python scripts/site_pages.py FOLDER
 
-Begins at README.md and the pages of docs/ and follows all relative links. Pages and pictures keep their paths, so that links
-between them stay as they are. Another text file becomes a page that shows it, and a folder a page that lists its files;
-links to them are changed. A link to a file that does not exist, or that git ignores, is an error.
+Begins at README.md and the pages of docs/ and follows all relative links. Pages and pictures keep their paths, so that
+links between them stay as they are. Another text file becomes a page that shows it, and a folder a page that lists its
+files; links to them are changed. A link to a file that does not exist, or that git ignores, is an error.
 """
 
 from __future__ import annotations
