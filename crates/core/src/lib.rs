@@ -71,14 +71,16 @@
 //! alpha and the size of the regions follow from Young's modulus ([`Elasticity`], [`ElasticLaw`]) and the step length.
 //! A body at rest sleeps: it is not stepped ([`Body::is_asleep`]).
 //!
-//! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface in two stages. The displayed surface
-//! never feeds back into the dynamics:
+//! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface. It never feeds back into the
+//! dynamics. Its stages:
 //!
 //! 1. **Volume correction** ([`VolumeOptions`], module `volume`): the lattice vertices move from their
 //!    positions P^ to P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface
 //!    along its normals, and the scale lambda is the root of a cubic (`volume::cubic`). The directions of
 //!    external forces are first removed from V (Eq. (2), `volume::external_forces`).
-//! 2. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
+//!    Before it, and after it again where needed, cells that are inside out are untangled (module `untangle`).
+//! 2. **Flattening** (module `flatten`): surfaces that are pressed onto planes are shown flat.
+//! 3. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
 //!    (`skin::mesh_update`), and normals.
 //!
 //! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and

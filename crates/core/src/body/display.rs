@@ -100,7 +100,7 @@ pub struct Display {
 /// Greatest number of times that the corrected lattice is untangled, and corrected again.
 const ROUNDS: usize = 8;
 
-/// Run times of the two stages that evaluate the displayed surface.
+/// Run times of the evaluation of the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DisplayTimes {

@@ -59,8 +59,8 @@ pub(super) enum Stage {
     Constraints,
 }
 
-/// The stages in execution order. A step runs this list. The plan prints the list with the memory of
-/// each stage, followed by the two stages that evaluate the displayed surface.
+/// The stages in execution order. A step runs this list. The plan prints the list with the memory of each stage, followed by
+/// the volume correction and the mesh update of the displayed surface.
 pub(super) const STEP: [Stage; 11] = [
     Stage::BeginConstraints,
     Stage::Forces,
