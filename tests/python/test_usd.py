@@ -494,10 +494,10 @@ def obj_faces(text: str) -> dict[tuple[int, ...], tuple[Any, ...]]:
             state[keyword] = words[0]
         elif keyword == "f":
             faces.append((np.array([word.split("/") for word in words], int) - 1, state["usemtl"], state["g"]))
+    vt, vn = np.array(numbers["vt"]), np.array(numbers["vn"])
     found = {}
     for corners, material, group in faces:
-        vt, vn = np.array(numbers["vt"])[corners[:, 1]], np.array(numbers["vn"])[corners[:, 2]]
-        found[tuple(corners[:, 0])] = (vt, vn, material, group)
+        found[tuple(corners[:, 0])] = (vt[corners[:, 1]], vn[corners[:, 2]], material, group)
     assert len(found) == len(faces)
     return found
 
