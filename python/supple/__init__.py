@@ -38,6 +38,7 @@ Contents:
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
     ContactWarning                          bodies overlap at the start
+    SceneWarning                            a handle jumps, or a bridge joins parts far apart
     MaterialWarning                         a body is softer than its material, because the steps are too long
 
 Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis is
@@ -55,7 +56,7 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 from . import edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
 from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
-from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
+from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SceneWarning, SuppleError
 from .plots import plot_study, plot_volume
 from .point_cache import PointCache
 from .recorder import Recorder, save_html, save_usd
@@ -88,6 +89,7 @@ __all__ = [
     "Recorder",
     "RunReport",
     "SceneError",
+    "SceneWarning",
     "Simulation",
     "Softened",
     "Sphere",

@@ -234,6 +234,8 @@ class MeshCollider(Collider):
         matrix.
     translate : (3,) float, default 0
         Displacement, applied last. Keyframes and move_to turn the mesh about the center of its bounding box.
+    inside : bool, default False
+        Whether bodies stay inside a closed mesh, as in a room or a globe. Its faces may point inwards or outwards.
 
     frames : (f, n, 3) float, default None
         Positions of the n vertices of the mesh at f times, in its coordinates. Between two frames the vertices move
@@ -244,8 +246,8 @@ class MeshCollider(Collider):
     start : float, default 0
         Time of the first frame in seconds.
 
-    Raises TypeError for another type than Mesh, and ValueError for a mesh whose triangles have no area, or for frames
-    of another shape.
+    Raises TypeError for another type than Mesh, and ValueError for a mesh whose triangles have no area, for inside=True
+    with an open mesh, or for frames of another shape.
     """
 
     shape: ClassVar[str] = "mesh"
@@ -260,3 +262,4 @@ class MeshCollider(Collider):
     fps: float = 30.0
     start: float = 0.0
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+    inside: bool = False

@@ -7,6 +7,7 @@ __all__ = [
     "MeshError",
     "OutputError",
     "SceneError",
+    "SceneWarning",
     "SuppleError",
 ]
 
@@ -38,8 +39,15 @@ class ContactWarning(UserWarning):
     """
 
 
+class SceneWarning(UserWarning):
+    """A scene is probably a mistake: a handle jumps, or parts of a body far apart are joined by a bridge of cells.
+
+    The message names the body, the numbers and the way out.
+    """
+
+
 class MaterialWarning(UserWarning):
-    """A body is softer than its material, because the steps are too long.
+    """A body is softer than its material because the steps are too long, or too soft to carry a weight.
 
     The message names the value that was asked for, the value in force, and a step length that is short enough. The
     first step warns once for each such body, and again after its material or the step length changed.

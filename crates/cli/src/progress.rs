@@ -101,7 +101,8 @@ impl run::Observer for Reporter {
     }
 
     fn note(&mut self, note: &Note) {
-        let kind = if matches!(note, Note::Overlap(_)) { "warning: " } else { "" };
+        let kind =
+            if matches!(note, Note::Caution(caution) if caution.is_warning()) { "warning: " } else { "" };
         let line = format!("{kind}{}: {}", self.name, note.message(self.start_frame));
         match &self.output {
             Output::Bar(bar) => bar.suspend(|| terminal::print_to_stderr(line)),

@@ -127,7 +127,7 @@ fn a_pipe_gets_a_line_per_tenth_and_a_summary() {
     assert!(lines.iter().all(|line| line.contains("left")), "{lines:?}");
     assert!(output.out.contains("21 frames written") && output.out.lines().count() == 1, "{output:?}");
     let quiet = workspace.supple(&["run", "scene.toml", "--quiet"]);
-    assert_eq!((quiet.err.as_str(), quiet.out.lines().count()), ("", 1));
+    assert_eq!((quiet.messages().as_str(), quiet.out.lines().count()), ("", 1));
 }
 
 #[test]

@@ -38,11 +38,11 @@ fn a_volume_that_was_not_kept_is_reported_once_with_the_worst_frame() {
         100.0 * worst.1,
         worst.0
     );
-    assert_eq!(warnings(&output.err).len(), 1, "{output:?}");
-    assert!(output.err.starts_with(&expected) && output.err.contains("max_correction"), "{output:?}");
+    assert_eq!(warnings(&output.messages()).len(), 1, "{output:?}");
+    assert!(output.messages().starts_with(&expected) && output.err.contains("max_correction"), "{output:?}");
     // Without correction no volume is kept on purpose.
     let (output, _) = run(&["--set", "body.block.volume.measure=off"]);
-    assert!(output.err.is_empty(), "{output:?}");
+    assert!(output.messages().is_empty(), "{output:?}");
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn a_frequency_above_a_sixth_of_the_step_rate_is_reported_with_the_steps_that_it
         arguments.extend(options);
         let output = workspace.supple(&arguments);
         output.expect(0, &[]);
-        output.err
+        output.messages()
     };
     let message = "warning: scene: body block: it is softer than specified: `frequency` is 25 Hz, and 2 steps per \
                    frame allow at most 10 Hz; set simulation.substeps to 5 or \"auto\", or lower `frequency`\n";
@@ -68,7 +68,7 @@ fn a_frequency_above_a_sixth_of_the_step_rate_is_reported_with_the_steps_that_it
     // In a batch each input has its own lines.
     workspace.write("other.toml", SCENE.replace("half_width", "frequency = 25\nhalf_width"));
     let output = workspace.supple(&["run", "scene.toml", "other.toml", "--frames", "1", "-q", "-o", "all"]);
-    assert_eq!(warnings(&output.err).len(), 1, "{output:?}");
+    assert_eq!(warnings(&output.messages()).len(), 1, "{output:?}");
     assert!(output.err.contains("warning: other: body block: it is softer"), "{output:?}");
 }
 
@@ -80,7 +80,7 @@ fn a_youngs_modulus_that_needs_shorter_steps_is_reported_with_the_steps_that_it_
         arguments.extend(options);
         let output = workspace.supple(&arguments);
         output.expect(0, &[]);
-        output.err
+        output.messages()
     };
     let modulus = ["--set", "body.block.youngs_modulus=1e8"];
     let message = run(&modulus);

@@ -80,7 +80,12 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
             Shape::Capsule { a: read_vector("a")?, b: read_vector("b")?, radius: read_number("radius")? }
         }
         "mesh" => Shape::Mesh {
-            mesh: read_mesh(collider, name)?,
+            mesh: match collider.getattr("inside")?.is_truthy()? {
+                false => read_mesh(collider, name)?,
+                true => read_mesh(collider, name)?
+                    .inverted()
+                    .map_err(|fault| PyValueError::new_err(format!("{name}: {fault}")))?,
+            },
             scale: read_number("scale")?,
             rotate: rotate_once(&collider.getattr("rotate")?, "rotate")?,
             translate: read_vector("translate")?,
@@ -134,6 +139,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     let fields = PyDict::new(py);
     if let Shape::Mesh { mesh, .. } = &collider.shape {
         fields.set_item("mesh", Bound::new(py, Mesh::from_collision(py, mesh))?)?;
+        fields.set_item("inside", mesh.is_inverted())?;
         if let Some(animation) = mesh.animation() {
             fields.set_item("frames", animation::array(py, animation)?)?;
             fields.set_item("fps", 1.0 / animation.interval())?;

@@ -65,7 +65,7 @@ impl Mesh {
     /// Returns the mesh of a collider.
     pub(crate) fn from_collision(py: Python<'_>, mesh: &CollisionMesh) -> Self {
         let core = Self::from_core(mesh.mesh().clone());
-        if mesh.animation().is_none() {
+        if mesh.animation().is_none() && !mesh.is_inverted() {
             // The lock is empty.
             let _ = core.collision.set(py, Ok(mesh.clone()));
         }

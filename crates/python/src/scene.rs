@@ -22,7 +22,7 @@ use crate::body::{
 };
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
-use crate::simulation::{Simulation, warn_of_overlaps};
+use crate::simulation::{Simulation, warn};
 use crate::{collider, report};
 
 /// Level of the stack of the code that calls `supple.load_scene` or `supple.run`, which are Python functions.
@@ -38,7 +38,7 @@ pub(crate) fn load_scene<'py>(
     let scene = open(path, &overrides)?;
     let prepared = py.detach(|| prepare(&scene)).map_err(run_error)?;
     let simulation = to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))?;
-    warn_of_overlaps(py, &prepared.overlaps, CALLER)?;
+    warn(py, &prepared.cautions, CALLER)?;
     Ok(simulation)
 }
 
@@ -203,8 +203,8 @@ impl Observer for CallbackObserver<'_> {
     }
 
     fn note(&mut self, note: &Note) {
-        if let Note::Overlap(overlap) = note {
-            let warned = Python::attach(|py| warn_of_overlaps(py, std::slice::from_ref(overlap), CALLER));
+        if let Note::Caution(caution) = note {
+            let warned = Python::attach(|py| warn(py, std::slice::from_ref(caution), CALLER));
             self.raised = self.raised.take().or(warned.err());
         }
     }

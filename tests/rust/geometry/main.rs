@@ -4,5 +4,6 @@ mod embedding;
 mod lattice;
 mod mesh;
 mod random_triangles;
+mod real_meshes;
 mod resolution;
 mod voxels;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::Point3;
 use proptest::prelude::*;
-use supple::Mesh;
 use supple::internals::Embedding;
+use supple::{Interior, Mesh};
 use supple_tests::lattice_of;
 
 /// Clips a polygon to a box.
@@ -83,7 +83,12 @@ proptest! {
         let cells: BTreeSet<[i32; 3]> = lattice.cells().iter().copied().collect();
         let report = lattice.report();
         prop_assert_eq!(cells.len(), report.surface_cells + report.filled_cells);
-        prop_assert_eq!(cells, enclosed(&walls, size));
+        let enclosed = enclosed(&walls, size);
+        match mesh.interior() {
+            // Triangles that stand around a space by chance: the winding number fills it too.
+            Interior::WindingNumber => prop_assert!(cells.is_superset(&enclosed)),
+            _ => prop_assert_eq!(cells, enclosed),
+        }
     }
 
     #[test]

@@ -162,7 +162,10 @@ fn a_run_whose_stage_is_damaged_starts_again() {
     struct Notes(Vec<Note>);
     impl Observer for Notes {
         fn note(&mut self, note: &Note) {
-            self.0.push(note.clone());
+            // The cubes of the scene have large faces.
+            if !matches!(note, Note::Caution(_)) {
+                self.0.push(note.clone());
+            }
         }
     }
     let folder = tempfile::tempdir().unwrap();

@@ -202,7 +202,9 @@ fn surfaces_that_enclose_no_volume_are_errors_or_fall_back_to_cells() {
         Mesh::new(closed.vertices().iter().map(|p| (*p).into()).collect(), &closed.triangles()[1..]).unwrap();
     let two_sided: Vec<_> = open.triangles().iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect();
     let two_sided = Mesh::new(open.vertices().iter().map(|p| (*p).into()).collect(), &two_sided).unwrap();
-    for (mesh, closed) in [(open, false), (two_sided, true)] {
+    let flat = closed.vertices().iter().map(|p| [p.x, p.y, 1e-4 * p.z]).collect();
+    let flat = Mesh::new(flat, closed.triangles()).unwrap();
+    for (mesh, closed) in [(open, false), (two_sided, false), (flat, true)] {
         let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.5));
         let surface = Some(Surface { mesh: &mesh, embedding: &embedding });
         let error = Correction::new(&lattice, surface, &VolumeMeasure::Mesh.into()).unwrap_err();

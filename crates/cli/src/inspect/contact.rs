@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use supple::{Body, BodyPlan, CONTACT_OF_BODIES};
-use supple_io::run::{Overlap, Prepared};
+use supple_io::run::{Caution, Overlap, Prepared};
 use supple_io::scene::Scene;
 
 /// Facts about contact between bodies.
@@ -51,12 +51,17 @@ pub(super) fn contact(scene: &Scene, prepared: &Prepared) -> ContactFacts {
     });
     // Each of two bodies may name the other.
     let ignored: BTreeSet<[String; 2]> = pairs.collect();
-    let overlap = |overlap: &Overlap| OverlapFacts { bodies: overlap.bodies.clone(), depth: overlap.depth };
+    let overlap = |caution: &Caution| match caution {
+        Caution::Overlap(Overlap { bodies, depth, .. }) => {
+            Some(OverlapFacts { bodies: bodies.clone(), depth: *depth })
+        }
+        _ => None,
+    };
     ContactFacts {
         between_bodies: scene.simulation.contact,
         self_contact: scene.simulation.self_contact,
         ignored: ignored.into_iter().collect(),
-        overlapping: prepared.overlaps.iter().map(overlap).collect(),
+        overlapping: prepared.cautions.iter().filter_map(overlap).collect(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Plan, Preservation, Shape, StepReason};
+use supple::{Body, Lattice, Mesh, Plan, Preservation, Shape, StepReason};
 use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
@@ -87,6 +87,10 @@ pub(super) struct MeshFacts {
     pub(super) vertices: usize,
     pub(super) faces: usize,
     pub(super) closed: bool,
+    /// Rule by which points are inside: `closed`, `winding_number` or `sheet`.
+    pub(super) interior: &'static str,
+    /// Mass of the body.
+    pub(super) mass: f64,
     /// Whether the mesh is closed and its faces point inwards.
     pub(super) flipped: bool,
     pub(super) components: usize,
@@ -102,6 +106,12 @@ pub(super) struct MeshFacts {
     pub(super) world_high: [f64; 3],
     /// Number of used vertices at the position of an earlier vertex.
     pub(super) welded_seam_vertices: usize,
+    /// Greatest distance of vertices that are welded, in units of length.
+    pub(super) weld_distance: f64,
+    /// Number of vertices on open edges that nearly meet another one.
+    pub(super) near_misses: usize,
+    /// Greatest distance of such vertices, in units of length.
+    pub(super) near_miss_distance: f64,
     pub(super) unused_vertices: usize,
     pub(super) boundary_edges: usize,
     pub(super) non_manifold_edges: usize,
@@ -244,6 +254,13 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     }
 }
 
+/// Returns the greatest distance of vertices that are welded.
+fn weld_distance(mesh: &Mesh) -> f64 {
+    let vertices = mesh.vertices();
+    let welded = vertices.iter().zip(mesh.weld());
+    welded.map(|(vertex, &first)| (vertex - vertices[first as usize]).norm()).fold(0.0, f64::max)
+}
+
 fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> MeshFacts {
     // The mesh of the body is scaled by `scale`; `part.mesh()` is as in the file.
     let mesh = placed.body().mesh().unwrap_or_else(|| input.part.mesh());
@@ -264,6 +281,8 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> M
         vertices: mesh.vertices().len(),
         faces: mesh.face_count(),
         closed: mesh.is_closed(),
+        interior: mesh.interior().name(),
+        mass: placed.body().mass(),
         flipped: topology.is_flipped(),
         components: topology.components.len(),
         volume: mesh.volume(),
@@ -272,6 +291,9 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> M
         world_low,
         world_high,
         welded_seam_vertices: topology.seam_vertices,
+        weld_distance: weld_distance(mesh),
+        near_misses: topology.near_misses,
+        near_miss_distance: topology.near_miss_distance,
         unused_vertices: topology.unused_vertices,
         boundary_edges: topology.boundary_edges,
         non_manifold_edges: topology.non_manifold_edges,

@@ -180,13 +180,33 @@ impl Page {
         self.entry(
             "",
             &format!(
-                "in the world from {} to {}, volume {}, {}",
+                "in the world from {} to {}, volume {}, mass {}, {}",
                 point(mesh.world_low),
                 point(mesh.world_high),
                 number(mesh.volume),
+                number(mesh.mass),
                 counted(mesh.components, "component")
             ),
         );
+        match mesh.interior {
+            "winding_number" => {
+                self.entry("", "the surface has openings; points with a winding number above 1/2 are inside");
+            }
+            "sheet" => self.entry("", "the surface is a sheet; the cells that it enters are full"),
+            _ => {}
+        }
+        if mesh.weld_distance > 0.0 {
+            let distance = number(mesh.weld_distance);
+            self.entry(
+                "",
+                &format!("vertices up to {distance} apart count as one, because the distance is rounding"),
+            );
+        }
+        if mesh.near_misses > 0 {
+            let (count, distance) = (counted(mesh.near_misses, "vertex"), number(mesh.near_miss_distance));
+            let hint = "merge vertices by this distance where the mesh was made to close it";
+            self.entry("", &format!("{count} at open edges up to {distance} from another one: {hint}"));
+        }
         if mesh.flipped {
             self.entry("", "the faces point inwards; the volume is printed as a positive number");
         }

@@ -1,24 +1,16 @@
-//! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that overlap, bodies
-//! that positions in `f32` cannot represent, bodies that are softer than specified, bodies that break with wide
-//! regions, and bodies that break and formats with the same faces in all frames.
+//! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that are softer than specified, bodies
+//! that break with wide regions, bodies that break and formats with the same faces in all frames, and the cautions of a
+//! run.
 
 use supple::{Body, Collider, Shape};
-use supple_io::run::{Prepared, Softened};
+use supple_io::run::{Caution, Prepared, Softened};
 use supple_io::scene::Scene;
 
 use super::placed::Placed;
 use crate::terminal::number;
 
-/// Length below which positions are equal, in cells: the spacing of `f32` at the coordinates of a body, and
-/// its depth in a collider.
-///
-/// A position that is off by this length strains a cell by 0.1 %, the relative error from which on `run`
-/// reports a volume as not kept.
+/// Depth in a collider, in cells, up to which a body only touches it.
 const TOLERANCE: f64 = 1e-3;
-
-/// Distance from the origin, in extents of the body, beyond which its position is reported as a mistake. The
-/// spacing of `f32` is then more than a twentieth of the body.
-const FAR: f64 = 1e6;
 
 /// Greatest half-width of the regions with which cracks begin at notches.
 const CRACK_HALF_WIDTH: usize = 2;
@@ -30,7 +22,6 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
     for (index, data) in scene.bodies.iter().enumerate() {
         let body = simulation.body(index);
         let placed = Placed::new(data, &body);
-        warnings.extend(precision(&placed, &body));
         let colliders =
             (0..simulation.collider_count()).map(|index| simulation.collider(index).description());
         let overlaps =
@@ -42,7 +33,9 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
     }
     let refused = prepared.check_topologies(&scene.output.format).err();
     warnings.extend(refused.map(|error| format!("`supple run` refuses the scene: {error}")));
-    warnings.extend(prepared.overlaps.iter().map(ToString::to_string));
+    // Here `overlap` finds the bodies inside a collider, with their depth.
+    let is_new = |caution: &&Caution| caution.is_warning() && !matches!(caution, Caution::InCollider { .. });
+    warnings.extend(prepared.cautions.iter().filter(is_new).map(ToString::to_string));
     warnings
 }
 
@@ -58,45 +51,6 @@ fn wide_regions(body: &Body) -> Option<String> {
              set half_width"
         )
     })
-}
-
-/// Returns a warning if the spacing of `f32` at the greatest coordinate of a body exceeds [`TOLERANCE`]
-/// cells.
-fn precision(placed: &Placed<'_>, body: &Body) -> Option<String> {
-    let (low, high) = placed.bounds();
-    let greatest = low.iter().chain(&high).fold(0.0, |greatest: f64, x| greatest.max(x.abs()));
-    let (spacing, cell_size) = (spacing(greatest), body.lattice().cell_size());
-    if spacing <= TOLERANCE * cell_size {
-        return None;
-    }
-    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    let from_origin = (0..3).map(|axis| low[axis].max(-high[axis]).max(0.0).powi(2)).sum::<f64>().sqrt();
-    let problem = if from_origin > FAR * extent {
-        format!(
-            "it is {} from the origin, {} times its extent; check `translate` and the unit of the mesh",
-            number(from_origin),
-            number(from_origin / extent)
-        )
-    } else if from_origin > extent {
-        "move it nearer to the origin with `translate`".to_owned()
-    } else {
-        "its cells are too small for its size; choose a larger `cell_size` or fewer `lattice_vertices`"
-            .to_owned()
-    };
-    Some(format!(
-        "body {}: frames have 32-bit numbers, which are {} apart at the coordinate {}, and a cell has the size {}: \
-         {problem}",
-        body.name(),
-        number(spacing),
-        number(greatest),
-        number(cell_size)
-    ))
-}
-
-/// Returns the distance of the magnitude `value` to the next greater `f32`.
-fn spacing(value: f64) -> f64 {
-    let value = (value as f32).min(f32::MAX / 2.0);
-    f64::from(f32::from_bits(value.to_bits() + 1) - value)
 }
 
 /// Returns a warning if vertices or face centers of a body are more than [`TOLERANCE`] cells inside a
@@ -118,21 +72,14 @@ fn overlap(placed: &Placed<'_>, body: &Body, index: usize, collider: &Collider) 
         _ if inside == count => "inside",
         _ => "partly inside",
     };
+    let room = match &collider.shape {
+        Shape::Mesh { .. } if inside == count => "; if the collider is a room, set `inside = true` of it",
+        _ => "",
+    };
     Some(format!(
         "body {}: it begins {place} collider.{index}, up to {} deep; the first steps push it out; \
-         change its `translate`, or move the collider",
+         change its `translate`, or move the collider{room}",
         body.name(),
         number(depth)
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_spacing_of_f32_is_a_power_of_two() {
-        assert_eq!([1.0, 1.9, 1000.0, 1e6].map(spacing), [-23, -23, -14, -4].map(|power| 2_f64.powi(power)));
-        assert!(spacing(1e300).is_finite() && spacing(0.0) > 0.0);
-    }
 }

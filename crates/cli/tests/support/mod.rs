@@ -135,7 +135,17 @@ pub struct ProgramOutput {
     pub err: String,
 }
 
+/// Returns whether a line is not the warning that the faces of [`BLOCK`] are much larger than the cells.
+pub fn is_not_of_large_faces(line: &str) -> bool {
+    !line.contains("the surface shows no bend between its vertices")
+}
+
 impl ProgramOutput {
+    /// Returns the messages but for the warning about the faces of [`BLOCK`].
+    pub fn messages(&self) -> String {
+        self.err.split_inclusive('\n').filter(|line| is_not_of_large_faces(line)).collect()
+    }
+
     pub fn new(output: Output) -> Self {
         Self {
             code: output.status.code(),

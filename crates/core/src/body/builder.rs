@@ -389,7 +389,7 @@ impl BodyBuilder {
             has_self_contact: false,
             stiffness_factors: None,
             extent,
-            size: size_of(&lattice, surface.as_ref()),
+            size: size_of(&lattice, surface.as_ref(), &masses),
             youngs_modulus: None,
             fast_vertex: 0,
             unconverged: 0,

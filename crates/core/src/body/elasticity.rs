@@ -8,13 +8,15 @@ use crate::dynamics::{
 };
 use crate::lattice::Lattice;
 use crate::matching::{Matching, Workspace};
+use crate::mesh::Interior;
 use crate::parallel::Executor;
 use crate::state::index_bounds;
+use crate::volume::MIN_VOLUME_FRACTION;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
 pub(super) const DEFAULT_HALF_WIDTH: usize = 2;
 
-/// Least size L of a body with an open mesh, as a fraction of its largest extent: a flat sheet has no volume.
+/// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has none.
 const LEAST_SIZE: f64 = 0.1;
 
 /// A body that is softer than its material, because its steps are too long.
@@ -129,8 +131,7 @@ impl Body {
         }
     }
 
-    /// Returns the size L of the body in scene units: the cube root of the volume of the mesh, or of its bounding box
-    /// if the mesh is open. Of a bare lattice it is the cube root of the volume of its cells.
+    /// Returns the size L of the body in scene units, the cube root of its volume: see [`size_of`].
     pub(crate) fn size(&self) -> f64 {
         self.size
     }
@@ -216,17 +217,23 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent:
     cells.clamp(1, extent.max(1))
 }
 
-/// Returns the size L of a body: the cube root of the volume of the mesh, or of its bounding box if the mesh is open;
-/// of a bare lattice it is the cube root of the volume of its cells.
-pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
-    let Some(Surface { mesh, .. }) = surface else {
-        return lattice.cell_size() * (lattice.cells().len() as f64).cbrt();
+/// Returns the size L of a body: the cube root of the volume inside the mesh, or of the bounding box if the mesh is a sheet
+/// or encloses next to nothing; of a bare lattice it is the cube root of the volume of its cells. `masses`: those of the
+/// vertices, in full cells.
+pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
+    let cell_volume = lattice.cell_size().powi(3);
+    let cells = cell_volume * lattice.cells().len() as f64;
+    let Some(Surface { mesh, .. }) = surface else { return cells.cbrt() };
+    let volume = match mesh.interior() {
+        Interior::Closed => mesh.volume(),
+        Interior::WindingNumber => cell_volume * masses.iter().map(|&mass| f64::from(mass)).sum::<f64>(),
+        Interior::Sheet => 0.0,
     };
+    if volume > MIN_VOLUME_FRACTION * cells {
+        return volume.cbrt();
+    }
     let (low, high) = mesh.bounds();
     let extents = high - low;
-    if mesh.is_closed() && mesh.volume() != 0.0 {
-        return mesh.volume().abs().cbrt();
-    }
     extents.product().cbrt().max(LEAST_SIZE * extents.max())
 }
 

@@ -17,7 +17,8 @@ pub(super) const SHELL: f64 = 0.05;
 /// A mesh with a search tree, as the shape of a collider. Cloning is cheap: the data are shared.
 ///
 /// A closed mesh ([`Mesh::is_closed`]) is a solid; faces that are clockwise seen from outside have the same effect. An
-/// open mesh is a thin shell: bodies may lie on either side of it.
+/// open mesh is a thin shell: bodies may lie on either side of it. The solid can also be all that is outside of a closed
+/// mesh: see [`inverted`](Self::inverted).
 #[derive(Clone, Debug)]
 pub struct CollisionMesh(Arc<Data>);
 
@@ -32,9 +33,11 @@ struct Data {
 #[derive(Clone, Debug)]
 pub(crate) struct CollisionSurface {
     tree: SurfaceTree,
-    /// 1 if the faces are counter-clockwise seen from outside, and -1 if they are clockwise; `None` if the mesh is
+    /// 1 if the faces are counter-clockwise seen from the free side, and -1 if they are clockwise; `None` if the mesh is
     /// open.
     outward: Option<f64>,
+    /// Whether the solid is all that is outside of the mesh.
+    is_inverted: bool,
 }
 
 impl CollisionMesh {
@@ -58,9 +61,32 @@ impl CollisionMesh {
 
     fn with(mesh: Mesh, animation: Option<MeshAnimation>) -> Result<Self, ColliderFault> {
         let outward = mesh.is_closed().then(|| if mesh.signed_volume() < 0.0 { -1.0 } else { 1.0 });
-        let surface = surface(&mesh, mesh.vertices(), outward);
+        let surface = surface(&mesh, mesh.vertices(), (outward, false));
         let surface = surface.ok_or(ColliderFault::NoArea { faces: mesh.face_count() })?;
         Ok(Self(Arc::new(Data { mesh, surface, animation })))
+    }
+
+    /// Returns a room: bodies stay inside the closed mesh, and all that is outside of it is solid. It has the same effect
+    /// whether the faces point inwards or outwards.
+    ///
+    /// # Errors
+    /// [`ColliderFault::OpenRoom`] if the mesh is open. A shell holds bodies on either side.
+    pub fn inverted(&self) -> Result<Self, ColliderFault> {
+        let Data { mesh, surface, animation } = &*self.0;
+        let Some(outward) = surface.outward else {
+            return Err(ColliderFault::OpenRoom { open_edges: mesh.topology().open_edges });
+        };
+        let surface = CollisionSurface {
+            tree: surface.tree.clone(),
+            outward: Some(-outward),
+            is_inverted: !surface.is_inverted,
+        };
+        Ok(Self(Arc::new(Data { mesh: mesh.clone(), surface, animation: animation.clone() })))
+    }
+
+    /// Returns whether the solid is all that is outside of the mesh.
+    pub fn is_inverted(&self) -> bool {
+        self.0.surface.is_inverted
     }
 
     /// Returns the animation, or `None` if the mesh is rigid.
@@ -70,7 +96,7 @@ impl CollisionMesh {
 
     /// Returns the surface with other positions of the vertices, or `None` if no triangle has an area.
     pub(super) fn surface_at(&self, points: &[Point3<f64>]) -> Option<CollisionSurface> {
-        surface(&self.0.mesh, points, self.0.surface.outward)
+        surface(&self.0.mesh, points, (self.0.surface.outward, self.is_inverted()))
     }
 
     /// Returns the mesh.
@@ -95,10 +121,14 @@ impl CollisionMesh {
 }
 
 /// Builds the surface of a mesh with these positions of its vertices. Equal positions of the mesh stay welded.
-fn surface(mesh: &Mesh, points: &[Point3<f64>], outward: Option<f64>) -> Option<CollisionSurface> {
+fn surface(
+    mesh: &Mesh,
+    points: &[Point3<f64>],
+    (outward, is_inverted): (Option<f64>, bool),
+) -> Option<CollisionSurface> {
     let weld = mesh.weld();
-    let triangles = mesh.triangles().iter().map(|triangle| triangle.map(|v| weld[v as usize]));
-    Some(CollisionSurface { tree: SurfaceTree::new(points, triangles)?, outward })
+    let triangles = mesh.surface().iter().map(|triangle| triangle.map(|v| weld[v as usize]));
+    Some(CollisionSurface { tree: SurfaceTree::new(points, triangles)?, outward, is_inverted })
 }
 
 /// Compares the vertices, the faces and the animation.
@@ -106,7 +136,9 @@ impl PartialEq for CollisionMesh {
     fn eq(&self, other: &Self) -> bool {
         let (a, b) = (self.mesh(), other.mesh());
         let is_same_mesh = || a.vertices() == b.vertices() && a.faces().eq(b.faces());
-        Arc::ptr_eq(&self.0, &other.0) || (is_same_mesh() && self.animation() == other.animation())
+        let is_same_side = self.is_inverted() == other.is_inverted();
+        Arc::ptr_eq(&self.0, &other.0)
+            || (is_same_side && is_same_mesh() && self.animation() == other.animation())
     }
 }
 
@@ -175,7 +207,7 @@ impl PosedMesh<'_> {
         let (q, limit) = (self.point_in_mesh(center), reach / self.scale);
         let tree = &self.surface.tree;
         if tree.bounds_distance(&q) > limit {
-            return false;
+            return self.surface.is_inverted;
         }
         if tree.closest(&q, limit * (1.0 + 1e-9), |_| true).is_some() {
             return true;
@@ -236,7 +268,9 @@ impl PosedMesh<'_> {
             a.0 - b.0 <= 1e-9 * size && faces(a.1) == faces(b.1)
         };
         crossings.dedup_by(|a, b| is_same(a, b));
-        let (mut winding, mut entered) = (0, 0.0);
+        // A line begins and ends in the solid that is all outside of the mesh.
+        let is_inverted = self.surface.is_inverted;
+        let (mut winding, mut entered) = if is_inverted { (1, f64::NEG_INFINITY) } else { (0, 0.0) };
         for (t, triangle) in crossings {
             let leaves = self.surface.tree.triangle_normal(triangle).dot(&along) * outward > 0.0;
             let before = winding;
@@ -246,6 +280,9 @@ impl PosedMesh<'_> {
             } else if before > 0 && winding <= 0 && entered <= t * self.scale + margin {
                 intervals.push([entered, t * self.scale + margin]);
             }
+        }
+        if is_inverted && winding > 0 {
+            intervals.push([entered, f64::INFINITY]);
         }
     }
 

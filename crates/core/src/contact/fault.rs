@@ -39,6 +39,15 @@ pub enum ColliderFault {
         /// Number of faces of the mesh.
         faces: usize,
     },
+    /// The inside of a mesh is to be free, but the mesh is open.
+    #[error(
+        "`inside` needs a closed mesh, and {open_edges} edges of this one are open; close it, or leave `inside` out: an \
+         open mesh holds bodies on either side"
+    )]
+    OpenRoom {
+        /// Number of open edges.
+        open_edges: usize,
+    },
     /// The animation of a mesh is invalid.
     #[error("the animation is invalid: {0}")]
     Animation(#[from] AnimationError),

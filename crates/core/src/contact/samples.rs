@@ -178,7 +178,7 @@ impl SampleCells {
         }
         let points = surface_points(
             mesh.vertices(),
-            mesh.triangles(),
+            mesh.surface(),
             mesh.weld(),
             spacing * lattice.cell_size(),
             MAX_SAMPLES * lattice.len(),

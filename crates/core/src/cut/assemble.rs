@@ -6,10 +6,9 @@ use super::cap::{Cap, Caps};
 use super::clip::{Clipped, Corner, Fragment};
 use super::map::Map;
 use super::planes::{Cell, step};
-use super::triangulate::{Planar, triangulate};
 use super::{CutMesh, CutSurface, FaceSource, Input, Origin};
 use crate::lattice::Locator;
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::{Mesh, MeshError, Planar, triangulate};
 
 /// Vertices of the uncut mesh between which a point is: one, two or three, then `u32::MAX`. Copies of a point at a seam
 /// differ.
@@ -31,7 +30,10 @@ pub(super) fn assemble(input: &Input<'_>, clipped: &Clipped, caps: &Caps) -> Res
         }
         for triangle in first..end {
             if fragments.peek().is_none_or(|fragment| fragment.source != triangle) {
-                faces.push(input.triangles[triangle as usize].into_iter(), FaceSource::Part(face as u32));
+                faces.push(
+                    input.mesh.triangles()[triangle as usize].into_iter(),
+                    FaceSource::Part(face as u32),
+                );
             }
             while let Some(fragment) = fragments.next_if(|fragment| fragment.source == triangle) {
                 let corners: Vec<u32> =
@@ -87,7 +89,7 @@ impl Faces {
 /// Returns the positions of the corners of a fragment in the plane of its triangle.
 fn planar(input: &Input<'_>, fragment: &Fragment) -> Vec<Planar> {
     let vertices = input.mesh.vertices();
-    let [a, b, c] = input.triangles[fragment.source as usize].map(|corner| vertices[corner as usize]);
+    let [a, b, c] = input.mesh.triangles()[fragment.source as usize].map(|corner| vertices[corner as usize]);
     let (along, other) = (b - a, c - a);
     let length = along.norm();
     let x = along / length;
@@ -150,7 +152,7 @@ impl<'a> Vertices<'a> {
     /// Returns the vertex at a corner of a fragment.
     fn of_corner(&mut self, fragment: &Fragment, corner: &Corner) -> u32 {
         let mesh = self.input.mesh;
-        let triangle = self.input.triangles[fragment.source as usize];
+        let triangle = self.input.mesh.triangles()[fragment.source as usize];
         if (corner.point as usize) < mesh.vertices().len() {
             let heaviest = (0..3).max_by(|&a, &b| corner.weights[a].total_cmp(&corner.weights[b]));
             return triangle[heaviest.unwrap_or(0)];

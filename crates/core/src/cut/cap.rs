@@ -5,13 +5,14 @@
 //! polygon.
 
 use super::clip::Clipped;
+use super::holes::join_holes;
 use super::map::Map;
 use super::planes::{Cell, Face, step};
 use super::space::Point;
-use super::triangulate::{Planar, join_holes, triangulate};
 use super::winding::Windings;
 use super::{CutSurface, Input};
 use crate::lattice::Lattice;
+use crate::mesh::{Planar, triangulate};
 
 /// Number of rounds in which the planes of several cracks move a corner.
 const ROUNDS: usize = 16;

@@ -6,7 +6,6 @@
 //!
 //! The files, in the order of the data flow:
 //!
-//! * `ears`: the triangles of the faces of the uncut mesh.
 //! * `planes`: the planes of the cracks, and their staircases of faces.
 //! * `faces`: the broken faces of the cells, and their continuation through empty cells to the surface of the mesh.
 //! * `space`: the points of the mesh in the space of the cut.
@@ -15,21 +14,20 @@
 //! * `clip`: splits triangles along the planes of broken faces.
 //! * `winding`: how often the mesh winds around the corners of broken faces.
 //! * `cap`: the polygons of a broken face that are inside the mesh.
-//! * `triangulate`: triangles of polygons.
+//! * `holes`: joins the holes of polygons with them.
 //! * `assemble`: the mesh of the pieces.
 //! * `map`: hash maps.
 
 mod assemble;
 mod cap;
 mod clip;
-mod ears;
 mod faces;
+mod holes;
 mod map;
 mod planes;
 mod points;
 mod refine;
 mod space;
-mod triangulate;
 mod winding;
 
 use nalgebra::{Point3, Vector3};
@@ -172,8 +170,7 @@ pub fn cut(
 ) -> Result<CutMesh, MeshError> {
     let planes = planes::Planes::new(lattice, cracks);
     let faces = faces::BrokenFaces::new(lattice, joints, &planes, surface);
-    let triangles = &*ears::face_triangles(mesh);
-    let input = Input { mesh, triangles, lattice, cracks, planes: &planes, faces: &faces, surface };
+    let input = Input { mesh, lattice, cracks, planes: &planes, faces: &faces, surface };
     let mut clipped = clip::Clipped::new(&input, space::Space::new(&input));
     let caps = cap::Caps::new(&input, &mut clipped);
     assemble::assemble(&input, &clipped, &caps)
@@ -182,8 +179,6 @@ pub fn cut(
 /// The mesh, the lattice and the cracks.
 struct Input<'a> {
     mesh: &'a Mesh,
-    /// The triangles of its faces: see `ears`.
-    triangles: &'a [[u32; 3]],
     lattice: &'a Lattice,
     cracks: &'a [CrackPlane],
     planes: &'a planes::Planes,

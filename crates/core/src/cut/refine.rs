@@ -52,10 +52,10 @@ impl Refined {
     }
 
     /// Takes the triangles of a mesh as they are.
-    pub(super) fn unchanged(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
+    pub(super) fn unchanged(mesh: &Mesh) -> Self {
         let weld = |triangle: &[u32; 3]| triangle.map(|corner| mesh.weld()[corner as usize]);
         let triangle = |(corners, source)| Triangle { corners: weld(corners), source, weights: INPUT };
-        Self { triangles: triangles.iter().zip(0..).map(triangle).collect(), weights: Vec::new() }
+        Self { triangles: mesh.triangles().iter().zip(0..).map(triangle).collect(), weights: Vec::new() }
     }
 
     /// Splits triangles until their edges beside cracks are short.
@@ -63,16 +63,16 @@ impl Refined {
     /// * `points`: positions of the points; the midpoints of edges are appended.
     /// * `to_cells`: converts a position to cells from the origin of the lattice.
     pub(super) fn new(
-        (mesh, triangles): (&Mesh, &[[u32; 3]]),
+        mesh: &Mesh,
         planes: &Planes,
         faces: &BrokenFaces,
         points: &mut Vec<Point3<f64>>,
         to_cells: impl Fn(&Point3<f64>) -> Vector3<f64>,
     ) -> Self {
-        let mut refined = Self { triangles: Vec::with_capacity(triangles.len()), weights: Vec::new() };
+        let mut refined = Self { triangles: Vec::with_capacity(mesh.triangles().len()), weights: Vec::new() };
         let mut midpoints: Map<(u32, u32), u32> = Map::default();
         let mut work = Vec::new();
-        for triangle in Self::unchanged(mesh, triangles).triangles {
+        for triangle in Self::unchanged(mesh).triangles {
             work.push(triangle);
             while let Some(triangle) = work.pop() {
                 let weights = refined.weights(&triangle);

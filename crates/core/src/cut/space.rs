@@ -49,12 +49,12 @@ pub(super) struct Space {
 
 impl Space {
     pub(super) fn new(input: &Input<'_>) -> Self {
-        let Input { mesh, triangles, lattice, planes, faces, surface, .. } = *input;
+        let Input { mesh, lattice, planes, faces, surface, .. } = *input;
         let mut positions = mesh.vertices().to_vec();
         let to_cells = |point: &Point3<f64>| (point - lattice.origin()) / lattice.cell_size();
         let refined = match surface {
-            CutSurface::Smooth => Refined::new((mesh, triangles), planes, faces, &mut positions, to_cells),
-            CutSurface::Cells => Refined::unchanged(mesh, triangles),
+            CutSurface::Smooth => Refined::new(mesh, planes, faces, &mut positions, to_cells),
+            CutSurface::Cells => Refined::unchanged(mesh),
         };
         let tolerance = Grid::tolerance(&mesh.bounds(), lattice.cell_size());
         let placer = Placer { input, tolerance };

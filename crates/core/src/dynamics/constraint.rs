@@ -142,6 +142,16 @@ impl Constraint {
         self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
+    /// Returns when and how far a handle with keyframes moves its vertices in the step in which it becomes active, beyond
+    /// where they are: the time in seconds and a distance in scene units. `radius`: distance from the center at which the
+    /// rotation counts. `None` for pins and animations.
+    pub fn jump(&self, radius: f64) -> Option<(f64, f64)> {
+        let time = self.window.start;
+        let pose = self.motion.as_ref()?.euler_pose(time);
+        let angle = pose.rotate.iter().map(|degrees| degrees.to_radians().abs()).fold(0.0, f64::max);
+        Some((time, Vector3::from(pose.translate).norm() + radius * angle.min(std::f64::consts::PI)))
+    }
+
     /// Returns the interpolation between the keyframes of a handle; `None` for a pin, and for a handle that follows an
     /// animation.
     pub fn interpolation(&self) -> Option<Interpolation> {

@@ -41,12 +41,12 @@ impl FlattenTable {
         let rest = |point: &Point3<f64>| <[f64; 3]>::from((point - lattice.origin()) / lattice.cell_size());
         let rest: Vec<_> = mesh.vertices().iter().map(|point| rest(point).map(|x| x as f32)).collect();
         let mut normals = vec![[0.0; 3]; rest.len()];
-        vertex_normals(mesh.triangles(), &rest, mesh.weld(), &mut normals);
+        vertex_normals(mesh.surface(), &rest, mesh.weld(), &mut normals);
         if mesh.topology().is_flipped() {
             normals.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
         }
         let rank = |corner: u32| ranks[mesh.weld()[corner as usize] as usize];
-        let corners: Vec<_> = mesh.triangles().iter().map(|triangle| triangle.map(rank)).collect();
+        let corners: Vec<_> = mesh.surface().iter().map(|triangle| triangle.map(rank)).collect();
         let at_ranks = (0..).zip(&corners).flat_map(|(triangle, ranks)| ranks.map(|rank| (rank, triangle)));
         // The position continues linearly outside a cell; along each axis, the lattice is stretched to less than twice
         // its size.

@@ -4,7 +4,7 @@
 
 use super::components::{self, Joined};
 use super::{Lattice, LatticeError, LatticeReport, assemble, memory};
-use crate::mesh::{Component, Mesh, RelativeMeasure};
+use crate::mesh::{Component, Interior, Mesh, RelativeMeasure};
 use crate::voxel::{Grid, TooMany, Voxels, voxelize};
 
 /// Tolerance for the comparison of the mesh volume with the volume of the cells, as a fraction of the volume
@@ -160,10 +160,10 @@ impl Candidate {
 ///
 /// The mesh volume is the sum of the signed volumes of the tetrahedra from the center of the bounding box to
 /// the triangles. The cells are a shell if the mesh volume exceeds the volume of the cells, or if no cell is
-/// filled and the mesh volume is below [`SHELL_FRACTION`] of the volume of the cells. The cells of a closed
-/// surface are not a shell.
+/// filled and the mesh volume is below [`SHELL_FRACTION`] of the volume of the cells. The cells of a surface with
+/// an interior are not a shell.
 fn is_shell(mesh: &Mesh, voxels: &Voxels, cell_size: f64) -> bool {
-    if mesh.topology().boundary_edges == 0 {
+    if mesh.interior() != Interior::Sheet || mesh.topology().boundary_edges == 0 {
         return false;
     }
     let measure = RelativeMeasure::new(mesh);

@@ -1,42 +1,66 @@
 //! The masses of the lattice vertices, by the share of each cell that the mesh fills.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::Lattice;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, OpenSurface, WindingTree};
+use crate::voxel::entered_cells;
 
 /// Least share of an occupied cell. Cells that the surface only touches and cells of bridges have it, so that every
 /// vertex has a mass.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Numbers of sample lines along x per edge of a cell, the finest first. [`MAX_TESTS`] decides which one is used.
-const LINES_PER_CELL: [i32; 3] = [4, 2, 1];
+const LINES_PER_CELL: [i32; 4] = [8, 4, 2, 1];
+
+/// Difference of the winding number at the center of a cell from 1/2 from which on the whole cell is on one side.
+const CLEAR: f64 = 0.35;
+
+/// Number of points along each axis in a cell at an opening.
+const OPENING_POINTS: i32 = 4;
 
 /// Greatest number of pairs of a triangle and a line in its bounding box for which a finer sampling is used.
 const MAX_TESTS: f64 = 3e7;
 
 /// Computes the mass of each vertex in units of a full cell's mass, shape `(n,)`: an eighth of the filled shares of its
-/// cells.
-///
-/// The share is 1 for a bare lattice (`mesh` is `None`) and for an open mesh. For a closed mesh it is the mean over the
-/// cell of the winding number of the mesh, limited to the range from [`LEAST_SHARE`] to 1. The mean is exact along x
-/// and sampled along y and z.
+/// cells. See [`shares`].
 pub(crate) fn vertex_masses(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f32> {
-    let Some(mesh) = mesh.filter(|mesh| mesh.is_closed()) else {
-        return lattice.occupied_cells.iter().map(|&cells| f32::from(cells) / 8.0).collect();
-    };
-    masses_of_shares(lattice, &filled_shares(lattice, mesh))
+    match shares(lattice, mesh) {
+        None => lattice.occupied_cells.iter().map(|&cells| f32::from(cells) / 8.0).collect(),
+        Some(shares) => masses_of_shares(lattice, &shares),
+    }
 }
 
-/// Returns the filled share of each cell, shape `(m,)`, rounded to multiples of [`SHARE_UNIT`]: see [`vertex_masses`].
+/// Returns the filled share of each cell, shape `(m,)`, rounded to multiples of [`SHARE_UNIT`]: see [`shares`].
 /// The masses of vertices that break apart then have exactly the mass of the vertex before, in f32.
 pub(crate) fn cell_shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f64> {
-    match mesh.filter(|mesh| mesh.is_closed()) {
+    match shares(lattice, mesh) {
         None => vec![1.0; lattice.cells.len()],
-        Some(mesh) => filled_shares(lattice, mesh)
-            .into_iter()
-            .map(|share| (share / SHARE_UNIT).round() * SHARE_UNIT)
-            .collect(),
+        Some(shares) => shares.into_iter().map(|share| (share / SHARE_UNIT).round() * SHARE_UNIT).collect(),
+    }
+}
+
+/// Returns the filled share of each cell, from [`LEAST_SHARE`] to 1; `None` if all are 1, of a bare lattice (`mesh` is
+/// `None`) and of a [sheet](Interior::Sheet).
+///
+/// For a closed mesh the share is the mean over the cell of the winding number of the mesh. The mean is exact along x and
+/// sampled along y and z. For a mesh with openings it is the share of the cell where the winding number exceeds 1/2, and 1
+/// in cells that sheets enter.
+fn shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Option<Vec<f64>> {
+    let mesh = mesh?;
+    match mesh.open_surface() {
+        None => Some(filled_shares(lattice, mesh)),
+        Some(OpenSurface { solid: None, .. }) => None,
+        Some(OpenSurface { solid: Some(solid), sheets }) => {
+            let mut shares = enclosed_shares(lattice, mesh, solid);
+            let entered = entered(lattice, mesh, sheets);
+            shares
+                .iter_mut()
+                .zip(entered)
+                .filter(|(_, is_entered)| *is_entered)
+                .for_each(|(share, _)| *share = 1.0);
+            Some(shares)
+        }
     }
 }
 
@@ -54,32 +78,110 @@ pub(crate) fn masses_of_shares(lattice: &Lattice, shares: &[f64]) -> Vec<f32> {
     masses.into_iter().map(|mass| mass as f32).collect()
 }
 
-/// Returns the filled share of each cell.
-fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
+/// Returns the position of each vertex in cells from the origin of the lattice. Welded vertices have the same position, so
+/// that no line passes between the triangles at a seam.
+fn cell_positions(lattice: &Lattice, mesh: &Mesh) -> Vec<[f64; 3]> {
     let to_cells = |p: &Point3<f64>| <[f64; 3]>::from((p - lattice.origin) / lattice.cell_size);
-    let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(to_cells).collect();
-    let triangles =
-        || mesh.triangles().iter().map(|corners| corners.map(|corner| positions[corner as usize]));
+    mesh.weld().iter().map(|&vertex| to_cells(&mesh.vertices()[vertex as usize])).collect()
+}
+
+/// Returns whether triangles enter each cell.
+fn entered(lattice: &Lattice, mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<bool> {
+    let positions = cell_positions(lattice, mesh);
+    let corners = |triangle: &[u32; 3]| triangle.map(|v| positions[v as usize].map(|x| x.max(0.0)));
+    let mut is_entered = vec![false; lattice.cells.len()];
+    for cell in entered_cells(triangles.iter().map(corners)).positions() {
+        lattice.cell_set.find(cell).into_iter().for_each(|cell| is_entered[cell as usize] = true);
+    }
+    is_entered
+}
+
+/// Calls `visit` with each crossing of a sample line and the surface: the line, as indices along y and z, the x in cells,
+/// and the change of the winding number along the line. Returns the number of lines per edge of a cell.
+fn visit_crossings(lattice: &Lattice, mesh: &Mesh, mut visit: impl FnMut(i32, [i32; 2], f64, i32)) -> i32 {
+    let positions = cell_positions(lattice, mesh);
+    let triangles = || mesh.surface().iter().map(|corners| corners.map(|corner| positions[corner as usize]));
     let tests = |lines: i32| triangles().map(|corners| Lines::of(&corners, lines).count()).sum::<f64>();
     let coarsest = LINES_PER_CELL[LINES_PER_CELL.len() - 1];
     let lines = LINES_PER_CELL.into_iter().find(|&lines| tests(lines) <= MAX_TESTS).unwrap_or(coarsest);
-
-    let mut sums = WindingSums::new(lattice);
     for corners in triangles() {
         let range = Lines::of(&corners, lines);
         for line_z in range.first[1]..=range.last[1] {
             for line_y in range.first[0]..=range.last[0] {
-                let [y, z] = [line_y, line_z].map(|line| position_of_line(line, lines));
+                let [y, z] = position_of_line([line_y, line_z], lines);
                 let crossing = crossing(&corners, [y, z]);
                 if crossing != 0 {
-                    let row = (line_z.div_euclid(lines), line_y.div_euclid(lines));
-                    sums.add(row, x_at(&corners, [y, z]), f64::from(crossing));
+                    visit(lines, [line_y, line_z], x_at(&corners, [y, z]), crossing);
                 }
             }
         }
     }
+    lines
+}
+
+/// Returns the filled share of each cell of a closed mesh.
+fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
+    let mut sums = WindingSums::new(lattice);
+    let lines = visit_crossings(lattice, mesh, |lines, [y, z], x, crossing| {
+        sums.add((z.div_euclid(lines), y.div_euclid(lines)), x, f64::from(crossing));
+    });
     let lines_of_cell = f64::from(lines * lines);
     sums.finish(lattice).into_iter().map(|sum| (sum.abs() / lines_of_cell).clamp(LEAST_SHARE, 1.0)).collect()
+}
+
+/// Returns the share of each cell that a mesh with openings encloses.
+///
+/// A line changes sides at its crossings with the surface. In cells that the surface does not enter the center decides, and
+/// in those at an opening points in a grid, because there the side changes within the cell.
+fn enclosed_shares(lattice: &Lattice, mesh: &Mesh, solid: &WindingTree) -> Vec<f64> {
+    // The cell, the line in it, and the x from the cell.
+    let mut crossings: Vec<(u32, [i32; 2], f64)> = Vec::new();
+    let lines = visit_crossings(lattice, mesh, |lines, [y, z], x, _| {
+        let index = x.floor() as i32;
+        if let Some(cell) = lattice.cell_set.find([index, y.div_euclid(lines), z.div_euclid(lines)]) {
+            crossings.push((cell, [y.rem_euclid(lines), z.rem_euclid(lines)], x - f64::from(index)));
+        }
+    });
+    crossings.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    let point = |cell: [i32; 3], local: [f64; 3]| {
+        let offset: [f64; 3] = std::array::from_fn(|a| f64::from(cell[a]) + local[a]);
+        lattice.origin + Vector3::from(offset) * lattice.cell_size
+    };
+    let is_entered = entered(lattice, mesh, mesh.surface());
+    let mut groups = crossings.chunk_by(|a, b| a.0 == b.0).peekable();
+    let share = |(number, &cell): (u32, &[i32; 3])| {
+        let crossings = groups.next_if(|group| group[0].0 == number).unwrap_or_default();
+        if !is_entered[number as usize] && crossings.is_empty() {
+            let winding = solid.number(&point(cell, [0.5; 3]), None).abs();
+            if (winding - 0.5).abs() > CLEAR {
+                return f64::from(winding > 0.5);
+            }
+            let grid = (0..OPENING_POINTS.pow(3)).filter(|k| {
+                let local = [1, OPENING_POINTS, OPENING_POINTS.pow(2)]
+                    .map(|step| (f64::from(k / step % OPENING_POINTS) + 0.5) / f64::from(OPENING_POINTS));
+                solid.encloses(&point(cell, local))
+            });
+            return grid.count() as f64 / f64::from(OPENING_POINTS.pow(3));
+        }
+        let mut sum = 0.0;
+        for line_z in 0..lines {
+            for line_y in 0..lines {
+                let own = crossings.iter().filter(|crossing| crossing.1 == [line_y, line_z]);
+                let [y, z] = position_of_line([line_y, line_z], lines);
+                let mut start = 0.0;
+                for end in own.map(|crossing| crossing.2).chain([1.0]) {
+                    let middle = [0.5 * (start + end), y, z];
+                    if end > start && solid.encloses(&point(cell, middle)) {
+                        sum += end - start;
+                    }
+                    start = end;
+                }
+            }
+        }
+        sum / f64::from(lines * lines)
+    };
+    let shares: Vec<f64> = (0..).zip(&lattice.cells).map(share).collect();
+    shares.into_iter().map(|share| share.clamp(LEAST_SHARE, 1.0)).collect()
 }
 
 /// The sample lines along x in the bounding box of a triangle: indices along y and along z, inclusive.
@@ -91,10 +193,10 @@ struct Lines {
 impl Lines {
     fn of(corners: &[[f64; 3]; 3], lines: i32) -> Self {
         let [a, b, c] = corners;
-        let index = |coordinate: f64| coordinate * f64::from(lines) - 0.5;
+        let index = |coordinate: f64| (coordinate * f64::from(lines)).floor() as i32;
         Self {
-            first: [1, 2].map(|k| index(a[k].min(b[k]).min(c[k])).ceil() as i32),
-            last: [1, 2].map(|k| index(a[k].max(b[k]).max(c[k])).floor() as i32),
+            first: [1, 2].map(|k| index(a[k].min(b[k]).min(c[k]))),
+            last: [1, 2].map(|k| index(a[k].max(b[k]).max(c[k]))),
         }
     }
 
@@ -104,10 +206,21 @@ impl Lines {
     }
 }
 
-/// Returns the coordinate of a sample line, in cells. No line lies on a face between cells, where meshes like to have
-/// faces.
-fn position_of_line(line: i32, lines: i32) -> f64 {
-    (f64::from(line) + 0.5) / f64::from(lines)
+/// Returns the coordinates of a sample line along y and z, in cells. No line lies on a face between cells, where meshes like
+/// to have faces.
+///
+/// Each line is in a square of its own, so that the n lines of a cell with the same index along z have n different y. Their
+/// place in the square depends on the index along z: all lines of the cell together resolve n^2/2 levels of y, and in the
+/// same way of z. The lines of a cell are their own mirror images.
+fn position_of_line(line: [i32; 2], lines: i32) -> [f64; 2] {
+    let place = |own: i32, other: i32| {
+        let distinct = (lines / 2).max(1);
+        let step = (f64::from(other.min(lines - 1 - other)) + 0.5) / f64::from(distinct);
+        if own < distinct { step } else { 1.0 - step }
+    };
+    let [y, z] = line.map(|line| line.rem_euclid(lines));
+    let [place_y, place_z] = if lines == 1 { [0.5; 2] } else { [place(y, z), place(z, y)] };
+    [(f64::from(line[0]) + place_y) / f64::from(lines), (f64::from(line[1]) + place_z) / f64::from(lines)]
 }
 
 /// Returns the change of the winding number where a line along x crosses a triangle: 1 if the line enters the mesh, -1
@@ -205,8 +318,10 @@ mod tests {
             (low + 1.0).min([2.4, 1.7, 3.1][c]) - low.max(0.0)
         };
         for (cell, share) in lattice.cells().iter().zip(&shares) {
-            // Along x the share is exact. Along y and z the sampled overlap is within half a distance of two lines.
-            let sampled = |c: usize| (overlap(c, cell[c]) - 0.125, overlap(c, cell[c]) + 0.125);
+            // Along x the share is exact. Along y and z the overlap is sampled at 32 levels, or 8 in cells that end along both.
+            let is_edge = (1..3).all(|c| overlap(c, cell[c]) < 1.0);
+            let half = if is_edge { 1.0 / 16.0 } else { 1.0 / 64.0 };
+            let sampled = |c: usize| (overlap(c, cell[c]) - half, overlap(c, cell[c]) + half);
             let ((y_low, y_high), (z_low, z_high)) = (sampled(1), sampled(2));
             let x = overlap(0, cell[0]);
             let (low, high) = (x * y_low * z_low, x * y_high * z_high);
@@ -214,6 +329,24 @@ mod tests {
                 (low.max(LEAST_SHARE) - 1e-9..=high.clamp(LEAST_SHARE, 1.0) + 1e-9).contains(share),
                 "{cell:?}: {share}"
             );
+        }
+    }
+
+    #[test]
+    fn lines_of_a_cell_are_their_own_mirror_images_and_resolve_many_levels() {
+        for lines in LINES_PER_CELL {
+            let all = (0..lines).flat_map(|y| (0..lines).map(move |z| [y, z]));
+            let positions: Vec<[f64; 2]> = all.map(|line| position_of_line(line, lines)).collect();
+            let has =
+                |p: [f64; 2]| positions.iter().any(|q| (q[0] - p[0]).abs() + (q[1] - p[1]).abs() < 1e-12);
+            assert!(positions.iter().all(|&[y, z]| has([1.0 - y, z]) && has([y, 1.0 - z]) && has([z, y])));
+            let mut levels: Vec<f64> = positions.iter().map(|p| p[0]).collect();
+            levels.sort_by(f64::total_cmp);
+            levels.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+            let expected = (lines * lines / 2).max(1);
+            assert_eq!(levels.len(), expected as usize);
+            let at = |k: usize| (k as f64 + 0.5) / f64::from(expected);
+            assert!(levels.iter().enumerate().all(|(k, level)| (level - at(k)).abs() < 1e-12), "{levels:?}");
         }
     }
 

@@ -40,7 +40,7 @@ impl RelativeMeasure {
         let (low, high) = mesh.bounds();
         let extent = (high - low).amax();
         let (mut volume, mut area) = (0.0, 0.0);
-        for triangle in mesh.triangles() {
+        for triangle in mesh.surface() {
             let [a, b, c] =
                 triangle.map(|vertex| (mesh.vertices()[vertex as usize] - mesh.center()) / extent);
             volume += a.dot(&b.cross(&c)) / 6.0;

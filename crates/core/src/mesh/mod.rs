@@ -3,7 +3,9 @@
 //! This file defines [`Mesh`]. The other files, in the order of the data flow:
 //!
 //! * `weld`: finds vertices at equal positions.
-//! * `topology`: describes a mesh. `duplicates` counts repeated faces; `measure` computes volume and area.
+//! * `triangles`: the triangles of the faces. `polygon` triangulates a polygon in a plane.
+//! * `topology`: describes a mesh. `duplicates` finds repeated faces; `measure` computes volume and area.
+//! * `interior`: which points are inside; `winding_tree` computes winding numbers.
 //! * `surface_tree`: closest points on a mesh.
 //! * `animation`: positions of the vertices at several times.
 //! * `csr`, `union_find`: data structures, also for the modules that depend on this module.
@@ -12,12 +14,16 @@ mod animation;
 mod csr;
 mod duplicates;
 mod error;
+mod interior;
 mod measure;
 mod needles;
+mod polygon;
 mod surface_tree;
 mod topology;
+mod triangles;
 mod union_find;
 mod weld;
+mod winding_tree;
 
 use std::sync::{Arc, OnceLock};
 
@@ -27,15 +33,19 @@ pub(crate) use animation::mix;
 pub use animation::{AnimationError, MeshAnimation};
 pub(crate) use csr::Csr;
 pub use error::MeshError;
+pub use interior::Interior;
+pub(crate) use interior::OpenSurface;
 pub(crate) use measure::{RelativeMeasure, signed_volume};
 pub(crate) use needles::flip_needles;
+pub(crate) use polygon::{Planar, distance_squared, planar_area, polygon_area, triangulate};
 pub(crate) use surface_tree::{ClosestPoint, SurfaceTree};
 pub use topology::{Component, Topology};
 pub(crate) use union_find::UnionFind;
+pub(crate) use winding_tree::WindingTree;
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
 ///
-/// Each polygon is also available as a fan of triangles from its first corner:
+/// Each polygon is also available as triangles, of a convex polygon a fan from its first corner:
 ///
 /// ```text
 ///     d---c          face   [a, b, c, d]
@@ -48,11 +58,14 @@ pub(crate) use union_find::UnionFind;
 pub struct Mesh {
     vertices: Arc<[Point3<f64>]>,
     faces: Arc<Faces>,
-    /// For each vertex, the first vertex with which it is welded: the first vertex at the same position, except in a
-    /// mesh that is cut.
+    /// For each vertex, the first vertex with which it is welded.
     weld: Arc<[u32]>,
+    /// Whether the mesh is cut: then no face counts as repeated, because both sides of a crack can have it.
+    is_cut: bool,
     bounds: (Point3<f64>, Point3<f64>),
     topology: Arc<OnceLock<Topology>>,
+    /// The parts of an open surface.
+    open: Arc<OnceLock<OpenSurface>>,
 }
 
 /// The polygons of a mesh, and their triangles.
@@ -133,8 +146,10 @@ impl Mesh {
         check_finite(&vertices)?;
         check_indices(&polygons, vertices.len())?;
         let bounds = bounds(&vertices, polygons.items());
-        let weld = weld.unwrap_or_else(|| weld::weld(&vertices));
-        let triangles = fan(&polygons);
+        let extent = bounds.map_or(0.0, |(low, high)| (high - low).amax());
+        let is_cut = weld.is_some();
+        let weld = weld.unwrap_or_else(|| weld::weld(&vertices, weld::tolerance(&vertices, extent)));
+        let triangles = triangles::of_polygons(&vertices, &polygons);
         let no_faces = MeshError::NoFaces { faces: polygons.len(), vertices: vertices.len() };
         let (Some(bounds), false) = (bounds, triangles.is_empty()) else { return Err(no_faces) };
         if bounds.0 == bounds.1 {
@@ -150,8 +165,10 @@ impl Mesh {
             vertices: vertices.into(),
             faces: Arc::new(Faces { polygons, triangles }),
             weld: weld.into(),
+            is_cut,
             bounds,
             topology: Arc::default(),
+            open: Arc::default(),
         })
     }
 
@@ -172,9 +189,15 @@ impl Mesh {
 
     /// Returns the triangles of the faces, in the order of the faces.
     ///
-    /// A face with `n >= 3` corners gives a fan of `n - 2` triangles from its first corner.
+    /// A face with `n >= 3` corners gives `n - 2` triangles: a fan from its first corner, or ears if the face is concave
+    /// and triangles of its fan would lie outside of it.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.faces.triangles
+    }
+
+    /// Returns the triangles of the surface: those of [`Mesh::triangles`], with each repeated face once; see [`Topology`].
+    pub(crate) fn surface(&self) -> &[[u32; 3]] {
+        self.topology().surface.as_deref().unwrap_or(self.triangles())
     }
 
     /// Returns the bounding box of the vertices that faces use: its lowest and its highest corner.
@@ -182,8 +205,9 @@ impl Mesh {
         self.bounds
     }
 
-    /// Returns, for each vertex, the first vertex at exactly the same position (`-0.0` equals `0.0`), shape
-    /// `(n,)`. In a mesh that a crack cuts, vertices on different sides of the crack are distinct.
+    /// Returns, for each vertex, the first vertex at the same position, shape `(n,)`. Positions are the same if they differ,
+    /// along each axis, by at most 4 units in the last place of the greatest coordinate: of `f32` if all coordinates are
+    /// values of `f32`, else of `f64`. In a mesh that a crack cuts, vertices on different sides of the crack are distinct.
     pub fn weld(&self) -> &[u32] {
         &self.weld
     }
@@ -197,6 +221,20 @@ impl Mesh {
     /// each edge equally often in both directions.
     pub fn is_closed(&self) -> bool {
         self.topology().open_edges == 0
+    }
+
+    /// Returns the rule by which points are inside the surface. It is found at the first call and cached.
+    pub fn interior(&self) -> Interior {
+        match self.open_surface() {
+            None => Interior::Closed,
+            Some(OpenSurface { solid: Some(_), .. }) => Interior::WindingNumber,
+            Some(OpenSurface { solid: None, .. }) => Interior::Sheet,
+        }
+    }
+
+    /// Returns the parts of the surface, or `None` if it is closed.
+    pub(crate) fn open_surface(&self) -> Option<&OpenSurface> {
+        (!self.is_closed()).then(|| self.open.get_or_init(|| OpenSurface::new(self)))
     }
 
     /// Returns the enclosed volume, in cubed units of length. It is never negative.
@@ -234,10 +272,12 @@ impl Mesh {
         Ok(Self {
             // Keeps the weld of the unscaled mesh, even if rounding makes two positions equal.
             weld: self.weld.clone(),
+            is_cut: self.is_cut,
             faces: self.faces.clone(),
             vertices: vertices.into(),
             bounds,
             topology: Arc::default(),
+            open: Arc::default(),
         })
     }
 
@@ -299,16 +339,6 @@ fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Poi
     let grow =
         |(low, high): (Point3<f64>, Point3<f64>), point: Point3<f64>| (low.inf(&point), high.sup(&point));
     used.fold(None, |bounds, point| Some(grow(bounds.unwrap_or((point, point)), point)))
-}
-
-/// Triangulates the polygons by fans from their first corners.
-fn fan(polygons: &Csr<u32>) -> Vec<[u32; 3]> {
-    let count = polygons.items().len().saturating_sub(2 * polygons.len());
-    let mut triangles = Vec::with_capacity(count);
-    for face in polygons.rows().filter(|face| face.len() > 2) {
-        triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
-    }
-    triangles
 }
 
 /// Returns whether a face has fewer than three distinct welded corners.

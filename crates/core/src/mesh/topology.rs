@@ -1,10 +1,16 @@
 //! Describes a surface: edges, components, repeated faces, volume. The mesh caches the description.
 
-use super::{Csr, Mesh, UnionFind, duplicates, is_degenerate};
+use super::duplicates::{self, Repeated, Use};
+use super::{Csr, Mesh, UnionFind, is_degenerate, weld};
+
+/// Greatest distance of near misses along an axis, relative to the longest side of the bounding box.
+const NEAR: f64 = 1e-5;
 
 /// A description of a surface. Unusual properties are counted here and are not errors.
 ///
-/// It describes the welded surface: vertices at exactly equal positions count as one vertex.
+/// It describes the welded surface: vertices at equal positions ([`Mesh::weld`]) count as one vertex. Edges and volumes are
+/// those of the surface in which a face that is there several times, in one direction or in both, is there once. Where a
+/// component is closed only without its two-sided faces, it has none of them.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Topology {
@@ -33,9 +39,16 @@ pub struct Topology {
     /// Number of used vertices minus the number of their distinct positions. Such additional vertices occur
     /// at UV seams and hard edges. Vertices at the same position have the same motion.
     pub seam_vertices: usize,
+    /// Number of vertices on open edges that nearly meet another one: they are within 1e-5 of the longest side of the bounding
+    /// box, but not welded.
+    pub near_misses: usize,
+    /// Greatest distance of such vertices, in units of length.
+    pub near_miss_distance: f64,
     /// Enclosed volume in cubed units of length, about the center of the bounding box. Negative if the faces
     /// are clockwise seen from outside.
     pub signed_volume: f64,
+    /// The triangles of the surface; `None` if no face is repeated.
+    pub(super) surface: Option<Vec<[u32; 3]>>,
 }
 
 /// A connected component of a surface. It shares no welded vertex with other components.
@@ -63,24 +76,58 @@ impl Topology {
     /// Computes the description of a mesh.
     pub(super) fn new(mesh: &Mesh) -> Self {
         let weld = mesh.weld();
-        let edges = EdgeCounts::new(mesh);
-        let repeated = duplicates::count(mesh);
+        let repeated = duplicates::find(mesh);
+        let edges = EdgeCounts::new(mesh, &repeated);
+        let surface = (!repeated.uses.is_empty()).then(|| surface(mesh, &repeated));
+        let triangles = surface.as_deref().unwrap_or(mesh.triangles());
         let (unused_vertices, seam_vertices) = count_vertices(mesh);
+        let (near_misses, near_miss_distance) = near_misses(mesh, &edges.open);
         Self {
             edges: edges.edges,
-            open_edges: edges.open.len(),
+            open_edges: edges.open.len() / 2,
             boundary_edges: edges.boundary,
             non_manifold_edges: edges.non_manifold,
             misoriented_edges: edges.misoriented,
-            components: components(mesh, &edges.open),
+            components: components(mesh, triangles, &edges.open),
             degenerate_faces: mesh.faces().filter(|face| is_degenerate(face, weld)).count(),
             duplicate_faces: repeated.duplicate,
             two_sided_faces: repeated.two_sided,
             unused_vertices,
             seam_vertices,
-            signed_volume: mesh.volume_of(mesh.triangles()),
+            near_misses,
+            near_miss_distance,
+            signed_volume: mesh.volume_of(triangles),
+            surface,
         }
     }
+}
+
+/// Returns the triangles of the faces that the surface has.
+fn surface(mesh: &Mesh, repeated: &Repeated) -> Vec<[u32; 3]> {
+    let mut triangles = mesh.triangles();
+    let mut surface = Vec::with_capacity(triangles.len());
+    for (index, face) in mesh.faces().enumerate() {
+        let (own, others) = triangles.split_at(face.len().saturating_sub(2));
+        triangles = others;
+        match repeated.of(index) {
+            Use::Kept => surface.extend(own),
+            Use::Flipped => surface.extend(own.iter().map(|&[a, b, c]| [a, c, b])),
+            Use::Left => {}
+        }
+    }
+    surface
+}
+
+/// Returns [`Topology::near_misses`] and [`Topology::near_miss_distance`]. `open`: the vertices of open edges.
+fn near_misses(mesh: &Mesh, open: &[u32]) -> (usize, f64) {
+    let mut open = open.to_vec();
+    open.sort_unstable();
+    open.dedup();
+    let points: Vec<_> = open.iter().map(|&vertex| mesh.vertices()[vertex as usize]).collect();
+    let nearest = weld::weld(&points, NEAR * (mesh.bounds().1 - mesh.bounds().0).amax());
+    let missed = nearest.iter().enumerate().filter(|(point, first)| *point != **first as usize);
+    let distances = missed.map(|(point, &first)| (points[point] - points[first as usize]).norm());
+    distances.fold((0, 0.0), |(count, greatest), distance| (count + 1, distance.max(greatest)))
 }
 
 /// Returns [`Topology::unused_vertices`] and [`Topology::seam_vertices`].
@@ -100,8 +147,7 @@ fn count_vertices(mesh: &Mesh) -> (usize, usize) {
 #[derive(Debug, Default)]
 struct EdgeCounts {
     edges: usize,
-    /// One of the two welded vertices of each open edge: an edge that faces do not use equally often in both
-    /// directions.
+    /// The two welded vertices of each open edge: an edge that faces do not use equally often in both directions.
     open: Vec<u32>,
     boundary: usize,
     non_manifold: usize,
@@ -109,15 +155,20 @@ struct EdgeCounts {
 }
 
 impl EdgeCounts {
-    /// Counts the edges of the polygons. The diagonals of the fans of triangles are not counted, because each
+    /// Counts the edges of the polygons of the surface. The diagonals of the polygons are not counted, because each
     /// is used once in both directions.
     ///
     /// Edges are sorted into rows by the lower of their two vertices. Each row is short and is sorted by the
     /// higher vertex. This takes linear time for surfaces, and the order is deterministic.
-    fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh, repeated: &Repeated) -> Self {
         let weld = mesh.weld();
-        let edges = mesh.faces().flat_map(|face| face.iter().zip(face.iter().cycle().skip(1)));
-        let welded = edges.map(|(&from, &to)| (weld[from as usize], weld[to as usize]));
+        let faces = mesh.faces().enumerate().map(|(index, face)| (repeated.of(index), face));
+        let faces = faces.filter(|(use_, _)| *use_ != Use::Left);
+        let edges = faces.flat_map(|(use_, face)| {
+            let edges = face.iter().zip(face.iter().cycle().skip(1));
+            edges.map(move |(&from, &to)| if use_ == Use::Flipped { (to, from) } else { (from, to) })
+        });
+        let welded = edges.map(|(from, to)| (weld[from as usize], weld[to as usize]));
         // Ignores edges between equal positions, which have no direction. A use is packed as the higher
         // vertex, then one bit that is set if the edge is directed to the higher vertex.
         let uses = welded
@@ -135,7 +186,7 @@ impl EdgeCounts {
                 counts.non_manifold += usize::from(edge.len() > 2);
                 counts.misoriented += usize::from(edge.len() == 2 && forward != 1);
                 if 2 * forward != edge.len() {
-                    counts.open.push(low as u32);
+                    counts.open.extend([low as u32, (edge[0] >> 1) as u32]);
                 }
             }
         }
@@ -143,8 +194,9 @@ impl EdgeCounts {
     }
 }
 
-/// Finds the components, in descending order of their number of faces. `open`: a vertex of each open edge.
-fn components(mesh: &Mesh, open: &[u32]) -> Vec<Component> {
+/// Finds the components, in descending order of their number of faces. `triangles`: those of the surface. `open`: the
+/// vertices of open edges.
+fn components(mesh: &Mesh, triangles: &[[u32; 3]], open: &[u32]) -> Vec<Component> {
     let weld = mesh.weld();
     let mut sets = UnionFind::new(weld.len());
     for edge in mesh.faces().flat_map(|face| face.windows(2)) {
@@ -152,8 +204,7 @@ fn components(mesh: &Mesh, open: &[u32]) -> Vec<Component> {
     }
     let (count, labels) = sets.labels();
     let label = |corner: u32| labels[weld[corner as usize] as usize];
-    let triangles =
-        Csr::sorted(count, mesh.triangles().iter().map(|triangle| (label(triangle[0]), *triangle)));
+    let triangles = Csr::sorted(count, triangles.iter().map(|triangle| (label(triangle[0]), *triangle)));
     let component = |members: &[[u32; 3]]| Component {
         first_face: usize::MAX,
         faces: 0,

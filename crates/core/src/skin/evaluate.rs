@@ -76,7 +76,7 @@ pub(super) enum Normals {
 impl Normals {
     pub(super) fn new(mesh: &Mesh, embedding: &Embedding) -> Self {
         let points = (0..embedding.len() as u32).collect();
-        let vertices = Neighborhoods::new(mesh.triangles(), mesh.weld(), embedding, points);
+        let vertices = Neighborhoods::new(mesh.surface(), mesh.weld(), embedding, points);
         if vertices.has_locality() {
             Self::InOrder(vertices)
         } else {
@@ -201,7 +201,7 @@ impl Reordered {
             reordered[vertex] = reordered[mesh.weld()[vertex] as usize];
         }
         let triangles: Vec<_> =
-            mesh.triangles().iter().map(|t| t.map(|corner| reordered[corner as usize])).collect();
+            mesh.surface().iter().map(|t| t.map(|corner| reordered[corner as usize])).collect();
         // The vertices are welded already, so each is its own representative.
         let weld: Vec<u32> = (0..points.len() as u32).collect();
         Self { vertices: Neighborhoods::new(&triangles, &weld, embedding, points), reordered }

@@ -27,7 +27,7 @@ pub struct VertexNormals {
 impl VertexNormals {
     /// Prepares the normals of `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
-        Self::of_triangles(mesh.triangles(), mesh.weld())
+        Self::of_triangles(mesh.surface(), mesh.weld())
     }
 
     fn of_triangles(triangles: &[[u32; 3]], weld: &[u32]) -> Self {

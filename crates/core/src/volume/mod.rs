@@ -72,5 +72,6 @@ pub use external_forces::{ExternalForce, HALF_FORCE};
 pub(crate) use limits::Limit;
 pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
+pub(crate) use surface::MIN_VOLUME_FRACTION;
 pub use surface::Surface;
 pub use volumes::VolumeMeasures;

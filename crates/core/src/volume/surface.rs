@@ -11,8 +11,9 @@ use super::shells::{self, Shell};
 use crate::lattice::{Embedding, Lattice};
 use crate::mesh::{Csr, Mesh, UnionFind};
 
-/// The surface in a component must enclose more than this fraction of the volume of the component's cells.
-const MIN_VOLUME_FRACTION: f64 = 0.01;
+/// The surface in a component must enclose more than this fraction of the volume of the component's cells. Otherwise it
+/// counts as enclosing nothing.
+pub(crate) const MIN_VOLUME_FRACTION: f64 = 0.01;
 
 /// Surface mesh and its embedding in the lattice.
 #[derive(Clone, Copy, Debug)]
@@ -169,7 +170,7 @@ fn renumber_corners(embedding: &Embedding, points: &[u32], quads: &mut [[u32; 4]
 /// Returns the shells, without degenerate triangles.
 fn split_into_shells(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, VolumeError> {
     let (mesh, weld) = (surface.mesh, surface.mesh.weld());
-    let triangles = mesh.triangles().iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
+    let triangles = mesh.surface().iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
     let triangles: Vec<[u32; 3]> = triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect();
     let mut sets = UnionFind::new(weld.len());
     for [a, b, c] in &triangles {

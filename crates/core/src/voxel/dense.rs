@@ -103,6 +103,13 @@ fn reference(mesh: &Mesh, grid: &Grid) -> (GridSet, usize) {
         }
     }
 
+    if let Some(solid) = mesh.open_surface().and_then(|open| open.solid.as_ref()) {
+        for cell in entered.cells(|cell| grid.contains(cell) && !entered.has(cell)) {
+            let index = outside.index(cell).expect("a cell of the grid");
+            outside.flags[index] &= !solid.encloses(&grid.center_of(cell));
+        }
+    }
+
     let center = nalgebra::Vector3::from(grid.size.map(|n| 0.5 * n as f64));
     let volume = signed_volume(mesh.triangles(), |vertex| {
         nalgebra::Vector3::from(positions[vertex as usize]) - center

@@ -65,6 +65,14 @@ impl Grid {
         Point3::new(at(0), at(1), at(2))
     }
 
+    /// Returns the center of a cell.
+    pub(super) fn center_of(&self, cell: [i32; 3]) -> Point3<f64> {
+        let at = |a: usize| {
+            self.center[a] + (f64::from(cell[a]) + 0.5 - 0.5 * self.size[a] as f64) * self.cell_size
+        };
+        Point3::new(at(0), at(1), at(2))
+    }
+
     /// Returns whether a cell is in the grid.
     pub(super) fn contains(&self, cell: [i32; 3]) -> bool {
         (0..3).all(|a| (0..self.size[a] as i32).contains(&cell[a]))

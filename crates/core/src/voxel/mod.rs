@@ -7,7 +7,8 @@
 //! * [`bricks`]: a set of cells to which cells are added in any order.
 //! * [`boxes`]: finds the cells that a triangle enters.
 //! * [`grid_set`]: a sorted set of grid positions.
-//! * [`fill`]: finds the cells that the surface encloses.
+//! * [`fill`]: finds the cells that no path of cells reaches from outside.
+//! * [`inside`]: finds the cells inside a surface that is not closed.
 //! * [`voxelize`](mod@voxelize): finds the cells that the surface passes through or encloses.
 
 mod boxes;
@@ -15,12 +16,13 @@ mod bricks;
 mod fill;
 mod grid;
 mod grid_set;
+mod inside;
 mod triangle_box;
 mod voxelize;
 
 pub(crate) use grid::{Grid, HIGHEST_INDEX};
 pub(crate) use grid_set::GridSet;
-pub(crate) use voxelize::{Maxima, TooMany, Voxels, voxelize};
+pub(crate) use voxelize::{Maxima, TooMany, Voxels, entered_cells, voxelize};
 
 #[cfg(test)]
 mod dense;

@@ -1,8 +1,8 @@
 //! Finds the cells that a surface passes through or encloses.
 //!
 //! The *trace* of the triangles consists of the cells that they enter, and of the faces of cells on which
-//! they lie. The result is the cells of the trace, the cells that it encloses, and the cells to which its
-//! faces belong.
+//! they lie. The result is the cells of the trace, the cells that it encloses, the cells inside a surface with openings,
+//! and the cells to which its faces belong.
 
 use nalgebra::Vector3;
 
@@ -11,6 +11,7 @@ use super::bricks::Bricks;
 use super::fill::{self, Walls};
 use super::grid::Grid;
 use super::grid_set::GridSet;
+use super::inside::inside;
 use crate::mesh::{Mesh, signed_volume};
 
 /// Magnitude of the signed volume, as a fraction of the volume of the grid, below which a surface counts as
@@ -66,9 +67,16 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxel
         }
     }
     let Trace { entered, faces } = builder.into_trace();
-    let walls = faces.each_ref().map(|Faces { up, down }| up.union(down));
-    let walls = Walls { cells: &entered, faces: walls.each_ref() };
+    let faces_of_axes = faces.each_ref().map(|Faces { up, down }| up.union(down));
+    let walls = Walls { cells: &entered, faces: faces_of_axes.each_ref() };
     let enclosed = fill::enclosed(&walls, maxima.cells).map_err(TooMany::Cells)?;
+    let enclosed = match mesh.open_surface().and_then(|open| open.solid.as_ref()) {
+        None => enclosed,
+        Some(solid) => {
+            let inside = inside(solid, grid, (&entered, &enclosed), walls.faces, maxima.cells);
+            with_cells(enclosed, inside.map_err(TooMany::Cells)?)
+        }
+    };
     let flipped = faces.iter().any(|faces| !faces.is_empty()) && is_inside_out(mesh, &positions, grid);
     let is_outside = |cell: [i32; 3]| entered.find(cell).is_none() && enclosed.find(cell).is_none();
     let behind_faces = cells_behind_faces(&faces, is_outside, flipped, grid);
@@ -79,6 +87,16 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxel
     let (surface, cells) = (with_cells(surface, free_cells.clone()), with_cells(cells, free_cells));
     check(cells.len() as u64, maxima.cells).map_err(TooMany::Cells)?;
     Ok(Voxels { surface_cells: surface.len(), cells })
+}
+
+/// Returns the cells that triangles enter. `triangles`: the corners of each triangle in cells; no coordinate is negative.
+pub(crate) fn entered_cells(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> GridSet {
+    let mut builder = TraceBuilder::new(Maxima { cells: u64::MAX, faces: u64::MAX });
+    for corners in triangles {
+        // Without maxima there is no error.
+        _ = builder.add(&corners);
+    }
+    builder.into_trace().entered
 }
 
 /// Returns the number as an error if it exceeds its maximum.

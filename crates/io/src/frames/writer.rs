@@ -289,7 +289,8 @@ impl CachedPoints {
         match source {
             Source::Mesh(mesh) => Self { points: vec![[0.0; 3]; mesh.vertices().len()], map: None },
             Source::Document(document, part) => {
-                Self { points: document.positions().to_vec(), map: Some(part.vertices().collect()) }
+                let points = document.positions().iter().map(|position| position.map(|x| x as f32)).collect();
+                Self { points, map: Some(part.vertices().collect()) }
             }
         }
     }

@@ -108,7 +108,7 @@ impl Document {
     }
 
     /// Returns the positions of all `v` statements.
-    pub(crate) fn positions(&self) -> &[[f32; 3]] {
+    pub(crate) fn positions(&self) -> &[[f64; 3]] {
         &self.parsed.positions
     }
 

@@ -33,7 +33,7 @@ pub(super) fn three_numbers(
     statement: &'static str,
     raw: &[u8],
     mut words: Words<'_>,
-) -> Result<(Numbers, [f32; 3]), ObjProblem> {
+) -> Result<(Numbers, [f64; 3]), ObjProblem> {
     let mut ranges: [Range<usize>; 3] = [0..0, 0..0, 0..0];
     for (found, range) in ranges.iter_mut().enumerate() {
         *range = words.next().ok_or(ObjProblem::TooFewNumbers { statement, needed: 3, found })?;
@@ -50,11 +50,11 @@ pub(super) fn three_numbers(
     Ok((Numbers { start, ends: [a, b, c, d, e] }, values))
 }
 
-/// Parses a number and rounds it to the nearest `f32`.
+/// Parses a number in the range of `f32`.
 #[inline]
-fn number(statement: &'static str, bytes: &[u8]) -> Result<f32, ObjProblem> {
-    match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f32>().ok()) {
-        Some(number) if number.is_finite() => Ok(number),
+fn number(statement: &'static str, bytes: &[u8]) -> Result<f64, ObjProblem> {
+    match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f64>().ok()) {
+        Some(number) if (number as f32).is_finite() => Ok(number),
         Some(_) => Err(ObjProblem::NotFinite { statement, text: decode(bytes).into_owned() }),
         None => Err(ObjProblem::NotANumber { statement, text: decode(bytes).into_owned() }),
     }

@@ -30,7 +30,7 @@ pub(super) struct Parsed {
     /// Byte ranges of the numbers, one entry per `v`.
     pub(super) vertices: Vec<Numbers>,
     /// Positions, one per `v`.
-    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) positions: Vec<[f64; 3]>,
     /// Byte ranges of the numbers, one entry per `vn`.
     pub(super) normals: Vec<Numbers>,
     /// Vectors, one per `vn`.
@@ -153,7 +153,7 @@ impl<'a> Parser<'a> {
             b"vn" => {
                 let (numbers, direction) = three_numbers("vn", raw, words)?;
                 self.parsed.normals.push(numbers);
-                self.parsed.directions.push(direction);
+                self.parsed.directions.push(direction.map(|x| x as f32));
             }
             b"vt" => self.parsed.textures += 1,
             b"f" | b"fo" => self.face(statement.line, words)?,

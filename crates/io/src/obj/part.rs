@@ -112,11 +112,10 @@ fn build(
     faces: impl Iterator<Item = u32> + Clone,
     map: Option<(&[u32], &[u32])>,
 ) -> Result<Mesh, ObjError> {
-    let to_f64 = |position: [f32; 3]| Point3::from(position.map(f64::from));
     let positions = document.positions();
     let vertices = match map {
-        None => positions.iter().copied().map(to_f64).collect(),
-        Some((used, _)) => used.iter().map(|&vertex| to_f64(positions[vertex as usize])).collect(),
+        None => positions.iter().copied().map(Point3::from).collect(),
+        Some((used, _)) => used.iter().map(|&vertex| Point3::from(positions[vertex as usize])).collect(),
     };
     let mut offsets = vec![0];
     let mut corners = Vec::new();

@@ -4,13 +4,13 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::caution::Caution;
 use super::checkpoint::Checkpoint;
 use super::deviation::{Softened, VolumeRecord};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
 use super::output::{Output, Surface};
-use super::overlap::Overlap;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
@@ -33,8 +33,8 @@ pub(super) struct Running<'a> {
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
     inputs: Vec<Input>,
-    /// Pairs of bodies that overlap at time 0.
-    overlaps: Vec<Overlap>,
+    /// What the author of the scene probably does not expect.
+    cautions: Vec<Caution>,
     output: Output,
     stats: Option<Stats>,
     /// Frames of an older run that are not replaced yet. They are removed when the job ends.
@@ -66,14 +66,14 @@ impl<'a> Running<'a> {
         checkpoint: Checkpoint,
         resumed_after: Option<u32>,
     ) -> Self {
-        let Prepared { simulation, substeps, inputs, overlaps } = prepared;
+        let Prepared { simulation, substeps, inputs, cautions } = prepared;
         let Files { output, stats, aside } = files;
         Self {
             job,
             simulation: Arc::new(Mutex::new(simulation)),
             substeps,
             inputs,
-            overlaps,
+            cautions,
             output,
             stats,
             _aside: aside,
@@ -100,7 +100,7 @@ impl<'a> Running<'a> {
         let shared = self.simulation.clone();
         observer.built(&shared, &self.inputs);
         if self.resumed_after.is_none() {
-            self.overlaps.drain(..).for_each(|overlap| observer.note(&Note::Overlap(overlap)));
+            self.cautions.drain(..).for_each(|caution| observer.note(&Note::Caution(caution)));
         }
         observer.started(first, last);
         let loop_start = Instant::now();

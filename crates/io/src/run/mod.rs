@@ -14,6 +14,7 @@
 
 mod advance;
 mod animations;
+mod caution;
 mod checkpoint;
 mod deviation;
 mod error;
@@ -31,6 +32,7 @@ mod settings;
 mod start;
 mod stats;
 
+pub use caution::Caution;
 pub use checkpoint::{CHECKPOINT, CHECKPOINT_VERSION};
 pub use deviation::{Softened, UnkeptVolume, VOLUME_THRESHOLD};
 pub use error::RunError;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use super::overlap::Overlap;
+use super::caution::Caution;
 use super::prepare::Input;
 use crate::escape::Escaped;
 use supple::Simulation;
@@ -77,8 +77,8 @@ pub enum Note {
         /// SIMD level of this run.
         now: String,
     },
-    /// Two bodies overlap at the start.
-    Overlap(Overlap),
+    /// What the author of the scene probably does not expect.
+    Caution(Caution),
 }
 
 impl Note {
@@ -96,7 +96,7 @@ impl Note {
                 "the checkpoint was written with {before}, and this run uses {now}: \
                  frames may differ in their last bits from an uninterrupted run"
             ),
-            Self::Overlap(overlap) => overlap.to_string(),
+            Self::Caution(caution) => caution.to_string(),
         }
     }
 }

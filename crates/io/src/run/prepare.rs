@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::animations::Animations;
+use super::caution::Caution;
 use super::error::RunError;
-use super::overlap::Overlap;
 use crate::frames::{Formats, OutputError, Source};
 use crate::memory::memory_limit;
 use crate::obj::{Document, Part};
@@ -23,8 +23,8 @@ pub struct Prepared {
     pub substeps: u32,
     /// Inputs, one per body.
     pub inputs: Vec<Input>,
-    /// Pairs of bodies that overlap at time 0.
-    pub overlaps: Vec<Overlap>,
+    /// What the author of the scene probably does not expect.
+    pub cautions: Vec<Caution>,
 }
 
 impl Prepared {
@@ -91,8 +91,8 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     }
     let mut simulation = builder.build().map_err(RunError::Simulation)?;
     let substeps = simulation.substeps() as u32;
-    let overlaps = Overlap::all(&mut simulation);
-    Ok(Prepared { simulation, substeps, inputs, overlaps })
+    let cautions = Caution::all(&mut simulation);
+    Ok(Prepared { simulation, substeps, inputs, cautions })
 }
 
 /// Returns the colliders of a scene. Reads the meshes of colliders.
@@ -130,11 +130,16 @@ fn read_colliders(
     };
     let mut read = |(index, data): (usize, &ColliderData)| {
         data.collider(|path| {
-            let mesh = mesh(index, path)?;
-            match &data.animation {
-                None => Ok(mesh),
-                Some(path) => animations.collider(&mesh, path, format!("collider.{index}.animation")),
+            let rigid = mesh(index, path)?;
+            let mesh = match &data.animation {
+                None => rigid,
+                Some(path) => animations.collider(&rigid, path, format!("collider.{index}.animation"))?,
+            };
+            if !data.inside {
+                return Ok(mesh);
             }
+            let (key, path) = (format!("collider.{index}.inside"), scene.resolve(path));
+            mesh.inverted().map_err(|source| RunError::ColliderMesh { key, path, source })
         })
     };
     scene.colliders.iter().enumerate().map(&mut read).collect()
@@ -208,7 +213,7 @@ mod tests {
         let limit = FractureOptions::new(BreakLimit::Strain(0.1));
         let body = Body::builder(mesh).name("bar").cell_size(0.5).fracture(limit).build().unwrap();
         let simulation = Simulation::builder().body(body).build().unwrap();
-        let prepared = Prepared { simulation, substeps: 1, inputs: Vec::new(), overlaps: Vec::new() };
+        let prepared = Prepared { simulation, substeps: 1, inputs: Vec::new(), cautions: Vec::new() };
         prepared.check_topologies(&scene.output.format)
     }
 

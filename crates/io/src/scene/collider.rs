@@ -22,6 +22,9 @@ pub struct ColliderData {
     /// Displacement of a mesh, applied last.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub translate: [f64; 3],
+    /// Whether bodies stay inside a closed mesh, as in a room.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub inside: bool,
     /// PC2 file with the positions of the vertices of a mesh, relative to the scene file; `None` for a rigid mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub animation: Option<PathBuf>,
@@ -133,6 +136,7 @@ impl ColliderData {
             ("scale", is_one(&self.scale)),
             ("rotate", is_zero(&self.rotate)),
             ("translate", is_zero(&self.translate)),
+            ("inside", !self.inside),
             ("animation", self.animation.is_none()),
         ];
         let given = keys.into_iter().find(|(_, is_default)| !is_default);
@@ -150,6 +154,7 @@ impl ColliderData {
             scale,
             rotate,
             translate,
+            inside: false,
             animation: None,
             friction: friction(),
             restitution: 0.0,

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::{ContactPoint, Touched};
-use supple_io::run::Overlap;
+use supple_io::run::Caution;
 use supple_io::scene::nearest;
 
 use super::Simulation;
@@ -118,12 +118,18 @@ fn other(contact: &ContactPoint) -> (i32, bool) {
     }
 }
 
-/// Warns with `supple.ContactWarning` about bodies that overlap at the start. `level` is that of the calling code on
-/// the stack of Python functions.
-pub(crate) fn warn_of_overlaps(py: Python<'_>, overlaps: &[Overlap], level: i32) -> PyResult<()> {
-    for overlap in overlaps {
-        let category = py.import("supple.errors")?.getattr("ContactWarning")?;
-        PyErr::warn(py, &category, &CString::new(overlap.to_string())?, level)?;
+/// Warns about what the author of a scene probably does not expect, apart from what only the displayed surface or files
+/// show. `level` is that of the calling code on the stack of Python functions.
+pub(crate) fn warn(py: Python<'_>, cautions: &[Caution], level: i32) -> PyResult<()> {
+    for caution in cautions {
+        let category = match caution {
+            Caution::Overlap(_) | Caution::InCollider { .. } => "ContactWarning",
+            Caution::TooSoft { .. } => "MaterialWarning",
+            Caution::Jump { .. } | Caution::Bridge { .. } => "SceneWarning",
+            _ => continue,
+        };
+        let category = py.import("supple.errors")?.getattr(category)?;
+        PyErr::warn(py, &category, &CString::new(caution.to_string())?, level)?;
     }
     Ok(())
 }

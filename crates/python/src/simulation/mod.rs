@@ -16,7 +16,7 @@ mod saved;
 mod steps;
 mod surfaces;
 
-pub(crate) use contacts::warn_of_overlaps;
+pub(crate) use contacts::warn;
 pub(crate) use recording::Recording;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,7 +26,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{SimulationState, Softened, Substeps};
-use supple_io::run::Overlap;
+use supple_io::run::Caution;
 
 use crate::argument::{self, Settings};
 use crate::body::{Arrays, Body, Restored, SharedBody, SharedSimulation, add_fields};
@@ -140,8 +140,8 @@ impl Simulation {
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let simulation = Self::build(bodies, settings)?;
         let py = bodies.py();
-        let overlaps = simulation.shared.with(py, Overlap::all)?;
-        warn_of_overlaps(py, &overlaps, 1)?;
+        let cautions = simulation.shared.with(py, Caution::all)?;
+        warn(py, &cautions, 1)?;
         Ok(simulation)
     }
 

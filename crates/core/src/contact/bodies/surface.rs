@@ -70,7 +70,7 @@ impl ContactSurface {
         let vertices: Vec<_> = mesh.vertices().iter().map(|p| Point3::from((p - origin) * scale)).collect();
         let weld = mesh.weld();
         let triangles: Vec<_> =
-            mesh.triangles().iter().map(|triangle| triangle.map(|v| weld[v as usize])).collect();
+            mesh.surface().iter().map(|triangle| triangle.map(|v| weld[v as usize])).collect();
         let host = |vertex: u32| embedding.cell(vertex as usize);
         Self::new(lattice, &vertices, &triangles, mesh.is_closed(), host)
     }
