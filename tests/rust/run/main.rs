@@ -1,5 +1,6 @@
 //! Jobs: resuming, shipped scenes and animations that are followed.
 
+mod cautions;
 mod follow_scenes;
 mod resume;
 mod shipped;

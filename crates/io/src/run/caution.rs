@@ -8,7 +8,7 @@ use super::deviation::four_digits;
 use super::overlap::Overlap;
 use crate::count::counted;
 use crate::escape::Escaped;
-use supple::{Body, Interior, Shape, Simulation};
+use supple::{Body, Elasticity, Interior, Shape, Simulation};
 
 /// Compression at the base of a body by a weight, as the weight per area over Young's modulus, above which a caution says
 /// so. At 1/2 linear elasticity loses its meaning: the base has half of its height left.
@@ -58,7 +58,7 @@ pub enum Caution {
         /// Young's modulus that carries the weight.
         needed: f64,
     },
-    /// A handle moves its vertices at once when it becomes active.
+    /// A handle with a start after 0 moves its vertices at once when it becomes active.
     Jump {
         /// Name of the body.
         body: String,
@@ -158,8 +158,12 @@ fn base(body: &Body, up: &Vector3<f64>) -> (f64, f64) {
     (body.mass() / (body.material().density * (high - low)), high - low)
 }
 
-/// Finds the weight that compresses a body most: its own, or that of a body above it.
+/// Finds the weight that compresses a body most: its own, or that of a body above it. The elasticity of regions has no
+/// modulus that a scene could raise.
 fn too_soft(simulation: &Simulation, body: &Body, modulus: f64) -> Option<Caution> {
+    if matches!(body.material().elasticity, Elasticity::Regions { .. }) {
+        return None;
+    }
     let (up, gravity) = up(simulation)?;
     let (area, height) = base(body, &up);
     let own = (None, body.material().density * gravity * height);
@@ -185,7 +189,12 @@ fn jumps(body: &Body) -> impl Iterator<Item = Caution> {
     body.constraints().filter_map(move |constraint| {
         let (time, distance) = constraint.jump(body.lattice().cell_size())?;
         let body = body.name().to_owned();
-        (distance > least).then(|| Caution::Jump { body, constraint: constraint.index(), time, distance })
+        (time > 0.0 && distance > least).then(|| Caution::Jump {
+            body,
+            constraint: constraint.index(),
+            time,
+            distance,
+        })
     })
 }
 
