@@ -227,8 +227,9 @@ class MeshCollider(Collider):
 
     mesh : Mesh
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a mesh.
-    scale : float, > 0, default 1
-        Factor of the lengths of the mesh, applied first, about its origin.
+    scale : float or (3,) float, default 1
+        Factor of the lengths of the mesh, > 0, applied first, about its origin; or one for each axis, not 0, of which
+        negative ones mirror the mesh.
     rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
         Degrees about the fixed axes x, then y, then z through the origin; or a quaternion x, y, z, w, or a rotation
         matrix.
@@ -252,7 +253,7 @@ class MeshCollider(Collider):
 
     shape: ClassVar[str] = "mesh"
     mesh: _core.Mesh
-    scale: float = 1.0
+    scale: ArrayLike = 1.0
     rotate: Rotate = _NO_ROTATION
     translate: ArrayLike = _NO_ROTATION
     friction: float = 0.5

@@ -126,3 +126,38 @@ def test_a_pickled_mesh_is_equal():
     assert np.array_equal(again.vertices, mesh.vertices)
     assert np.array_equal(again.faces, mesh.faces)
     assert repr(again) == repr(mesh)
+
+
+def test_scales_by_axis_stretch_and_mirror_bodies_and_colliders(cube):
+    body = supple.Body(cube, scale=(1, 2, -3), cell_size=0.5)
+    low, high = body.mesh.vertices.min(0), body.mesh.vertices.max(0)
+    rest = np.sort([cube.vertices.min(0) * (1, 2, -3), cube.vertices.max(0) * (1, 2, -3)], axis=0)
+    assert np.array_equal([low, high], rest)
+    assert body.mass == pytest.approx(6 * 1000 * cube.volume)
+    a, b, c = np.moveaxis(body.mesh.vertices[body.mesh.faces], 1, 0)
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0, "the outside stays outside"
+    twin = pickle.loads(pickle.dumps(body))
+    assert np.array_equal(twin.positions, body.positions)
+    slab = supple.MeshCollider(cube, scale=(50, 0.5, -50), translate=(-25, -0.5, 25))
+    ball = supple.Body(cube, lattice_vertices=64, translate=(0, 1.05, 0))
+    sim = supple.Simulation([ball], fps=30, colliders=[slab])
+    sim.advance(30)
+    assert ball.positions[:, 1].min() == pytest.approx(0, abs=0.02)
+    for scale, message in [(0, "it must be a finite number > 0"), ((1, 0, 1), "three numbers that are not 0")]:
+        with pytest.raises(ValueError, match=message):
+            supple.Body(cube, scale=scale)
+    with pytest.raises(supple.errors.LatticeError, match="cells are cubes"):
+        supple.Body(supple.Lattice.from_cells(np.ones((2, 2, 2), bool)), scale=(1, 2, 1))
+
+
+def test_refined_meshes_have_edges_of_about_a_cell(cube):
+    body = supple.Body(cube, cell_size=0.1, refine="auto")
+    a, b, c = np.moveaxis(body.mesh.vertices[body.mesh.faces], 1, 0)
+    assert max(np.linalg.norm(edge, axis=1).max() for edge in (a - b, b - c, c - a)) <= 0.15 + 1e-12
+    assert np.array_equal(body.mesh.vertices[: len(cube.vertices)], cube.vertices)
+    assert body.mesh.is_closed
+    assert body.mesh.volume == pytest.approx(cube.volume)
+    assert len(supple.Body(cube, cell_size=0.1).mesh.vertices) == len(cube.vertices)
+    assert len(body.surface()) == len(body.mesh.vertices)
+    with pytest.raises(ValueError, match='refine is "fine"; it must be "off" or "auto"'):
+        supple.Body(cube, refine="fine")

@@ -187,6 +187,7 @@ def test_colliders_are_interpolated(block):
     sim = supple.Simulation(
         supple.Body(block, translate=(0, 5, 0), half_width=1),
         dt=0.25,
+        gravity=(0, 0, 0),
         colliders=supple.Sphere((0, -9, 0), 1, keys=[(0,), (1, (0, 2, 0))], interpolation="smooth"),
     )
     sim.step()

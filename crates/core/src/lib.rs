@@ -163,7 +163,7 @@ pub use lattice::{
     Components, FloatingPart, Joint, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };
 pub use matching::rotations;
-pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError};
+pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine, RefinedMesh, Scale};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::RangeError;

@@ -66,10 +66,14 @@ impl Source {
 /// and for each face the index of its first triangle, with the number of all triangles at the end.
 fn triangles(mesh: &supple::Mesh, found: &Appearance) -> (Vec<i64>, Vec<i64>) {
     let (mut corner, mut corners, mut first) = (0, Vec::new(), vec![0]);
+    let mut triangles = mesh.triangles().iter();
     for (face, index) in mesh.faces().zip(0..) {
+        let of_mesh = triangles.by_ref().take(face.len() - 2);
         if let Some(of_face) = found.corners.get(corner..corner + face.len()) {
-            let triangle = |k: usize| [of_face[0], of_face[k - 1], of_face[k]].map(i64::from);
-            corners.extend((2..face.len()).flat_map(triangle));
+            let at = |vertex: &u32| face.iter().position(|other| other == vertex).unwrap_or(0);
+            corners.extend(of_mesh.flatten().map(|vertex| i64::from(of_face[at(vertex)])));
+        } else {
+            of_mesh.for_each(drop);
         }
         corner += face.len();
         first.push(first[index] + face.len() as i64 - 2);

@@ -12,7 +12,7 @@ use supple::{
     Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Shape, Touched,
 };
 
-use crate::argument::{choice, conversion_error, number, wrong_type};
+use crate::argument::{choice, conversion_error, number, scale, wrong_type};
 use crate::arrays::{self, vector};
 use crate::body::SharedSimulation;
 use crate::mesh::Mesh;
@@ -79,17 +79,18 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         "capsule" => {
             Shape::Capsule { a: read_vector("a")?, b: read_vector("b")?, radius: read_number("radius")? }
         }
-        "mesh" => Shape::Mesh {
-            mesh: match collider.getattr("inside")?.is_truthy()? {
+        "mesh" => Shape::mesh(
+            match collider.getattr("inside")?.is_truthy()? {
                 false => read_mesh(collider, name)?,
                 true => read_mesh(collider, name)?
                     .inverted()
                     .map_err(|fault| PyValueError::new_err(format!("{name}: {fault}")))?,
             },
-            scale: read_number("scale")?,
-            rotate: rotate_once(&collider.getattr("rotate")?, "rotate")?,
-            translate: read_vector("translate")?,
-        },
+            scale(&collider.getattr("scale")?, "scale")?,
+            rotate_once(&collider.getattr("rotate")?, "rotate")?,
+            read_vector("translate")?,
+        )
+        .map_err(|fault| PyValueError::new_err(format!("{name}: {fault}")))?,
         shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
     };
     let (friction, restitution) = (read_number("friction")?, read_number("restitution")?);

@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyList, PyTuple};
 use supple::{
-    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness,
+    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Scale, Stiffness,
     TouchingOptions,
 };
 use supple_io::frames::{Format, Formats};
@@ -72,7 +72,10 @@ fn to_python<'py>(
 fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
     let settings = PyDict::new(py);
     settings.set_item("name", &data.name)?;
-    settings.set_item("scale", data.scale)?;
+    match data.scale {
+        Scale::Uniform(factor) => settings.set_item("scale", factor)?,
+        Scale::PerAxis(factors) => settings.set_item("scale", <(f64, f64, f64)>::from(factors))?,
+    }
     let Placement { rotate, translate, velocity, spin } = data.placement;
     let vectors = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
     settings.update(vectors.into_py_dict(py)?.as_mapping())?;
@@ -113,6 +116,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
     }
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;
     settings.set_item("skin", data.skin.name())?;
+    settings.set_item("refine", data.refine.name())?;
     let TouchingOptions { friction, restitution, self_contact, ignored } = &data.touching;
     settings.set_item("friction", friction)?;
     settings.set_item("restitution", restitution)?;

@@ -106,7 +106,7 @@ fn run(compressed: &[u8]) -> PageRun {
         let mut of_frame = vec![None; bodies.len()];
         let broken = if number(&header["version"]) == 1 { 0 } else { word(&mut take) };
         for _ in 0..broken {
-            let [body, _, _, mesh, lattice, faces, caps, corners, links] =
+            let [body, _, _, mesh, lattice, faces, caps, corners, links, triangles] =
                 std::array::from_fn(|_| word(&mut take));
             let last = frame.checked_sub(1).and_then(|last: usize| run.pieces[last][body].clone());
             let pieces = if faces == 0 {
@@ -119,6 +119,7 @@ fn run(compressed: &[u8]) -> PageRun {
                 let faces =
                     sizes.iter().map(|&size| corners.by_ref().take(size as usize).collect()).collect();
                 let (weld, links) = (list(mesh), list(2 * links).as_chunks().0.to_vec());
+                list(3 * triangles);
                 Rc::new(PagePieces { faces, sources, weld, points: [mesh, lattice], links })
             };
             assert_eq!(pieces.points, [mesh, lattice]);

@@ -3,4 +3,5 @@
 mod cautions;
 mod follow_scenes;
 mod resume;
+mod shaped_inputs;
 mod shipped;

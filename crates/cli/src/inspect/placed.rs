@@ -120,7 +120,7 @@ impl<'a> Placed<'a> {
         let mut positions = Vec::new();
         animation.positions_at_time(handle.window.start, &mut positions);
         let pairs = positions.iter().zip(mesh.vertices());
-        let distances = pairs.map(|(position, rest)| (position * data.scale - rest).norm());
+        let distances = pairs.map(|(position, rest)| (data.scale.apply(position) - rest).norm());
         let (first, last) = (animation.start(), animation.samples() - 1);
         let follow = FollowFacts {
             file: scene.resolve(file).display().to_string(),

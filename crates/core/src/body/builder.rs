@@ -16,7 +16,7 @@ use crate::lattice::{
     vertex_masses,
 };
 use crate::matching::{Matching, Workspace};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Refine, Scale};
 use crate::skin::{Skin, SkinKind};
 use crate::state::{Placement, State};
 use crate::volume::{Correction, VolumeOptions};
@@ -29,7 +29,8 @@ pub struct BodyBuilder {
     name: String,
     shape: Shape,
     options: LatticeOptions,
-    scale: f64,
+    scale: Scale,
+    refine: Refine,
     material: Material,
     placement: Placement,
     volume: VolumeOptions,
@@ -61,7 +62,8 @@ impl BodyBuilder {
             name: "body".to_owned(),
             shape,
             options: LatticeOptions::default(),
-            scale: 1.0,
+            scale: Scale::default(),
+            refine: Refine::default(),
             material: Material::default(),
             placement: Placement::default(),
             volume: VolumeOptions::default(),
@@ -215,9 +217,18 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the scale factor of the mesh or bare lattice, > 0, applied before the placement; default 1.
-    pub fn scale(mut self, scale: f64) -> Self {
-        self.scale = scale;
+    /// Sets whether faces that are larger than cells are divided, so that the surface bends between the vertices of the
+    /// mesh; default [`Refine::Off`]. The mesh of the body then has more vertices, after those of the given mesh: see
+    /// [`Mesh::refined`]. It has no effect on a bare lattice.
+    pub fn refine(mut self, refine: Refine) -> Self {
+        self.refine = refine;
+        self
+    }
+
+    /// Sets the scale of the mesh or bare lattice, applied before the placement: a factor > 0, or for a mesh one for each
+    /// axis, not 0, of which negative ones mirror it; default 1.
+    pub fn scale(mut self, scale: impl Into<Scale>) -> Self {
+        self.scale = scale.into();
         self
     }
 
@@ -327,12 +338,16 @@ impl BodyBuilder {
                 return Err(LatticeError::Broken.into());
             }
             Shape::Lattice(lattice) => {
-                let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
-                (scaled, None)
+                let Scale::Uniform(factor) = self.scale else {
+                    return Err(LatticeError::Scale(self.scale).into());
+                };
+                (if factor == 1.0 { *lattice } else { lattice.scaled(factor)? }, None)
             }
             Shape::Mesh(mesh) => {
-                let mesh = if self.scale == 1.0 { mesh } else { mesh.scaled(self.scale)? };
+                let mesh = mesh.scaled(self.scale)?;
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
+                let refined = self.refine.apply(&mesh, lattice.cell_size())?;
+                let mesh = refined.map_or(mesh, |refined| refined.mesh);
                 let embedding = Embedding::new(&lattice, mesh.vertices());
                 let embedding = match self.skin {
                     SkinKind::Linear => embedding,

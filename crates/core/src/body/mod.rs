@@ -74,7 +74,7 @@ use crate::dynamics::{
 use crate::flatten::FlattenTable;
 use crate::lattice::{Embedding, Lattice, Smoothing};
 use crate::matching::{Matching, Purpose, Workspace};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Scale};
 use crate::parallel::Executor;
 use crate::skin::{Skin, SkinKind};
 use crate::state::{ArrayError, BodyFrame, State};
@@ -104,8 +104,8 @@ pub struct Body {
     correction: OnceLock<Option<Correction>>,
     /// Built by the first volume report.
     measures: OnceLock<VolumeMeasures>,
-    /// Factor by which the given mesh or lattice was scaled.
-    scale: f64,
+    /// Scale of the given mesh or lattice.
+    scale: Scale,
     /// Transform from the model's frame to world space at frame 0.
     model_to_world: Isometry3<f64>,
     state: State,
@@ -174,8 +174,8 @@ impl Body {
         self.surface().map(|surface| &surface.mesh)
     }
 
-    /// Returns the factor by which the model was scaled.
-    pub fn scale(&self) -> f64 {
+    /// Returns the scale of the given mesh or lattice.
+    pub fn scale(&self) -> Scale {
         self.scale
     }
 

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use super::{Body, Surface};
 use crate::cut::{CutMesh, FaceSource, Origin};
 use crate::lattice::Embedding;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, RefinedMesh};
 use crate::skin::{Skin, SkinKind};
 use crate::volume::{Correction, Preservation, VolumeMeasure, VolumeOptions};
 
@@ -20,6 +20,26 @@ pub struct PieceMesh {
 }
 
 impl PieceMesh {
+    /// Returns where the vertices and faces of a refined mesh lie on the mesh `whole` that it was refined from. It has
+    /// no caps.
+    pub fn of_refined(whole: &Mesh, refined: &RefinedMesh) -> Self {
+        let given = (0..whole.vertices().len() as u32).map(Origin::Vertex);
+        let new = refined.points.iter().map(|&(vertices, weights)| match weights {
+            [_, t, 0.0] if t > 0.0 => Origin::Edge { vertices: [vertices[0], vertices[1]], t },
+            _ => Origin::Face { vertices, weights },
+        });
+        let source = |&(face, is_part): &(u32, bool)| match is_part {
+            true => FaceSource::Part(face),
+            false => FaceSource::Whole(face),
+        };
+        Self {
+            whole: whole.clone(),
+            origins: given.chain(new).collect(),
+            face_sources: refined.sources.iter().map(source).collect(),
+            cap_uvs: Vec::new(),
+        }
+    }
+
     /// Returns the mesh of the whole body, in the model's frame.
     pub fn whole(&self) -> &Mesh {
         &self.whole

@@ -145,7 +145,8 @@ impl Body {
         let Some(Surface { mesh, embedding, .. }) = self.surface() else {
             return Err(ConstraintError::NoMesh.into());
         };
-        let (value, limit) = (animation.greatest_coordinate() * self.scale, self.coordinate_limit());
+        let (value, limit) =
+            (animation.greatest_coordinate() * self.scale.greatest(), self.coordinate_limit());
         if value > limit {
             return Err(ConstraintError::AnimationTooFar { value, limit }.into());
         }

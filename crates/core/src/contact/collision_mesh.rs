@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::distance::SignedDistance;
 use super::fault::ColliderFault;
-use crate::mesh::{ClosestPoint, Mesh, MeshAnimation, SurfaceTree};
+use crate::mesh::{ClosestPoint, Mesh, MeshAnimation, MeshError, Scale, SurfaceTree};
 
 /// Half of the thickness of a shell, in cells: samples stay at this distance from an open mesh.
 ///
@@ -82,6 +82,20 @@ impl CollisionMesh {
             is_inverted: !surface.is_inverted,
         };
         Ok(Self(Arc::new(Data { mesh: mesh.clone(), surface, animation: animation.clone() })))
+    }
+
+    /// Scales the mesh and its animation about the origin of the mesh, along each axis.
+    ///
+    /// # Errors
+    /// [`ColliderFault::Scale`] if the scale or the scaled mesh is out of range, and [`ColliderFault::NoArea`] if the
+    /// scaled triangles have no area.
+    pub fn scaled(&self, scale: impl Into<Scale>) -> Result<Self, ColliderFault> {
+        let scale = scale.into();
+        let failed = |source: MeshError| ColliderFault::Scale { scale, reason: source.to_string() };
+        let mesh = self.mesh().scaled(scale).map_err(failed)?;
+        let animation = self.animation().map(|animation| animation.scaled(scale)).transpose()?;
+        let scaled = Self::with(mesh, animation)?;
+        if self.is_inverted() { scaled.inverted() } else { Ok(scaled) }
     }
 
     /// Returns whether the solid is all that is outside of the mesh.

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::dynamics::MotionError;
-use crate::mesh::AnimationError;
+use crate::mesh::{AnimationError, Scale};
 
 /// An invalid collider of a scene.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -38,6 +38,14 @@ pub enum ColliderFault {
     NoArea {
         /// Number of faces of the mesh.
         faces: usize,
+    },
+    /// The scale of a mesh is out of range, or the scaled mesh has no extent or leaves the range of `f32`.
+    #[error("the mesh can't be scaled by {scale}: {reason}")]
+    Scale {
+        /// The scale.
+        scale: Scale,
+        /// The reason.
+        reason: String,
     },
     /// The inside of a mesh is to be free, but the mesh is open.
     #[error(

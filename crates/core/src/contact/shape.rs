@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::collision_mesh::{CollisionMesh, CollisionSurface, PosedMesh};
 use super::distance::SignedDistance;
+use super::fault::ColliderFault;
 use crate::dynamics::{Pose, direction};
+use crate::mesh::Scale;
 use crate::state::{BodyFrame, euler_degrees};
 
 /// Shape of a collider in world space at time 0, with lengths in scene units.
@@ -56,6 +58,22 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Returns a mesh that is scaled, then rotated and moved. Factors that differ by axis scale its vertices.
+    ///
+    /// # Errors
+    /// As [`CollisionMesh::scaled`].
+    pub fn mesh(
+        mesh: CollisionMesh,
+        scale: impl Into<Scale>,
+        rotate: [f64; 3],
+        translate: [f64; 3],
+    ) -> Result<Self, ColliderFault> {
+        Ok(match scale.into() {
+            Scale::Uniform(scale) => Self::Mesh { mesh, scale, rotate, translate },
+            scale => Self::Mesh { mesh: mesh.scaled(scale)?, scale: 1.0, rotate, translate },
+        })
+    }
+
     /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. That of a
     /// mesh is the center of its bounding box before it is rotated.
     pub fn center(&self) -> Point3<f64> {

@@ -1,5 +1,7 @@
 //! Errors of the construction of a lattice.
 
+use crate::mesh::Scale;
+
 /// An error of the construction of a lattice.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -7,6 +9,9 @@ pub enum LatticeError {
     /// The cell size is zero, negative, infinite or NaN.
     #[error("the cell size is {0}; it must be a positive, finite length")]
     CellSize(f64),
+    /// A bare lattice is scaled differently along its axes.
+    #[error("the scale is {0}; cells are cubes, so that a lattice is scaled by one factor above 0")]
+    Scale(Scale),
     /// The origin has a coordinate that is infinite or NaN.
     #[error("the lattice origin is ({0}, {1}, {2}); its coordinates must be finite")]
     Origin(f64, f64, f64),

@@ -2,8 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use thiserror::Error;
+
+use super::{RefinedMesh, Scale};
 
 /// Positions of the vertices of a mesh at equal intervals of time. Between two samples the positions are linear in
 /// time; before the first and after the last one they are constant. Cloning is cheap: the positions are shared.
@@ -114,6 +116,34 @@ impl MeshAnimation {
             return Err(AnimationError::Times { start, interval });
         }
         Ok(Self { start, interval, ..self })
+    }
+
+    /// Returns the animation of the mesh that is scaled about its origin.
+    ///
+    /// # Errors
+    /// A position that leaves the range of `f32`.
+    pub(crate) fn scaled(&self, scale: Scale) -> Result<Self, AnimationError> {
+        let position = |p: &[f32; 3]| scale.apply(&Point3::from(p.map(f64::from))).map(|x| x as f32).into();
+        let positions = self.positions().iter().map(position).collect();
+        Self::new(positions, self.vertices, self.start, self.interval)
+    }
+
+    /// Returns the animation of the refined mesh: new vertices are where they lie on the given ones.
+    ///
+    /// # Errors
+    /// A position that leaves the range of `f32`.
+    pub fn refined(&self, refined: &RefinedMesh) -> Result<Self, AnimationError> {
+        let vertices = self.vertices + refined.points.len();
+        let mut positions = Vec::with_capacity(self.samples() * vertices);
+        for sample in self.positions().chunks_exact(self.vertices) {
+            positions.extend_from_slice(sample);
+            positions.extend(refined.points.iter().map(|(corners, weights)| {
+                let corner =
+                    |k: usize| Vector3::from(sample[corners[k] as usize].map(f64::from)) * weights[k];
+                <[f64; 3]>::from(corner(0) + corner(1) + corner(2)).map(|x| x as f32)
+            }));
+        }
+        Self::new(positions, vertices, self.start, self.interval)
     }
 
     /// Checks that a mesh has as many vertices as the animation.

@@ -1,5 +1,7 @@
 //! Errors of the construction of a surface mesh.
 
+use super::Scale;
+
 /// An error of the construction of a mesh.
 ///
 /// Unusual meshes (open, non-manifold, flipped, with degenerate faces, ...) are accepted and described by
@@ -54,7 +56,19 @@ pub enum MeshError {
         /// Number of items.
         count: usize,
     },
-    /// The factor of [`Mesh::scaled`](super::Mesh::scaled) is not a finite number above 0.
-    #[error("the scale is {0}; it must be finite and greater than 0")]
-    Scale(f64),
+    /// A mesh with edges this short would have too many faces.
+    #[error(
+        "with edges of at most {edge:.4e} the mesh has more than {faces} faces; choose larger cells, or refine less"
+    )]
+    TooFine {
+        /// Greatest length of an edge.
+        edge: f64,
+        /// Largest number of faces.
+        faces: usize,
+    },
+    /// The scale of [`Mesh::scaled`](super::Mesh::scaled) is out of range.
+    #[error(
+        "the scale is {0}; one factor must be finite and greater than 0, and three factors finite and not 0"
+    )]
+    Scale(Scale),
 }

@@ -2,6 +2,7 @@
 //!
 //! This file defines [`Mesh`]. The other files, in the order of the data flow:
 //!
+//! * `scale`: factors by which a model is scaled; `refine` divides large faces.
 //! * `weld`: finds vertices at equal positions.
 //! * `triangles`: the triangles of the faces. `polygon` triangulates a polygon in a plane.
 //! * `topology`: describes a mesh. `duplicates` finds repeated faces; `measure` computes volume and area.
@@ -18,6 +19,8 @@ mod interior;
 mod measure;
 mod needles;
 mod polygon;
+mod refine;
+mod scale;
 mod surface_tree;
 mod topology;
 mod triangles;
@@ -38,6 +41,8 @@ pub(crate) use interior::OpenSurface;
 pub(crate) use measure::{RelativeMeasure, signed_volume};
 pub(crate) use needles::flip_needles;
 pub(crate) use polygon::{Planar, distance_squared, planar_area, polygon_area, triangulate};
+pub use refine::{Refine, RefinedMesh};
+pub use scale::Scale;
 pub(crate) use surface_tree::{ClosestPoint, SurfaceTree};
 pub use topology::{Component, Topology};
 pub(crate) use union_find::UnionFind;
@@ -195,6 +200,12 @@ impl Mesh {
         &self.faces.triangles
     }
 
+    /// Returns whether the triangles of all faces are fans from their first corners, which programs assume that read
+    /// polygons.
+    pub fn is_fanned(&self) -> bool {
+        triangles::are_fans(&self.faces.triangles, &self.faces.polygons)
+    }
+
     /// Returns the triangles of the surface: those of [`Mesh::triangles`], with each repeated face once; see [`Topology`].
     pub(crate) fn surface(&self) -> &[[u32; 3]] {
         self.topology().surface.as_deref().unwrap_or(self.triangles())
@@ -251,29 +262,42 @@ impl Mesh {
         self.topology().signed_volume
     }
 
-    /// Scales the mesh by `factor` about the origin.
+    /// Scales the mesh about the origin. An odd number of negative factors mirrors it; the faces then have their corners
+    /// in reverse order after the first, so that their outside stays outside.
     ///
     /// # Errors
-    /// If the factor is not finite and positive, or if the scaled mesh has a coordinate outside the range of
-    /// `f32` or no extent.
-    pub fn scaled(&self, factor: f64) -> Result<Self, MeshError> {
-        if !(factor.is_finite() && factor > 0.0) {
-            return Err(MeshError::Scale(factor));
-        }
-        if factor == 1.0 {
+    /// If the scale is invalid (see [`Scale`]), or if the scaled mesh has a coordinate outside the range of `f32` or no
+    /// extent.
+    pub fn scaled(&self, scale: impl Into<Scale>) -> Result<Self, MeshError> {
+        let scale: Scale = scale.into();
+        scale.validate()?;
+        if scale == Scale::Uniform(1.0) {
             return Ok(self.clone());
         }
-        let vertices: Vec<_> = self.vertices.iter().map(|vertex| vertex * factor).collect();
+        let vertices: Vec<_> = self.vertices.iter().map(|vertex| scale.apply(vertex)).collect();
         check_finite(&vertices)?;
-        let bounds = (self.bounds.0 * factor, self.bounds.1 * factor);
+        let corners = [self.bounds.0, self.bounds.1].map(|corner| scale.apply(&corner));
+        let bounds = (corners[0].inf(&corners[1]), corners[0].sup(&corners[1]));
         if bounds.0 == bounds.1 {
             return Err(MeshError::NoExtent { vertices: vertices.len(), at: bounds.0.into() });
         }
+        let faces = if scale.is_mirror() {
+            let mut polygons = self.faces.polygons.clone();
+            for face in 0..polygons.len() {
+                if let Some(after_first) = polygons.row_mut(face).get_mut(1..) {
+                    after_first.reverse();
+                }
+            }
+            let triangles = triangles::of_polygons(&vertices, &polygons);
+            Arc::new(Faces { polygons, triangles })
+        } else {
+            self.faces.clone()
+        };
         Ok(Self {
             // Keeps the weld of the unscaled mesh, even if rounding makes two positions equal.
             weld: self.weld.clone(),
             is_cut: self.is_cut,
-            faces: self.faces.clone(),
+            faces,
             vertices: vertices.into(),
             bounds,
             topology: Arc::default(),

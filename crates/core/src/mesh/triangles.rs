@@ -25,6 +25,12 @@ pub(super) fn of_polygons(vertices: &[Point3<f64>], polygons: &Csr<u32>) -> Vec<
     triangles
 }
 
+/// Returns whether `triangles`, those of `polygons`, are fans from their first corners.
+pub(super) fn are_fans(triangles: &[[u32; 3]], polygons: &Csr<u32>) -> bool {
+    let faces = polygons.rows().filter(|corners| corners.len() > 2);
+    faces.flat_map(fan).eq(triangles.iter().copied())
+}
+
 /// Returns the ears of a polygon; `None` if no triangle of its fan is turned over, or one of the ears is.
 fn ears(vertices: &[Point3<f64>], corners: &[u32]) -> Option<Vec<[u32; 3]>> {
     if corners.len() < 4 {

@@ -16,7 +16,7 @@
 //! * `ply`;
 //! * `pc2`.
 //!
-//! When a body breaks, the writer builds its texts again for the mesh of the [`Pieces`]: `obj_pieces` those of OBJ
+//! `refined` is the OBJ file of a refined mesh. When a body breaks, the writer builds its texts again for the mesh of the [`Pieces`]: `obj_pieces` those of OBJ
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file.
 //!
 //! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of
@@ -49,6 +49,7 @@ mod ply;
 mod present;
 mod read_pc2;
 mod record;
+mod refined;
 mod sequence;
 mod single_file;
 mod source;
@@ -64,6 +65,7 @@ pub use pieces::Pieces;
 pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
+pub(crate) use refined::refined;
 pub use sequence::Sequence;
 pub use source::Source;
 pub(crate) use stage::{StageWriter, is_complete};

@@ -94,6 +94,14 @@ impl ObjTemplate {
         template
     }
 
+    /// Returns the template of the refined mesh of the body that has the part `part` of the file.
+    pub(super) fn of_refined(&self, part: &Part, file: FaceFile, pieces: &Pieces<'_>) -> Self {
+        let document = &self.shared.document;
+        let PieceChanges { replaced, elements, normals } =
+            PieceChanges::new((document, part), &file, pieces, "");
+        Self::with(document, part, document.directory(), normals, (replaced, Some(elements)))
+    }
+
     fn with(
         document: &Arc<Document>,
         part: &Part,

@@ -82,6 +82,13 @@ impl FaceFile {
         textures.remove(0);
         Self { statements: document.face_statements(), textures }
     }
+
+    /// Reads a file whose new lines come at its end, so that each changed face is moved behind them.
+    pub(super) fn with_elements_at_end(document: &Document) -> Self {
+        let mut file = Self::new(document);
+        file.statements.elements_end = document.bytes().len();
+        file
+    }
 }
 
 impl PieceChanges {

@@ -30,7 +30,7 @@ impl PieceNormals {
         let in_file: Vec<u32> = part.faces().collect();
         let has_normals = in_file.iter().any(|&face| document.face_normals(face).is_some());
         let (mesh, origin) = (pieces.mesh, pieces.origin);
-        let piece_of = if has_normals { components(mesh) } else { Vec::new() };
+        let piece_of = if has_normals { pieces.of_vertices() } else { Vec::new() };
         let mut vectors = document.normals().to_vec();
         // The piece to which each `vn` of the file belongs.
         let mut owners = vec![NONE; vectors.len()];
@@ -103,25 +103,4 @@ fn face_normal(mesh: &Mesh, corners: &[u32]) -> [f32; 3] {
         .map(|corner| (position(corner - 1) - position(0)).cross(&(position(corner) - position(0))))
         .sum::<Vector3<f64>>();
     area.try_normalize(0.0).unwrap_or_else(Vector3::z).cast::<f32>().into()
-}
-
-/// Returns the component of each vertex: the first vertex that faces connect it with.
-fn components(mesh: &Mesh) -> Vec<u32> {
-    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
-        while parents[vertex as usize] != vertex {
-            let above = parents[parents[vertex as usize] as usize];
-            parents[vertex as usize] = above;
-            vertex = above;
-        }
-        vertex
-    }
-    let mut parents: Vec<u32> = (0..mesh.vertices().len() as u32).collect();
-    let welds = mesh.weld().iter().enumerate().map(|(vertex, &weld)| [vertex as u32, weld]);
-    let edges = mesh.faces().flat_map(|face| face.windows(2).map(|edge| [edge[0], edge[1]]));
-    for [a, b] in welds.chain(edges) {
-        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-        // The first vertex is the root.
-        parents[a.max(b) as usize] = a.min(b);
-    }
-    (0..parents.len() as u32).map(|vertex| root(&mut parents, vertex)).collect()
 }

@@ -15,11 +15,12 @@ pub(super) struct Ply {
 impl Ply {
     /// Creates the header and the faces of a mesh. Faces are written as polygons if all have the same number
     /// of corners, otherwise as triangles, because common readers (trimesh) require binary lists of equal
-    /// length. Faces with fewer than three corners are omitted.
+    /// length. They also take polygons for fans, so that meshes with concave faces are written as triangles. Faces with
+    /// fewer than three corners are omitted.
     pub(super) fn new(mesh: &Mesh) -> Self {
         let polygons = || mesh.faces().filter(|face| face.len() > 2);
         let first = polygons().next().map_or(0, <[u32]>::len);
-        let written: Vec<&[u32]> = if polygons().all(|face| face.len() == first) {
+        let written: Vec<&[u32]> = if polygons().all(|face| face.len() == first) && mesh.is_fanned() {
             polygons().collect()
         } else {
             mesh.triangles().iter().map(<[u32; 3]>::as_slice).collect()

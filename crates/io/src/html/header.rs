@@ -47,6 +47,8 @@ pub(super) struct SurfaceSize {
     faces: u32,
     /// Number of corners of all faces.
     corners: u32,
+    /// Number of triangles, or 0 if each face is a fan from its first corner.
+    triangles: u32,
 }
 
 /// A body.
@@ -253,18 +255,24 @@ pub(crate) fn animated_positions(
     })
 }
 
+/// Returns the triangles of a mesh, or none if the page finds them as fans of the faces.
+pub(super) fn ears(mesh: &Mesh) -> &[[u32; 3]] {
+    if mesh.is_fanned() { &[] } else { mesh.triangles() }
+}
+
 /// The surfaces so far, with their meshes.
 #[derive(Default)]
 struct Surfaces<'a>(Vec<(&'a Mesh, SurfaceSize)>);
 
 impl<'a> Surfaces<'a> {
     /// Returns the index of the surface of a mesh. A new surface is added, with the numbers of corners of its faces,
-    /// its corners, and for each vertex the first vertex at the same position.
+    /// its corners, for each vertex the first vertex at the same position, and the triangles if they are no fans.
     fn index(&mut self, mesh: &'a Mesh, arrays: &mut Vec<u8>) -> usize {
         let size = SurfaceSize {
             vertices: mesh.vertices().len() as u32,
             faces: mesh.face_count() as u32,
             corners: mesh.faces().map(|face| face.len() as u32).sum(),
+            triangles: ears(mesh).len() as u32,
         };
         let is_equal = |(other, other_size): &(&Mesh, SurfaceSize)| {
             *other_size == size && other.faces().eq(mesh.faces()) && other.weld() == mesh.weld()
@@ -275,6 +283,7 @@ impl<'a> Surfaces<'a> {
         pack_words(mesh.faces().map(|face| face.len() as u32), arrays);
         pack_words(mesh.faces().flatten().copied(), arrays);
         pack_words(mesh.weld().iter().copied(), arrays);
+        pack_words(ears(mesh).as_flattened().iter().copied(), arrays);
         self.0.push((mesh, size));
         self.0.len() - 1
     }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::Point3;
+
 use super::error::{ObjError, ObjProblem};
 use super::numbers::Numbers;
 use super::parse::{IgnoredStatement, NO_NORMAL, Parsed, parse};
@@ -136,6 +138,16 @@ impl Document {
     pub(crate) fn face_normals(&self, face: u32) -> Option<&[u32]> {
         let normals = self.parsed.corner_normals.get(self.corners_of(face))?;
         normals.first().is_some_and(|&normal| normal != NO_NORMAL).then_some(normals)
+    }
+
+    /// Sets the positions of some `v`, which the text of the file may have rounded.
+    pub(crate) fn set_positions<'a>(&mut self, positions: impl Iterator<Item = (u32, &'a Point3<f64>)>) {
+        positions.for_each(|(v, position)| self.parsed.positions[v as usize] = (*position).into());
+    }
+
+    /// Returns the parsed contents, to change them.
+    pub(super) fn parsed_mut(&mut self) -> &mut Parsed {
+        &mut self.parsed
     }
 
     /// Returns the objects and groups that have faces, including aliases; see [`Group::is_alias`].

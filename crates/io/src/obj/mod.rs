@@ -25,6 +25,7 @@ mod material;
 mod numbers;
 mod parse;
 mod part;
+mod scaled;
 mod statements;
 
 use std::path::Path;

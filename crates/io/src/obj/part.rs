@@ -14,6 +14,8 @@ use supple::Mesh;
 #[derive(Clone, Debug)]
 pub struct Part {
     mesh: Mesh,
+    /// Name of the object or group; `None` for the whole file.
+    object: Option<String>,
     /// `v` index of each mesh vertex, from 0; `None` if the indices are equal.
     vertices: Option<Vec<u32>>,
     /// Index of each face in the file, from 0, in order; `None` if the part has all faces.
@@ -48,7 +50,7 @@ impl Part {
     fn new(document: &Document, object: Option<&str>) -> Result<Self, ObjError> {
         let Some(name) = object else {
             let mesh = build(document, 0..document.face_count() as u32, None)?;
-            return Ok(Self { mesh, vertices: None, faces: None });
+            return Ok(Self { mesh, object: None, vertices: None, faces: None });
         };
         let faces = faces_of(document, name)?;
         // For each `v`, its index among the mesh vertices.
@@ -64,12 +66,18 @@ impl Part {
             vertices.push(vertex as u32);
         }
         let mesh = build(document, faces.iter().copied(), Some((&vertices, &index)))?;
-        Ok(Self { mesh, vertices: Some(vertices), faces: Some(faces) })
+        let object = Some(name.to_owned());
+        Ok(Self { mesh, object, vertices: Some(vertices), faces: Some(faces) })
     }
 
     /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// Returns the name of the object or group; `None` for the whole file.
+    pub fn object(&self) -> Option<&str> {
+        self.object.as_deref()
     }
 
     /// Returns the mesh without the indices.

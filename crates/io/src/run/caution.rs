@@ -300,7 +300,7 @@ impl fmt::Display for Caution {
             Self::LargeFaces { body, edge, cell_size } => write!(
                 f,
                 "body {}: edges of its mesh are up to {} long, and cells {}: the surface shows no bend between its \
-                 vertices; subdivide the mesh, or choose a larger `cell_size`",
+                 vertices; set `refine = \"auto\"`, which gives the frames more vertices, or choose a larger `cell_size`",
                 Escaped(body),
                 four_digits(*edge),
                 four_digits(*cell_size)

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use super::animations::Animations;
 use super::caution::Caution;
 use super::error::RunError;
-use crate::frames::{Formats, OutputError, Source};
+use crate::frames::{self, Formats, OutputError, Source};
 use crate::memory::memory_limit;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
-use supple::{Body, Collider, CollisionMesh, Simulation};
+use supple::{Body, Collider, CollisionMesh, RefinedMesh, Scale, Simulation};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -52,6 +52,27 @@ pub struct Input {
 }
 
 impl Input {
+    /// Returns the input of frames. Factors that differ by axis change the normals of the file, and a mirror the order
+    /// of the corners of its faces.
+    fn scaled(self, scale: Scale) -> Result<Self, RunError> {
+        match scale {
+            Scale::Uniform(_) => Ok(self),
+            Scale::PerAxis(_) => {
+                let document = Arc::new(self.document.scaled(&self.part, scale)?);
+                let part = document.part(self.part.object())?;
+                Ok(Self { document, part })
+            }
+        }
+    }
+
+    /// Returns the input of frames of a refined mesh.
+    fn refined(self, body: &Body, refined: &RefinedMesh) -> Result<Self, RunError> {
+        let document = Arc::new(frames::refined(&self.document, &self.part, (body, refined))?);
+        let part = document.part(self.part.object())?;
+        debug_assert!(part.mesh().faces().eq(refined.mesh.faces()), "the file has the faces of the body");
+        Ok(Self { document, part })
+    }
+
     /// Returns the source for a frame writer.
     pub fn source(&self) -> Source<'_> {
         Source::Document(&self.document, &self.part)
@@ -72,7 +93,8 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
         let input = Input { document, part };
-        bodies.push(build(data, &input, &mut animations)?);
+        let (body, input) = build(data, input, &mut animations)?;
+        bodies.push(body);
         inputs.push(input);
     }
     let mut builder = Simulation::builder()
@@ -129,7 +151,11 @@ fn read_colliders(
         Ok(mesh)
     };
     let mut read = |(index, data): (usize, &ColliderData)| {
-        data.collider(|path| {
+        let failed = |path: &PathBuf, source| {
+            let (key, path) = (format!("collider.{index}.scale"), scene.resolve(path));
+            RunError::ColliderMesh { key, path, source }
+        };
+        let read = |path: &PathBuf| {
             let rigid = mesh(index, path)?;
             let mesh = match &data.animation {
                 None => rigid,
@@ -140,7 +166,8 @@ fn read_colliders(
             }
             let (key, path) = (format!("collider.{index}.inside"), scene.resolve(path));
             mesh.inverted().map_err(|source| RunError::ColliderMesh { key, path, source })
-        })
+        };
+        data.collider(read, failed)
     };
     scene.colliders.iter().enumerate().map(&mut read).collect()
 }
@@ -158,8 +185,8 @@ fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunErro
     Ok(document)
 }
 
-/// Builds a body, and adds its zones, pins and handles.
-fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Result<Body, RunError> {
+/// Builds a body, and adds its zones, pins and handles. Returns it with the input of its frames.
+fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Result<(Body, Input), RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
     let builder = Body::builder(input.part.mesh().clone())
@@ -171,6 +198,7 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
         .material(data.material)
         .placement(data.placement)
         .volume(data.volume)
+        .refine(data.refine)
         .skin(data.skin)
         .touching(data.touching.clone());
     let builder = match data.fracture {
@@ -178,6 +206,11 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
         None => builder,
     };
     let mut body = builder.build().map_err(failed)?;
+    let written = input.clone().scaled(data.scale)?;
+    // That of the body: the files have positions before a uniform scale.
+    let scaled = input.part.mesh().scaled(data.scale).map_err(|source| failed(source.into()))?;
+    let refined = data.refine.apply(&scaled, body.lattice().cell_size());
+    let refined = refined.map_err(|source| failed(source.into()))?;
     for (index, zone) in data.zones.iter().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.zone.{index}"), source };
         body.zone(zone).map_err(failed)?;
@@ -189,12 +222,23 @@ fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Res
     for (index, handle) in data.handles.iter().enumerate() {
         let key = format!("{key}.handle.{index}");
         let file = (&*input.document, &input.part);
-        let follow =
-            |path: &PathBuf| animations.handle((data, handle), file, (path, format!("{key}.follow")));
-        let handle = handle.handle(follow)?;
+        let mut follow = |path: &PathBuf| {
+            let follow_key = format!("{key}.follow");
+            let animation = animations.handle((data, handle), file, (path, follow_key.clone()))?;
+            let Some(refined) = &refined else { return Ok(animation) };
+            animation.refined(refined).map_err(|source| {
+                let (key, path) = (follow_key, path.clone());
+                RunError::HandleAnimation { key, path, source }
+            })
+        };
+        let handle = handle.handle(&mut follow)?;
         body.handle(&handle).map_err(|source| RunError::Body { key, source })?;
     }
-    Ok(body)
+    let written = match &refined {
+        None => written,
+        Some(refined) => written.refined(&body, refined)?,
+    };
+    Ok((body, written))
 }
 
 #[cfg(test)]

@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::keys::{direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive};
-use supple::{Collider, CollisionMesh, Interpolation, Key, Shape};
+use super::keys::{
+    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale,
+};
+use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape};
 
 /// `[[collider]]`: shape, friction, restitution and keyframes of a collider.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,9 +15,9 @@ pub struct ColliderData {
     /// Keys `plane`, `sphere`, `box`, `capsule` or `mesh`.
     #[serde(rename = "@shape")]
     pub shape: ColliderShape,
-    /// Scale of a mesh, applied first, about its origin; above 0, default 1.
-    #[serde(default = "one", deserialize_with = "positive", skip_serializing_if = "is_one")]
-    pub scale: f64,
+    /// Scale of a mesh, applied first, about its origin: a factor above 0, or one for each axis, not 0; default 1.
+    #[serde(default, with = "scale", skip_serializing_if = "is_one")]
+    pub scale: Scale,
     /// Rotation of a mesh about the origin: degrees about the fixed axes x, then y, then z.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotate: [f64; 3],
@@ -109,10 +111,11 @@ impl ColliderData {
     ///
     /// # Errors
     ///
-    /// The error of `read`.
+    /// The error of `read`, or the path of a mesh that can't be scaled.
     pub fn collider<E>(
         &self,
         read: impl FnOnce(&PathBuf) -> Result<CollisionMesh, E>,
+        failed: impl FnOnce(&PathBuf, ColliderFault) -> E,
     ) -> Result<Collider, E> {
         let shape = match &self.shape {
             &ColliderShape::Plane { point, normal } => Shape::Plane { point, normal },
@@ -123,7 +126,7 @@ impl ColliderData {
             &ColliderShape::Capsule { a, b, radius } => Shape::Capsule { a, b, radius },
             ColliderShape::Mesh(path) => {
                 let &Self { scale, rotate, translate, .. } = self;
-                Shape::Mesh { mesh: read(path)?, scale, rotate, translate }
+                Shape::mesh(read(path)?, scale, rotate, translate).map_err(|fault| failed(path, fault))?
             }
         };
         let &Self { friction, restitution, interpolation, .. } = self;
@@ -148,7 +151,7 @@ impl ColliderData {
 impl ColliderData {
     pub(super) fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
         let shape = ColliderShape::Plane { point, normal };
-        let (scale, rotate, translate) = (1.0, [0.0; 3], [0.0; 3]);
+        let (scale, rotate, translate) = (Scale::default(), [0.0; 3], [0.0; 3]);
         Self {
             shape,
             scale,
@@ -169,13 +172,8 @@ fn friction() -> f64 {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
 }
 
-fn one() -> f64 {
-    1.0
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
-fn is_one(number: &f64) -> bool {
-    *number == 1.0
+fn is_one(scale: &Scale) -> bool {
+    *scale == Scale::default()
 }
 
 fn is_zero(vector: &[f64; 3]) -> bool {

@@ -13,8 +13,8 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKey
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Resolution, SkinKind,
-    TouchingOptions, VolumeOptions, Zone,
+    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Refine, Resolution,
+    Scale, SkinKind, TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -118,9 +118,14 @@ pub struct BodyData {
     /// Name of the `o` or `g` of the file that is the body; `None` for the whole file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// Scale of the mesh, applied before the placement; above 0, default 1.
-    #[serde(deserialize_with = "keys::positive")]
-    pub scale: f64,
+    /// Scale of the mesh, applied before the placement: a factor above 0, or one for each axis, not 0, of which negative
+    /// ones mirror the mesh; default 1.
+    #[serde(with = "keys::scale")]
+    pub scale: Scale,
+    /// Whether faces that are larger than cells are divided, so that the surface bends between the vertices of the mesh:
+    /// `"off"`, the default, or `"auto"`. Frames then have more vertices.
+    #[serde(with = "keys::refine")]
+    pub refine: Refine,
     /// Keys `rotate` and `translate`, applied in this order, and initial `velocity` and `spin`.
     #[serde(rename = "@placement", with = "PlacementKeys")]
     pub placement: Placement,
@@ -173,7 +178,8 @@ impl BodyData {
             name: name.into(),
             mesh: mesh.into(),
             object: None,
-            scale: 1.0,
+            scale: Scale::default(),
+            refine: Refine::default(),
             placement: Placement::default(),
             resolution,
             join,

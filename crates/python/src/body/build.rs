@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use supple::{BodyBuilder, FieldKind, Placement, Preservation, SkinKind, VolumeOptions, VolumeScope};
-use supple_io::scene::{BodyData, exclusive_keys, optional_keys};
+use supple::{BodyBuilder, FieldKind, Placement, Preservation, Refine, SkinKind, VolumeOptions, VolumeScope};
+use supple_io::scene::{exclusive_keys, optional_keys};
 
 use super::fracture::read_fracture;
 use super::{material, touching};
@@ -52,15 +52,16 @@ pub(super) fn body<'py>(
         }
     }
     let (shape, builder) = builder(shape, settings)?;
-    let default = BodyData::default();
     let skin = settings.read("skin", |value, name| argument::choice(value, name, &SkinKind::NAMED))?;
+    let refine = settings.read("refine", |value, name| argument::choice(value, name, &Refine::NAMED))?;
     let builder = builder
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
-        .scale(scale(settings)?.unwrap_or(default.scale))
+        .scale(settings.read("scale", argument::scale)?.unwrap_or_default())
         .material(material::read(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
         .skin(skin.unwrap_or_default())
+        .refine(refine.unwrap_or_default())
         .touching(touching::read(settings)?);
     let builder = match settings.read("fracture", read_fracture)?.flatten() {
         Some(fracture) => builder.fracture(fracture),
@@ -102,16 +103,6 @@ fn builder<'py>(
     let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
     let builder = builder.memory_limit(memory_limit.unwrap_or_else(supple_io::memory_limit));
     Ok((mesh.into_any(), builder))
-}
-
-/// Reads the scale.
-fn scale(settings: &Settings<'_>) -> PyResult<Option<f64>> {
-    match settings.number("scale")? {
-        Some(scale) if !(scale > 0.0 && scale.is_finite()) => Err(PyValueError::new_err(format!(
-            "scale = {scale} is out of range: it must be a finite number > 0"
-        ))),
-        scale => Ok(scale),
-    }
 }
 
 /// Reads the placement and the initial velocities.

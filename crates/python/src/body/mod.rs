@@ -48,8 +48,12 @@ use crate::rotation::rotate_once;
 /// name : str, default "body"
 /// object : str
 ///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
-/// scale : float, default 1
-///     Scale factor of the shape, > 0, applied first.
+/// scale : float or (3,) float, default 1
+///     Factor of the lengths of the shape, > 0, applied first; or, of a mesh, one for each of its axes, not 0, of which
+///     negative ones mirror it.
+/// refine : str, default "off"
+///     "auto": faces of the mesh that are larger than cells are divided, so that the surface bends between its vertices.
+///     The mesh of the body then has more vertices, after those of the given mesh.
 /// rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
 ///     Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
 /// translate : (3,) float, default 0
@@ -132,7 +136,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

@@ -20,7 +20,7 @@ use super::neighbors::neighbors;
 use crate::dynamics::Selection;
 use crate::lattice::{Embedding, Lattice};
 use crate::matching::{ROTATIONS, rotations_near};
-use crate::mesh::{Csr, Mesh, MeshAnimation, mix};
+use crate::mesh::{Csr, Mesh, MeshAnimation, Scale, mix};
 use crate::parallel::Executor;
 
 /// Distance in cells within which the weight of a mesh vertex, 1/(d² + r²), hardly depends on its distance d.
@@ -51,8 +51,8 @@ pub(crate) struct BodyMesh<'a> {
     /// The mesh in the model's frame.
     pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
-    /// Factor by which the mesh was scaled.
-    pub(crate) scale: f64,
+    /// Scale of the mesh.
+    pub(crate) scale: Scale,
     pub(crate) model_to_world: Isometry3<f64>,
 }
 
@@ -61,7 +61,7 @@ pub(crate) struct BodyMesh<'a> {
 pub(in crate::dynamics) struct Fits {
     animation: MeshAnimation,
     selection: Selection,
-    scale: f64,
+    scale: Scale,
     model_to_world: Isometry3<f64>,
     /// Mesh vertices that the fits use, in increasing order, with their rest positions in the model's frame.
     points: Vec<(u32, Point3<f64>)>,
@@ -283,7 +283,7 @@ impl Fits {
 
     /// Returns the position of a mesh vertex in a sample, in the model's frame.
     fn position(&self, sample: &[[f32; 3]], point: u32) -> Point3<f64> {
-        Point3::from(sample[point as usize].map(|x| f64::from(x) * self.scale))
+        self.scale.apply(&Point3::from(sample[point as usize].map(f64::from)))
     }
 
     /// Returns whether a mesh vertex that the fits use moves between two times in samples.

@@ -91,6 +91,7 @@ function readArrays(header, bytes, start) {
         sizes: words(size.faces),
         corners: words(size.corners),
         weld: words(size.vertices),
+        triangles: words(3 * size.triangles),
       });
     }
     return surfaces[index];
@@ -123,7 +124,7 @@ function readPieces(run, frame, bytes, view, start) {
     at += 8;
     const vertices = number(),
       lattice = number();
-    const [faces, caps, corners, links] = [number(), number(), number(), number()];
+    const [faces, caps, corners, links, triangles] = [number(), number(), number(), number(), number()];
     if (faces > 0) {
       const surface = {
         vertices,
@@ -133,6 +134,7 @@ function readPieces(run, frame, bytes, view, start) {
         weld: words(vertices),
       };
       body.shapes.push({ surface, lattice, links: words(2 * links), frame });
+      surface.triangles = words(3 * triangles);
     }
     body.mesh.count = vertices;
     body.latticePoints.count = lattice;

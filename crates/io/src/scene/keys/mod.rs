@@ -20,7 +20,7 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    CutSurface, FieldKind, Interpolation, Placement, Preservation, Preset, Resolution, SkinKind,
+    CutSurface, FieldKind, Interpolation, Placement, Preservation, Preset, Refine, Resolution, SkinKind,
     TouchingOptions, VolumeOptions, VolumeScope,
 };
 
@@ -163,6 +163,47 @@ pub(super) struct VolumeKeys {
     max_correction: f64,
 }
 
+/// The scale of a mesh: a number, or three.
+pub(super) mod scale {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+    use supple::Scale;
+    use toml::Value;
+
+    pub(in crate::scene) fn serialize<S: Serializer>(
+        scale: &Scale,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        match scale {
+            Scale::Uniform(factor) => serializer.serialize_f64(*factor),
+            Scale::PerAxis(factors) => serializer.collect_seq(factors),
+        }
+    }
+
+    pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Scale, D::Error> {
+        let scale = match Value::deserialize(value)? {
+            Value::Array(factors) => {
+                let factors: Option<Vec<f64>> = factors.iter().map(number).collect();
+                factors.and_then(|factors| <[f64; 3]>::try_from(factors).ok()).map(Scale::PerAxis)
+            }
+            value => number(&value).filter(|factor| *factor > 0.0).map(Scale::Uniform),
+        };
+        let is_valid =
+            |scale: &Scale| scale.factors().iter().all(|factor| factor.is_finite() && *factor != 0.0);
+        let expected =
+            "a number above 0, or three numbers that are not 0, of which negative ones mirror the mesh";
+        scale.filter(is_valid).ok_or_else(|| D::Error::custom(expected))
+    }
+
+    fn number(value: &Value) -> Option<f64> {
+        match value {
+            Value::Integer(number) => Some(*number as f64),
+            Value::Float(number) => Some(*number),
+            _ => None,
+        }
+    }
+}
+
 /// Defines modules that serialize a value as its name.
 macro_rules! words {
     ($($module:ident: $of:ident;)*) => {$(
@@ -191,6 +232,7 @@ words! {
     field: FieldKind;
     preset: Preset;
     skin: SkinKind;
+    refine: Refine;
     interpolation: Interpolation;
     cut_surface: CutSurface;
 }
