@@ -1,7 +1,7 @@
 //! The surface mesh: errors, topology counts, volumes and normals.
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Interior, Mesh, MeshError, VertexNormals, vertex_normals};
+use supple::{Interior, Mesh, MeshError, Scale, VertexNormals, vertex_normals};
 use supple_tests::{mesh_of, unit_cube};
 
 fn message(vertices: Vec<[f64; 3]>, faces: &[&[u32]]) -> String {
@@ -163,7 +163,7 @@ fn errors_name_the_element_the_value_and_the_range() {
     }
     let text = message(vec![[1.0, 2.0, 3.0], [4.0; 3], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]], &[&[0, 2, 3]]);
     assert_eq!(text, "no extent: all 3 vertices of the faces lie at (1, 2, 3)");
-    assert!(matches!(mesh_of(unit_cube()).scaled(0.0), Err(MeshError::Scale(0.0))));
+    assert!(matches!(mesh_of(unit_cube()).scaled(0.0), Err(MeshError::Scale(Scale::Uniform(0.0)))));
     assert!(matches!(
         mesh_of(unit_cube()).scaled(1e300),
         Err(MeshError::NotFinite { vertex: 1, axis: 'x', value: 1e300 })

@@ -107,7 +107,7 @@ fn every_key_is_read() {
     assert_eq!((body.name.as_str(), body.object.as_deref()), ("bust", Some("Head")));
     assert_eq!(
         (body.scale, body.placement.rotate, body.placement.translate),
-        (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
+        (2.0.into(), [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
     );
     assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
     assert_eq!(
