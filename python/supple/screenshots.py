@@ -183,7 +183,8 @@ def _shape(
         points, triangles = _round(a, b, collider.radius)
         return points, triangles, (a + b) / 2
     if isinstance(collider, shapes.MeshCollider):
-        mesh, turn = collider.mesh, collider.scale * rotation_matrix(collider.rotate)
+        mesh, scale = collider.mesh, np.broadcast_to(np.asarray(collider.scale, dtype=float), 3)
+        turn = rotation_matrix(collider.rotate) * scale
         shift = np.asarray(collider.translate, dtype=float)
         # Keyframes turn a mesh about the middle of its bounding box.
         return _at(collider, time) @ turn.T + shift, mesh.faces, mesh.bounds.mean(axis=0) @ turn.T + shift

@@ -8,10 +8,7 @@ use pyo3::Borrowed;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use supple::Scale;
 use supple_io::scene::nearest;
-
-use crate::arrays::vector;
 
 /// An argument that may be missing, as the default of a pyo3 signature. Unlike `Option`, it distinguishes a
 /// missing argument from `None`.
@@ -54,24 +51,6 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
         true => PyValueError::new_err(format!("{name} is too large for a float")),
         false => wrong_type(value, name, "a number"),
     })
-}
-
-/// Reads a scale: a number > 0, or three that are not 0.
-pub(crate) fn scale(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Scale> {
-    let is_number = value.is_instance_of::<PyString>() || value.len().is_err();
-    let scale = if is_number { number(value, name)?.into() } else { Scale::from(vector(value, name)?) };
-    let is_valid = match scale {
-        Scale::Uniform(factor) => factor > 0.0 && factor.is_finite(),
-        Scale::PerAxis(factors) => !factors.contains(&0.0),
-    };
-    if is_valid {
-        return Ok(scale);
-    }
-    let range = match scale {
-        Scale::Uniform(_) => "a finite number > 0; three numbers scale the axes, and negative ones mirror",
-        Scale::PerAxis(_) => "three numbers that are not 0",
-    };
-    Err(PyValueError::new_err(format!("{name} = {scale} is out of range: it must be {range}")))
 }
 
 /// Reads a whole number, at least `minimum`.

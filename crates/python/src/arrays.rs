@@ -105,6 +105,24 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]>
     Ok(finite(value, name, &[Axis::Is(3)])?.as_slice()?.as_chunks().0[0])
 }
 
+/// Reads a scale: a number > 0, or three that are not 0.
+pub(crate) fn scale(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Scale> {
+    let is_number = value.is_instance_of::<PyString>() || value.len().is_err();
+    let scale = if is_number { number(value, name)?.into() } else { Scale::from(vector(value, name)?) };
+    let is_valid = match scale {
+        Scale::Uniform(factor) => factor > 0.0 && factor.is_finite(),
+        Scale::PerAxis(factors) => !factors.contains(&0.0),
+    };
+    if is_valid {
+        return Ok(scale);
+    }
+    let range = match scale {
+        Scale::Uniform(_) => "a finite number > 0; three numbers scale the axes, and negative ones mirror",
+        Scale::PerAxis(_) => "three numbers that are not 0",
+    };
+    Err(PyValueError::new_err(format!("{name} = {scale} is out of range: it must be {range}")))
+}
+
 /// Reads finite `(n, 3, 3)` matrices, row-major.
 pub(crate) fn matrices(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; 9]>> {
     let array = finite(value, name, &[Axis::Any("n"), Axis::Is(3), Axis::Is(3)])?;

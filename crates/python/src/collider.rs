@@ -9,11 +9,12 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{
-    Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Shape, Touched,
+    Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Scale, Shape,
+    Touched,
 };
 
-use crate::argument::{choice, conversion_error, number, scale, wrong_type};
-use crate::arrays::{self, vector};
+use crate::argument::{choice, conversion_error, number, wrong_type};
+use crate::arrays::{self, scale, vector};
 use crate::body::SharedSimulation;
 use crate::mesh::Mesh;
 use crate::rotation::rotate_once;
@@ -43,8 +44,15 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     read.validate().map_err(|fault| PyValueError::new_err(format!("{class}: {fault}")))?;
     let fields = fields(collider.py(), &read)?.1;
     if let Shape::Mesh { .. } = read.shape {
-        // Keeps the object, so that colliders share it.
+        // Keeps the object, so that colliders share it, and what belongs to it before it is scaled by axis.
         fields.set_item("mesh", collider.getattr("mesh")?)?;
+        match scale(&collider.getattr("scale")?, "scale")? {
+            Scale::Uniform(factor) => fields.set_item("scale", factor)?,
+            Scale::PerAxis(factors) => fields.set_item("scale", <(f64, f64, f64)>::from(factors))?,
+        }
+        if let Some(animation) = read_mesh(collider, &class)?.animation() {
+            fields.set_item("frames", animation::array(collider.py(), animation)?)?;
+        }
         fields.set_item("fps", number(&collider.getattr("fps")?, "fps")?)?;
         fields.set_item("start", number(&collider.getattr("start")?, "start")?)?;
     }

@@ -270,7 +270,9 @@ impl Mesh {
     /// extent.
     pub fn scaled(&self, scale: impl Into<Scale>) -> Result<Self, MeshError> {
         let scale: Scale = scale.into();
-        scale.validate()?;
+        if !scale.is_valid() {
+            return Err(MeshError::Scale(scale));
+        }
         if scale == Scale::Uniform(1.0) {
             return Ok(self.clone());
         }

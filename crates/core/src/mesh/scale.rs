@@ -2,8 +2,6 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::MeshError;
-
 /// Factors by which a model is scaled about its origin, before it is rotated and moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
@@ -57,17 +55,12 @@ impl Scale {
         }
     }
 
-    /// Checks the factors.
-    ///
-    /// # Errors
-    ///
-    /// A factor that is not finite or is 0, or a uniform one below 0.
-    pub(crate) fn validate(self) -> Result<(), MeshError> {
-        let is_valid = match self {
+    /// Returns whether the factors are in their ranges.
+    pub(crate) fn is_valid(self) -> bool {
+        match self {
             Self::Uniform(factor) => factor.is_finite() && factor > 0.0,
             Self::PerAxis(factors) => factors.iter().all(|factor| factor.is_finite() && *factor != 0.0),
-        };
-        if is_valid { Ok(()) } else { Err(MeshError::Scale(self)) }
+        }
     }
 }
 

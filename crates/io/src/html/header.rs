@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use supple::mesh::Mesh;
 use supple::{Shape, Simulation, euler_degrees};
 
-use super::pieces::links;
+use super::pieces::{ears, links};
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
 use crate::space::FileSpace;
 
@@ -253,11 +253,6 @@ pub(crate) fn animated_positions(
         mesh.animation()?.positions_at_time(time, &mut vertices);
         Some(placed(shape, space, vertices.into_iter()))
     })
-}
-
-/// Returns the triangles of a mesh, or none if the page finds them as fans of the faces.
-pub(super) fn ears(mesh: &Mesh) -> &[[u32; 3]] {
-    if mesh.is_fanned() { &[] } else { mesh.triangles() }
 }
 
 /// The surfaces so far, with their meshes.

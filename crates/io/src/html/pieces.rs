@@ -18,7 +18,6 @@
 use supple::mesh::Mesh;
 use supple::{FaceSource, Lattice};
 
-use super::header::ears;
 use super::points::pack_words;
 
 /// Number of words before the arrays of a body.
@@ -60,6 +59,11 @@ impl Topology {
         let counts = [faces, caps.len() as u32, corners, links.len() as u32, ears(mesh).len() as u32];
         Self { counts, arrays }
     }
+}
+
+/// Returns the triangles of a mesh, or none if the page finds them as fans of the faces.
+pub(super) fn ears(mesh: &Mesh) -> &[[u32; 3]] {
+    if mesh.is_fanned() { &[] } else { mesh.triangles() }
 }
 
 /// Returns the pairs of linked vertices of a lattice.

@@ -11,7 +11,7 @@ use supple_io::scene::{exclusive_keys, optional_keys};
 use super::fracture::read_fracture;
 use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
-use crate::arrays::vector;
+use crate::arrays::{scale, vector};
 use crate::error;
 use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
@@ -56,7 +56,7 @@ pub(super) fn body<'py>(
     let refine = settings.read("refine", |value, name| argument::choice(value, name, &Refine::NAMED))?;
     let builder = builder
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
-        .scale(settings.read("scale", argument::scale)?.unwrap_or_default())
+        .scale(settings.read("scale", scale)?.unwrap_or_default())
         .material(material::read(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
