@@ -10,9 +10,10 @@ use numpy::{
 use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::IntoPyDict;
+use pyo3::types::{IntoPyDict, PyString};
+use supple::Scale;
 
-use crate::argument::{is_from_python, wrong_type};
+use crate::argument::{is_from_python, number, wrong_type};
 
 /// The expected length of an array along one axis.
 #[derive(Clone, Copy)]

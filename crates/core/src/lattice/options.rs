@@ -46,7 +46,7 @@ pub struct LatticeReport {
     /// Number of cells that only bridges occupy. 0 if `join` is false.
     pub bridge_cells: usize,
     /// Whether the lattice is a shell: a layer of cells along the surface, and not the solid inside it. True
-    /// if the mesh has openings wider than a cell.
+    /// if the mesh is a sheet.
     pub shell: bool,
     /// All parts (connected components of the cells before joining) except the largest part, in the order of
     /// their first cell.

@@ -54,7 +54,7 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 ///     frame began.
 /// gravity : (3,) float, default (0, -9.81, 0)
 ///     In scene units per second squared, each component at most 1e12 in magnitude.
-/// colliders : list of Plane, Sphere, Box, Capsule, or one of them
+/// colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
 ///     Default: no colliders.
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
@@ -184,7 +184,7 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::from_core)
     }
 
-    /// Colliders: tuple of Plane, Sphere, Box, Capsule. Move one with colliders[i].move_to(translate, rotate).
+    /// Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate, rotate).
     ///
     /// The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
     /// Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:
