@@ -105,7 +105,9 @@ class Mesh:
         """Vertex positions in input order: (n, 3) float64, read-only."""
     @property
     def faces(self) -> NDArray[np.int64]:
-        """Triangles: (m, 3) int64, read-only. Larger faces are fanned from their first vertex."""
+        """Triangles: (m, 3) int64, read-only. Larger faces are fans from
+        their first vertex, or ears if they are concave.
+        """
     @property
     def volume(self) -> float:
         """Enclosed volume, never negative. The volume of an open mesh is not meaningful."""
@@ -225,8 +227,12 @@ class Body:
     name : str, default "body"
     object : str
         If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
-    scale : float, default 1
-        Scale factor of the shape, > 0, applied first.
+    scale : float or (3,) float, default 1
+        Factor of the lengths of the shape, > 0, applied first; or, of a mesh, one for each of its axes, not 0, of which
+        negative ones mirror it.
+    refine : str, default "off"
+        "auto": faces of the mesh that are larger than cells are divided, so that the surface bends between its vertices.
+        The mesh of the body then has more vertices, after those of the given mesh.
     rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
         Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
     translate : (3,) float, default 0
@@ -1000,7 +1006,7 @@ class Simulation:
         frame began.
     gravity : (3,) float, default (0, -9.81, 0)
         In scene units per second squared, each component at most 1e12 in magnitude.
-    colliders : list of Plane, Sphere, Box, Capsule, or one of them
+    colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
         Default: no colliders.
     threads : int, default 0
         Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
@@ -1061,7 +1067,7 @@ class Simulation:
     def gravity(self, value: ArrayLike) -> None: ...
     @property
     def colliders(self) -> tuple[Collider, ...]:
-        """Colliders: tuple of Plane, Sphere, Box, Capsule. Move one with colliders[i].move_to(translate, rotate).
+        """Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate, rotate).
 
         The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
         Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:
