@@ -56,7 +56,16 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 from . import edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
 from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
-from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SceneWarning, SuppleError
+from .errors import (
+    ContactWarning,
+    LatticeError,
+    MaterialWarning,
+    MeshError,
+    OutputError,
+    SceneError,
+    SceneWarning,
+    SuppleError,
+)
 from .plots import plot_study, plot_volume
 from .point_cache import PointCache
 from .recorder import Recorder, save_html, save_usd
