@@ -3,9 +3,9 @@
 // Two faces whose normals differ by more than this angle meet in a crease: 40 degrees.
 const CREASE = Math.cos((40 * Math.PI) / 180);
 
-// Returns the triangles of a surface, which are fans of its faces unless it lists them, and the ends of its edges. `caps` is the number of corners
-// of the triangles before those of caps: the last faces of the pieces of a body, which belong to no face of the whole
-// body.
+// Returns the triangles of a surface, which are fans of its faces unless it lists others, and the ends of its edges.
+// `caps` is the number of corners of the triangles before those of caps: the last faces of the pieces of a body, which
+// belong to no face of the whole body.
 function triangulate(surface) {
   const triangles = [],
     edges = [],
@@ -27,7 +27,7 @@ function triangulate(surface) {
       if (k === 0 || k + 1 === size) continue;
       // Each corner of a face but two has a triangle.
       const next = triangles.length;
-      if (surface.triangles.length > 0) triangles.push(...surface.triangles.subarray(next, next + 3));
+      if (surface.triangles?.length > 0) triangles.push(...surface.triangles.subarray(next, next + 3));
       else triangles.push(surface.corners[first], a, b);
     }
     first += size;
