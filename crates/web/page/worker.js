@@ -63,6 +63,7 @@ function description() {
       vertices: playground.mesh_vertices(),
       sizes: playground.face_sizes(),
       corners: playground.face_corners(),
+      triangles: playground.triangles(),
       weld: playground.weld(),
     },
     links: playground.links(),

@@ -228,6 +228,11 @@ impl Playground {
         self.model.mesh().faces().flatten().copied().collect()
     }
 
+    /// Returns the corners of the triangles of all faces.
+    pub fn triangles(&self) -> Vec<u32> {
+        self.model.mesh().triangles().as_flattened().to_vec()
+    }
+
     /// Returns for each mesh vertex the first one at the same position.
     pub fn weld(&self) -> Vec<u32> {
         self.model.mesh().weld().to_vec()

@@ -27,7 +27,7 @@ function triangulate(surface) {
       if (k === 0 || k + 1 === size) continue;
       // Each corner of a face but two has a triangle.
       const next = triangles.length;
-      if (surface.triangles?.length > 0) triangles.push(...surface.triangles.subarray(next, next + 3));
+      if (surface.triangles.length > 0) triangles.push(...surface.triangles.subarray(next, next + 3));
       else triangles.push(surface.corners[first], a, b);
     }
     first += size;
