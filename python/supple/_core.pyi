@@ -105,9 +105,7 @@ class Mesh:
         """Vertex positions in input order: (n, 3) float64, read-only."""
     @property
     def faces(self) -> NDArray[np.int64]:
-        """Triangles: (m, 3) int64, read-only. Larger faces are fans from
-        their first vertex, or ears if they are concave.
-        """
+        """Triangles: (m, 3) int64, read-only. Larger faces are fans from their first vertex, or ears if they are concave."""
     @property
     def volume(self) -> float:
         """Enclosed volume, never negative. The volume of an open mesh is not meaningful."""
@@ -1067,7 +1065,8 @@ class Simulation:
     def gravity(self, value: ArrayLike) -> None: ...
     @property
     def colliders(self) -> tuple[Collider, ...]:
-        """Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate, rotate).
+        """Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate,
+        rotate).
 
         The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
         Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:

@@ -10,7 +10,7 @@ use numpy::{
 use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyString};
+use pyo3::types::{IntoPyDict, PyDict, PyString};
 use supple::Scale;
 
 use crate::argument::{is_from_python, number, wrong_type};
@@ -110,11 +110,7 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]>
 pub(crate) fn scale(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Scale> {
     let is_number = value.is_instance_of::<PyString>() || value.len().is_err();
     let scale = if is_number { number(value, name)?.into() } else { Scale::from(vector(value, name)?) };
-    let is_valid = match scale {
-        Scale::Uniform(factor) => factor > 0.0 && factor.is_finite(),
-        Scale::PerAxis(factors) => !factors.contains(&0.0),
-    };
-    if is_valid {
+    if scale.is_valid() {
         return Ok(scale);
     }
     let range = match scale {
@@ -122,6 +118,14 @@ pub(crate) fn scale(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Scale> {
         Scale::PerAxis(_) => "three numbers that are not 0",
     };
     Err(PyValueError::new_err(format!("{name} = {scale} is out of range: it must be {range}")))
+}
+
+/// Sets a scale in a dictionary, as [`scale`] reads it.
+pub(crate) fn set_scale(fields: &Bound<'_, PyDict>, key: &str, scale: Scale) -> PyResult<()> {
+    match scale {
+        Scale::Uniform(factor) => fields.set_item(key, factor),
+        Scale::PerAxis(factors) => fields.set_item(key, <(f64, f64, f64)>::from(factors)),
+    }
 }
 
 /// Reads finite `(n, 3, 3)` matrices, row-major.

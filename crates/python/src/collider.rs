@@ -44,14 +44,15 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     read.validate().map_err(|fault| PyValueError::new_err(format!("{class}: {fault}")))?;
     let fields = fields(collider.py(), &read)?.1;
     if let Shape::Mesh { .. } = read.shape {
-        // Keeps the object, so that colliders share it, and what belongs to it before it is scaled by axis.
+        // Keeps the object, so that colliders share it.
         fields.set_item("mesh", collider.getattr("mesh")?)?;
-        match scale(&collider.getattr("scale")?, "scale")? {
-            Scale::Uniform(factor) => fields.set_item("scale", factor)?,
-            Scale::PerAxis(factors) => fields.set_item("scale", <(f64, f64, f64)>::from(factors))?,
-        }
-        if let Some(animation) = read_mesh(collider, &class)?.animation() {
-            fields.set_item("frames", animation::array(collider.py(), animation)?)?;
+        let scale = scale(&collider.getattr("scale")?, "scale")?;
+        if let Scale::PerAxis(_) = scale {
+            // The shape has the scaled mesh and frames.
+            arrays::set_scale(&fields, "scale", scale)?;
+            if let Some(animation) = read_mesh(collider, &class)?.animation() {
+                fields.set_item("frames", animation::array(collider.py(), animation)?)?;
+            }
         }
         fields.set_item("fps", number(&collider.getattr("fps")?, "fps")?)?;
         fields.set_item("start", number(&collider.getattr("start")?, "start")?)?;

@@ -105,8 +105,7 @@ impl Mesh {
         self.vertices.get_or_init(py, || arrays::read_only(py, vertices())).bind(py)
     }
 
-    /// Triangles: (m, 3) int64, read-only. Larger faces are fans from
-    /// their first vertex, or ears if they are concave.
+    /// Triangles: (m, 3) int64, read-only. Larger faces are fans from their first vertex, or ears if they are concave.
     #[getter]
     pub(crate) fn faces<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let faces = || self.mesh.triangles().iter().map(|face| face.map(i64::from)).collect();

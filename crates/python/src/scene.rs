@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyList, PyTuple};
 use supple::{
-    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Scale, Stiffness,
+    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness,
     TouchingOptions,
 };
 use supple_io::frames::{Format, Formats};
@@ -17,6 +17,7 @@ use supple_io::run::{
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
+use crate::arrays;
 use crate::body::{
     SharedBody, SharedSimulation, Storage, fracture_settings, plastic_settings, volume_settings,
 };
@@ -72,10 +73,7 @@ fn to_python<'py>(
 fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
     let settings = PyDict::new(py);
     settings.set_item("name", &data.name)?;
-    match data.scale {
-        Scale::Uniform(factor) => settings.set_item("scale", factor)?,
-        Scale::PerAxis(factors) => settings.set_item("scale", <(f64, f64, f64)>::from(factors))?,
-    }
+    arrays::set_scale(&settings, "scale", data.scale)?;
     let Placement { rotate, translate, velocity, spin } = data.placement;
     let vectors = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
     settings.update(vectors.into_py_dict(py)?.as_mapping())?;

@@ -106,7 +106,7 @@ fn run(compressed: &[u8]) -> PageRun {
         let mut of_frame = vec![None; bodies.len()];
         let broken = if number(&header["version"]) == 1 { 0 } else { word(&mut take) };
         for _ in 0..broken {
-            let [body, _, _, mesh, lattice, faces, caps, corners, links, triangles] =
+            let [body, _, _, mesh, lattice, faces, caps, corners, triangles, links] =
                 std::array::from_fn(|_| word(&mut take));
             let last = frame.checked_sub(1).and_then(|last: usize| run.pieces[last][body].clone());
             let pieces = if faces == 0 {
@@ -118,8 +118,9 @@ fn run(compressed: &[u8]) -> PageRun {
                 let mut corners = list(corners).into_iter();
                 let faces =
                     sizes.iter().map(|&size| corners.by_ref().take(size as usize).collect()).collect();
-                let (weld, links) = (list(mesh), list(2 * links).as_chunks().0.to_vec());
+                let weld = list(mesh);
                 list(3 * triangles);
+                let links = list(2 * links).as_chunks().0.to_vec();
                 Rc::new(PagePieces { faces, sources, weld, points: [mesh, lattice], links })
             };
             assert_eq!(pieces.points, [mesh, lattice]);

@@ -159,7 +159,7 @@ fn divided_faces_bend_and_frames_have_their_vertices() {
 fn divided_faces_of_a_scaled_and_mirrored_mesh_fit_their_body() {
     let folder = tempfile::tempdir().unwrap();
     let keys = "scale = [0.5, 1, -1]\nrefine = \"auto\"\n[body.fracture]\nstrain = 0.5";
-    let prepared = prepare(&scene(folder.path(), &keys.replace("html", "obj")).unwrap()).unwrap();
+    let prepared = prepare(&scene(folder.path(), keys).unwrap()).unwrap();
     let body = &prepared.simulation.bodies()[0];
     let part = prepared.inputs[0].part.mesh();
     assert!(part.faces().eq(body.mesh().unwrap().faces()));

@@ -168,12 +168,7 @@ impl Refiner {
             }
             let long = self.is_long(triangle);
             // Rotates the triangle so that its first edges are the long ones.
-            let first = match long {
-                [_, true, false] if !long[0] => 1,
-                [true, false, true] | [false, false, true] => 2,
-                [false, true, true] => 1,
-                _ => 0,
-            };
+            let first = (0..3).find(|&k| long[k] && !long[(k + 2) % 3]).unwrap_or(0);
             let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
             match long.iter().filter(|long| **long).count() {
                 0 => done.push(triangle),

@@ -56,7 +56,7 @@ impl Scale {
     }
 
     /// Returns whether the factors are in their ranges.
-    pub(crate) fn is_valid(self) -> bool {
+    pub fn is_valid(self) -> bool {
         match self {
             Self::Uniform(factor) => factor.is_finite() && factor > 0.0,
             Self::PerAxis(factors) => factors.iter().all(|factor| factor.is_finite() && *factor != 0.0),

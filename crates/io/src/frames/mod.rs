@@ -16,8 +16,9 @@
 //! * `ply`;
 //! * `pc2`.
 //!
-//! `refined` is the OBJ file of a refined mesh. When a body breaks, the writer builds its texts again for the mesh of the [`Pieces`]: `obj_pieces` those of OBJ
-//! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file.
+//! When a body breaks, the writer builds its texts again for the mesh of the [`Pieces`]: `obj_pieces` those of OBJ
+//! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
+//! file of a refined mesh in the same way.
 //!
 //! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of
 //! their own until the run ends.

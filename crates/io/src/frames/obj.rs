@@ -87,19 +87,22 @@ impl ObjTemplate {
     pub(super) fn of_pieces(&self, part: &Part, directory: &Path, pieces: &Pieces<'_>, name: &str) -> Self {
         let document = &self.shared.document;
         let file = self.file.get_or_init(|| FaceFile::new(document));
-        let PieceChanges { replaced, elements, normals } =
-            PieceChanges::new((document, part), file, pieces, name);
-        let mut template = Self::with(document, part, directory, normals, (replaced, Some(elements)));
+        let mut template = Self::changed((document, part), directory, file, (pieces, name));
         template.executor = self.executor.clone();
         template
     }
 
-    /// Returns the template of the refined mesh of the body that has the part `part` of the file.
-    pub(super) fn of_refined(&self, part: &Part, file: FaceFile, pieces: &Pieces<'_>) -> Self {
-        let document = &self.shared.document;
+    /// Divides a file that changes into pieces. `file`: the contents of `document`. `pieces`: the mesh in place of that of
+    /// `part`, and the name of its body.
+    pub(super) fn changed(
+        (document, part): (&Arc<Document>, &Part),
+        directory: &Path,
+        file: &FaceFile,
+        (pieces, name): (&Pieces<'_>, &str),
+    ) -> Self {
         let PieceChanges { replaced, elements, normals } =
-            PieceChanges::new((document, part), &file, pieces, "");
-        Self::with(document, part, document.directory(), normals, (replaced, Some(elements)))
+            PieceChanges::new((document, part), file, pieces, name);
+        Self::with(document, part, directory, normals, (replaced, Some(elements)))
     }
 
     fn with(

@@ -26,8 +26,8 @@ pub(crate) fn refined(
     let pieces = Pieces::refined(body, source, (&refined.mesh, &origin));
     // Divided faces, which need the new vertices, are moved behind them in their order.
     let file = FaceFile::with_elements_at_end(document);
-    let mut template = ObjTemplate::new(document, part, document.directory());
-    template = template.of_refined(part, file, &pieces);
+    let changes = (&pieces, body.name());
+    let mut template = ObjTemplate::changed((document, part), document.directory(), &file, changes);
     let vertices = refined.mesh.vertices();
     let positions: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.cast::<f32>().into()).collect();
     template.fill(&positions);

@@ -6,14 +6,14 @@
 //!      u32  index of the body
 //!      u64  hash of the faces and links: frames with the same hash have the same ones
 //!      u32  number of vertices of the mesh, number of vertices of the lattice
-//!      u32  number of faces, of caps, of corners, of links and of triangles; 0 if they are those of the frame before
+//!      u32  number of faces, of caps, of corners, of triangles and of links; 0 if they are those of the frame before
 //!      u8   the arrays of the faces and links, unless these numbers are 0
 //! ```
 //!
 //! The first vertices of the mesh and of the lattice are those of the whole body, and the caps are the last faces. The
 //! arrays are the number of corners of each face, for each face that is no cap the face of the whole body to which it
-//! belongs, the corners of all faces, the first vertex at the position of each vertex, the pairs of lattice
-//! vertices that are linked, and the triangles, which are not listed if all are fans of their faces. See `points::pack_words`.
+//! belongs, the corners of all faces, the first vertex at the position of each vertex, the triangles, which are
+//! not listed if all are fans of their faces, and the pairs of lattice vertices that are linked. See `points::pack_words`.
 
 use supple::mesh::Mesh;
 use supple::{FaceSource, Lattice};
@@ -26,7 +26,7 @@ const WORDS: usize = 10;
 /// The faces of the pieces of a body, and the links of its lattice.
 #[derive(Debug)]
 pub(crate) struct Topology {
-    /// Numbers of faces, caps, corners, links and triangles.
+    /// Numbers of faces, caps, corners, triangles and links.
     counts: [u32; 5],
     arrays: Vec<u8>,
 }
@@ -54,9 +54,10 @@ impl Topology {
         pack_words(of_whole.iter().copied(), &mut arrays);
         pack_words(mesh.faces().flatten().copied(), &mut arrays);
         pack_words(mesh.weld().iter().copied(), &mut arrays);
+        let triangles = ears(mesh);
+        pack_words(triangles.as_flattened().iter().copied(), &mut arrays);
         pack_words(links.as_flattened().iter().copied(), &mut arrays);
-        pack_words(ears(mesh).as_flattened().iter().copied(), &mut arrays);
-        let counts = [faces, caps.len() as u32, corners, links.len() as u32, ears(mesh).len() as u32];
+        let counts = [faces, caps.len() as u32, corners, triangles.len() as u32, links.len() as u32];
         Self { counts, arrays }
     }
 }
@@ -106,7 +107,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Vec<BrokenBody>, usize)> {
     for _ in 0..u32::from_le_bytes(*count) {
         let (words, after) = rest.split_at_checked(4 * WORDS)?;
         let word = |index: usize| u32::from_le_bytes(std::array::from_fn(|byte| words[4 * index + byte]));
-        let [faces, caps, corners, links, triangles] = [5, 6, 7, 8, 9].map(|index| u64::from(word(index)));
+        let [faces, caps, corners, triangles, links] = [5, 6, 7, 8, 9].map(|index| u64::from(word(index)));
         let arrays = match faces {
             0 => 0,
             _ => faces + faces.checked_sub(caps)? + corners + u64::from(word(3)) + 2 * links + 3 * triangles,

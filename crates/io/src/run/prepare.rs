@@ -12,7 +12,7 @@ use crate::frames::{self, Formats, OutputError, Source};
 use crate::memory::memory_limit;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
-use supple::{Body, Collider, CollisionMesh, RefinedMesh, Scale, Simulation};
+use supple::{Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Simulation};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -207,10 +207,7 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
     };
     let mut body = builder.build().map_err(failed)?;
     let written = input.clone().scaled(data.scale)?;
-    // That of the body: the files have positions before a uniform scale.
-    let scaled = input.part.mesh().scaled(data.scale).map_err(|source| failed(source.into()))?;
-    let refined = data.refine.apply(&scaled, body.lattice().cell_size());
-    let refined = refined.map_err(|source| failed(source.into()))?;
+    let refined = refined(data, &input, &body).map_err(|source| failed(source.into()))?;
     for (index, zone) in data.zones.iter().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.zone.{index}"), source };
         body.zone(zone).map_err(failed)?;
@@ -239,6 +236,14 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
         Some(refined) => written.refined(&body, refined)?,
     };
     Ok((body, written))
+}
+
+/// Returns the refined mesh of a body; `None` if it is that of its input.
+fn refined(data: &BodyData, input: &Input, body: &Body) -> Result<Option<RefinedMesh>, MeshError> {
+    match data.refine {
+        Refine::Off => Ok(None),
+        refine => refine.apply(&input.part.mesh().scaled(data.scale)?, body.lattice().cell_size()),
+    }
 }
 
 #[cfg(test)]

@@ -184,7 +184,8 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::from_core)
     }
 
-    /// Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate, rotate).
+    /// Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate,
+    /// rotate).
     ///
     /// The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
     /// Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:

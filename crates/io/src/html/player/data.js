@@ -124,7 +124,7 @@ function readPieces(run, frame, bytes, view, start) {
     at += 8;
     const vertices = number(),
       lattice = number();
-    const [faces, caps, corners, links, triangles] = [number(), number(), number(), number(), number()];
+    const [faces, caps, corners, triangles, links] = [number(), number(), number(), number(), number()];
     if (faces > 0) {
       const surface = {
         vertices,
@@ -132,9 +132,9 @@ function readPieces(run, frame, bytes, view, start) {
         sources: words(faces - caps),
         corners: words(corners),
         weld: words(vertices),
+        triangles: words(3 * triangles),
       };
       body.shapes.push({ surface, lattice, links: words(2 * links), frame });
-      surface.triangles = words(3 * triangles);
     }
     body.mesh.count = vertices;
     body.latticePoints.count = lattice;

@@ -186,13 +186,11 @@ pub(super) mod scale {
                 let factors: Option<Vec<f64>> = factors.iter().map(number).collect();
                 factors.and_then(|factors| <[f64; 3]>::try_from(factors).ok()).map(Scale::PerAxis)
             }
-            value => number(&value).filter(|factor| *factor > 0.0).map(Scale::Uniform),
+            value => number(&value).map(Scale::Uniform),
         };
-        let is_valid =
-            |scale: &Scale| scale.factors().iter().all(|factor| factor.is_finite() && *factor != 0.0);
         let expected =
             "a number above 0, or three numbers that are not 0, of which negative ones mirror the mesh";
-        scale.filter(is_valid).ok_or_else(|| D::Error::custom(expected))
+        scale.filter(|scale| scale.is_valid()).ok_or_else(|| D::Error::custom(expected))
     }
 
     fn number(value: &Value) -> Option<f64> {
