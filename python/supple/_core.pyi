@@ -692,6 +692,7 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
     ) -> Hold:
@@ -729,6 +730,7 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
     ) -> Hold:
@@ -773,6 +775,7 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
     ) -> None:
         """Multiply the Young's modulus of a part of the body by a factor, from the next step on.
 
@@ -807,6 +810,7 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
     ) -> None:
         """Apply a force in the next step. Several forces add up.
 
@@ -827,6 +831,7 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
     ) -> ForceField:
         """Apply a force in every step, until the field is removed. Returns a ForceField.
 

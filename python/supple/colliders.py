@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -30,6 +30,9 @@ class RotationLike(Protocol):
 Rotate: TypeAlias = ArrayLike | RotationLike
 
 _NO_ROTATION = (0.0, 0.0, 0.0)
+
+#: Stands for a center and half extents of a box that are given by corners.
+_CORNERS: Any = None
 
 _Self = TypeVar("_Self", bound="Collider")
 
@@ -185,18 +188,42 @@ class Box(Collider):
 
     center : (3,) float
     half_extents : (3,) float, > 0
+    min, max : (3,) float
+        In place of center and half_extents, only by name: two opposite corners before the rotation.
     rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
-        Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, or a rotation matrix.
+        Degrees about the fixed axes x, then y, then z through the center; or a quaternion x, y, z, w, or a rotation
+        matrix.
+
+    Raises TypeError for corners beside a center or half extents, or if one of the two is missing.
     """
 
     shape: ClassVar[str] = "box"
-    center: ArrayLike
-    half_extents: ArrayLike
+    center: ArrayLike = _CORNERS
+    half_extents: ArrayLike = _CORNERS
     rotate: Rotate = _NO_ROTATION
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+
+    min: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+    max: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
+
+    def __post_init__(self, min: ArrayLike | None, max: ArrayLike | None) -> None:  # type: ignore[override]
+        """Replace corners by center and half extents, and check the numbers."""
+        by_center = [self.center is not None, self.half_extents is not None]
+        by_corners = [min is not None, max is not None]
+        if any(by_center) == any(by_corners) or any(by_center) != all(by_center) or any(by_corners) != all(by_corners):
+            raise TypeError("Box() needs either center and half_extents, or min= and max=")
+        if min is not None and max is not None:
+            low, high = np.asarray(min, np.float64), np.asarray(max, np.float64)
+            if low.shape != (3,) or high.shape != (3,):
+                raise ValueError(f"min and max of a Box have the shapes {low.shape} and {high.shape}; they must be (3,)")
+            if not np.all(low < high):
+                raise ValueError(f"min of a Box is {low.tolist()} and max {high.tolist()}; min must be less on each axis")
+            object.__setattr__(self, "center", (low + high) / 2)
+            object.__setattr__(self, "half_extents", (high - low) / 2)
+        super().__post_init__()
 
 
 @dataclass(frozen=True)

@@ -169,3 +169,25 @@ def test_body_accepts_the_keys_of_a_scene():
     shape, *arguments = inspect.signature(supple.Body).parameters
     assert shape == "shape"
     assert sorted(arguments) == sorted(_core.body_keys())
+
+
+@pytest.mark.parametrize(
+    ("word", "way_out"),
+    [
+        ("E", 'write "youngs_modulus"'),
+        ("mass", 'write "density", the mass per volume'),
+        ("position", 'write "translate"'),
+        ("rotation", 'write "rotate"'),
+        ("half_widht", 'the nearest one is "half_width"'),
+        ("color", 'give one of "name", '),
+    ],
+)
+def test_words_of_other_programs_are_answered_with_ours(block, word, way_out):
+    with pytest.raises(TypeError, match=rf'^Body\(\) has no argument "{word}"; {way_out}'):
+        supple.Body(block, **{word: 1})
+
+
+def test_a_time_step_is_answered_with_dt(block):
+    for word in ("timestep", "time_step", "h"):
+        with pytest.raises(TypeError, match=f'"{word}"; write "dt"'):
+            supple.Simulation(supple.Body(block), **{word: 0.01})

@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import sysconfig
 import time
 from pathlib import Path
@@ -47,3 +48,12 @@ def test_ctrl_c_stops_a_run_which_can_be_resumed(bust, tmp_path):
     assert resume is not None, output
     assert resume[1].split()[0].endswith("supple")
     assert resume[1].endswith("--frames 2000 --quiet --resume")
+
+
+def test_the_module_is_the_program():
+    ended = subprocess.run(
+        [sys.executable, "-m", "supple", "--version"], capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, ended.stdout) == (0, f"supple {supple.__version__}\n")
+    ended = subprocess.run([sys.executable, "-m", "supple", "fly"], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2

@@ -256,7 +256,7 @@ def test_a_body_belongs_to_one_simulation(block):
     body, other = supple.Body(block), supple.Body(block)
     sim = supple.Simulation([body])
     assert sim.bodies == (body,)
-    with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation, its `simulation`; build"):
+    with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation, its `simulation`, or"):
         supple.Simulation([other, body])
     with pytest.raises(ValueError, match=r"bodies\[1\] is the same Body as bodies\[0\]"):
         supple.Simulation([other, other])

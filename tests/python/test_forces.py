@@ -1,7 +1,9 @@
 """Forces: arrays of apply_force, force fields, one body as a simulation."""
 
 import copy
+import gc
 import pickle
+import weakref
 
 import numpy as np
 import pytest
@@ -225,3 +227,55 @@ def test_a_function_that_cannot_be_pickled_is_an_error_of_pickle(sim):
     sim.bodies[0].add_force_field(lambda x, v, time: 0 * x)
     with pytest.raises((pickle.PicklingError, AttributeError), match="lambda"):
         pickle.dumps(sim)
+
+
+@pytest.mark.parametrize("owner", ["body", "body alone", "sim", "field", "hold"])
+def test_a_body_to_which_a_function_refers_is_freed(owner, block):
+    """Each episode is a cycle of references: object, body, function, object. The garbage collector has to see it."""
+    freed = []
+    for _ in range(20):
+        body = supple.Body(block)
+        sim = supple.Simulation(body) if owner != "body alone" else None
+        hold = body.pin(vertices=[0]) if owner == "hold" else None
+        field = body.add_force_field((0, 0, 0)) if owner == "field" else None
+        target = {"sim": sim, "hold": hold, "field": field}.get(owner, body)
+
+        def wind(positions, velocities, time, target=target):
+            return 0 * positions
+
+        body.add_force_field(wind)
+        if sim is not None:
+            sim.step()
+        weakref.finalize(body, freed.append, body.name)
+        del body, sim, hold, field, target, wind
+    gc.collect()
+    assert len(freed) == 20
+
+
+def test_a_function_lives_as_long_as_its_body_is_stepped(sim):
+    calls = []
+
+    def count(positions, velocities, time):
+        gc.collect()
+        calls.append(len(positions))
+        return 0 * positions
+
+    sim.bodies[0].add_force_field(count)
+    del count
+    gc.collect()
+    sim.step(3)
+    assert calls == [36] * 3
+
+
+def test_a_function_may_remove_its_field(sim):
+    body = sim.bodies[0]
+    calls = []
+
+    def once(positions, velocities, time):
+        calls.append(time)
+        body.force_fields[0].remove()
+        return 0 * positions
+
+    body.add_force_field(once)
+    sim.step(3)
+    assert len(calls) == 1

@@ -199,7 +199,7 @@ def test_selections_of_a_mesh_pin_the_cells_of_its_vertices(cube):
         (
             {"box": ((9, 9, 9), (10, 10, 10))},
             ValueError,
-            r"the box selects nothing: the nearest vertex is at \(2\.0+, 0\.50+, 0\.50+\), 13\.91",
+            r"the box selects nothing of the body at frame 0: the nearest vertex is at \(2\.0+, 0\.50+, 0\.50+\), 13\.91",
         ),
         ({"box": ((1, 1, 1), (0, 0, 0))}, ValueError, "min 1 > max 0 along x; swap the two"),
         ({"box": ((0, 0, 0),)}, ValueError, r"box has 1 parts; it must be a pair \(min, max\)"),
@@ -276,7 +276,7 @@ def test_a_force_against_gravity_balances_it_and_invalid_forces_are_errors(bar):
         ValueError, match=r"force = 1e300 is out of range: it must be finite, and accelerate by at most 1e15 cells/s\^2"
     ):
         body.apply_force((1e300, 0, 0), vertices=[0])
-    with pytest.raises(ValueError, match="the sphere selects nothing: the nearest vertex is at"):
+    with pytest.raises(ValueError, match="the sphere selects nothing of the body at frame 0: the nearest vertex is at"):
         body.apply_force((1, 0, 0), sphere=((9, 9, 9), 1))
 
 
@@ -295,3 +295,61 @@ def test_a_hold_carries_the_weight_of_a_hanging_bar():
     hold.release()
     with pytest.raises(ValueError, match="was released"):
         _ = hold.torque
+
+
+def test_masks_of_numbers_are_masks(bar):
+    mask = bar.rest_positions[:, 0] < 0.3
+    expected = np.flatnonzero(mask)
+    for dtype in (bool, np.uint8, np.int64):
+        body = supple.Body(bar)
+        assert np.array_equal(body.pin(vertices=mask.astype(dtype)).vertices, expected)
+    body = supple.Body(bar)
+    assert body.pin(vertices=[0, 1]).vertices.tolist() == [0, 1]
+    with pytest.raises(ValueError, match=f"vertices has 5 entries, all of them 0 or 1: a mask has .* {len(bar)} "):
+        body.pin(vertices=[0, 1, 1, 0, 1])
+
+
+def test_shapes_select_where_the_body_is_or_where_it_started(bar):
+    body = supple.Body(bar, velocity=(2, 0, 0))
+    sim = _sim(body)
+    left = ((-0.1, -1, -1), (0.1, 1, 1))
+    before = body.handle(box=left, keys=[(0,)], start=100).vertices
+    assert np.array_equal(before, np.flatnonzero(bar.rest_positions[:, 0] == 0))
+    sim.step(60)
+    moved = ((0.9, -1, -1), (1.1, 1, 1))
+    assert np.array_equal(body.pin(box=moved, start=100).vertices, before)
+    assert np.array_equal(body.pin(box=left, at="start", start=100).vertices, before)
+    field = body.add_force_field((1, 0, 0), box=moved)
+    assert np.array_equal(field.vertices, before)
+    with pytest.raises(ValueError, match=r"the box selects nothing of the body as it is now: .* at \(1\.0"):
+        body.pin(box=left)
+    with pytest.raises(ValueError, match="the box selects nothing of the body at frame 0: "):
+        body.pin(box=((5, 5, 5), (6, 6, 6)), at="start")
+    body.zone(0.5, box=moved)
+    assert np.array_equal(np.flatnonzero(body.stiffness_factors == 0.5), before)
+
+
+def test_a_shape_on_a_mesh_selects_where_the_mesh_is(cube):
+    body = supple.Body(cube, lattice_vertices=300, velocity=(0, 0, 3), spin=(0, 0, 0))
+    sim = _sim(body)
+    top = body.pin(plane=((0, 0, 0.5), (0, 0, 1)), start=100).vertices
+    sim.step(120)
+    assert np.array_equal(body.pin(plane=((0, 0, 3.5), (0, 0, 1)), start=100).vertices, top)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda body: body.pin(vertices=[0], at="now"), TypeError, "pin.. has at only together with a shape"),
+        (lambda body: body.apply_force((0, 0, 1), at="now"), TypeError, "apply_force.. has at only together"),
+        (lambda body: body.pin(box=((0, 0, 0), (1, 1, 1)), at="then"), ValueError, 'it must be "start" or "now"'),
+        (
+            lambda body: body.handle(box=((-2, -2, -2), (2, 2, 2)), follow=np.zeros((2, 8, 3)), at="now"),
+            ValueError,
+            'follow has only at="start"',
+        ),
+    ],
+)
+def test_poses_of_selections_that_do_not_apply_are_errors(cube, call, error, message):
+    with pytest.raises(error, match=message):
+        call(supple.Body(cube, lattice_vertices=300))

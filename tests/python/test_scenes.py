@@ -73,7 +73,7 @@ def test_overrides_change_the_loaded_scene(scene):
     assert sim.colliders[0].friction == 0.9
     with pytest.raises(
         supple.SceneError,
-        match=r"^overrides: .*unknown key `body\.cube\.half_widht`; the nearest known one is `half_width`",
+        match=r"^overrides: .*unknown key `body\.cube\.half_widht`; the nearest one is `half_width`",
     ) as caught:
         supple.load_scene(scene, overrides={"body.cube.half_widht": 1})
     assert "--set" not in str(caught.value)
@@ -279,7 +279,7 @@ def test_invalid_scenes_are_errors_with_file_line_and_key(scene, tmp_path):
     for wrong, message in [
         ("frames = 12", None),
         ("frames = -1", r"fall\.toml:3: `simulation\.frames` is -1; it must be a whole number from 0"),
-        ("frams = 12", "`simulation.frams`; the nearest known one is `frames`"),
+        ("frams = 12", "`simulation.frams`; the nearest one is `frames`"),
         ("frames = ", r"fall\.toml:3: .*TOML"),
     ]:
         scene.write_text(text.replace("frames = 12", wrong))

@@ -238,3 +238,78 @@ def test_a_forked_process_evaluates_before_its_first_step():
         sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         """
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)
+
+
+def _threads():
+    with open("/proc/self/status") as status:
+        return next(int(line.split()[1]) for line in status if line.startswith("Threads:"))
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="counts threads in /proc")
+def test_simulations_share_the_threads_of_a_process(block):
+    before = _threads()
+    sims = [supple.Simulation(supple.Body(block), threads=5) for _ in range(30)]
+    for sim in sims:
+        sim.step()
+    # The threads of a build end by themselves, some moments after it.
+    deadline = time.monotonic() + 10
+    while _threads() > before + 5 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert _threads() <= before + 5
+    assert {sim.threads for sim in sims} == {5}
+
+
+#: Long work, as code that is run after `lattice` was built of 170 x 170 x 100 cells.
+LONG = {
+    "body": "supple.Body(lattice)",
+    "lattice": "supple.Lattice.from_cells(np.ones((400, 400, 200), bool))",
+    "first step": "sim.step()",
+    "simulation": "supple.Simulation([supple.Body(lattice, half_width=2)], fps=30)",
+    "lowest frequency": "body.lowest_frequency",
+    "reference": "supple.reference.goals(lattice, lattice.rest_positions, 20)",
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends the signal of Ctrl-C")
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_ends_the_wait_for_long_work_within_a_second(name):
+    needs_sim = name in ("first step", "lowest frequency")
+    program = f"""
+        import os, signal, threading, time
+        import numpy as np
+        import supple
+
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        lattice = supple.Lattice.from_cells(np.ones((170, 170, 100), bool))
+        if {needs_sim}:
+            body = supple.Body(lattice, half_width=2)
+            sim = supple.Simulation([body], fps=30)
+        pressed = []
+
+        def press():
+            time.sleep(0.2)
+            pressed.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        threading.Thread(target=press).start()
+        try:
+            {LONG[name]}
+        except KeyboardInterrupt:
+            print("waited", time.monotonic() - pressed[0], flush=True)
+        else:
+            print("too fast to be interrupted", flush=True)
+        os._exit(0)
+        """
+    command = [sys.executable, "-c", textwrap.dedent(program)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    if ended.stdout.startswith("too fast"):
+        pytest.skip("the machine ended the work within a fifth of a second")
+    assert ended.stdout.startswith("waited"), ended.stderr
+    assert float(ended.stdout.split()[1]) < 1
+
+
+def test_an_error_in_another_thread_is_raised_here(block):
+    with pytest.raises(supple.LatticeError):
+        supple.Lattice.from_cells(np.zeros((3, 3, 3), bool))
+    with pytest.raises(ValueError, match="density"):
+        supple.Body(block, density=-1)

@@ -155,7 +155,7 @@ pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, 
 pub use dynamics::{
     Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Interpolation, Key,
     Material, MotionError, Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError,
-    Stiffness, TimeWindow, Zone,
+    SelectionPose, Stiffness, TimeWindow, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{BreakLimit, FractureOptions};

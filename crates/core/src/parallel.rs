@@ -3,16 +3,26 @@
 //! Work is divided into tasks: ranges of blocks, which are eight lattice vertices each (see `simd::lanes`).
 //! The division does not depend on the number of threads, and one thread computes each output value in a
 //! fixed order. Results are therefore bit-identical for any number of threads.
+//!
+//! All executors of a process with the same number of threads share one pool. It ends with the last of them.
 
 use std::sync::Arc;
 #[cfg(feature = "rayon")]
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError, TryLockError, Weak};
 
 /// Number of blocks in a chunk, the size of a task: 4,096 lattice vertices. A smaller body is one task,
 /// because joining threads takes longer than its work.
 pub(crate) const CHUNK: usize = 512;
 
-/// Runs work on the calling thread or on a pool of threads. Clones share the pool.
+/// Number of attempts to lock the list of pools, a millisecond apart.
+#[cfg(feature = "rayon")]
+const LOCK_ATTEMPTS: u32 = 200;
+
+/// The pools in use, with the process that started each and its number of threads.
+#[cfg(feature = "rayon")]
+static POOLS: Mutex<Vec<(u32, usize, Weak<rayon::ThreadPool>)>> = Mutex::new(Vec::new());
+
+/// Runs work on the calling thread or on a pool of threads, which executors with the same number of threads share.
 #[derive(Clone, Debug, Default)]
 pub struct Executor {
     #[cfg(feature = "rayon")]
@@ -33,10 +43,7 @@ impl Executor {
     pub fn new(threads: usize) -> Self {
         let threads =
             if threads == 0 { std::thread::available_parallelism().map_or(1, |n| n.get()) } else { threads };
-        let pool = (threads > 1)
-            .then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok())
-            .flatten();
-        Self { pool: pool.map(Arc::new) }
+        Self { pool: (threads > 1).then(|| shared_pool(threads)).flatten() }
     }
 
     /// Creates an executor that uses the calling thread only: the feature `rayon` is off.
@@ -167,6 +174,32 @@ impl Executor {
     }
 }
 
+/// Returns the pool of this process with `threads` threads. Starts it if there is none; `None` if that fails.
+#[cfg(feature = "rayon")]
+fn shared_pool(threads: usize) -> Option<Arc<rayon::ThreadPool>> {
+    let start = || rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok().map(Arc::new);
+    // A thread that held the lock during a fork does not exist in the child process, which must not wait for it.
+    let mut pools = (0..LOCK_ATTEMPTS).find_map(|attempt| match POOLS.try_lock() {
+        Ok(pools) => Some(pools),
+        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => {
+            std::thread::sleep(std::time::Duration::from_millis(u64::from(attempt > 0)));
+            None
+        }
+    });
+    let Some(pools) = &mut pools else { return start() };
+    // The threads of a pool that another process started do not exist in this one.
+    let process = std::process::id();
+    pools.retain(|(owner, _, pool)| *owner == process && pool.strong_count() > 0);
+    let running =
+        pools.iter().filter(|(_, size, _)| *size == threads).find_map(|(_, _, pool)| pool.upgrade());
+    running.or_else(|| {
+        let pool = start()?;
+        pools.push((process, threads, Arc::downgrade(&pool)));
+        Some(pool)
+    })
+}
+
 /// Splits off the first `count` items, or all if there are fewer.
 fn take_front<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let count = count.min(items.len());
@@ -221,4 +254,37 @@ fn run_tasks<A: Split, B: Split, C: Send>(
         || run_tasks(task, &offsets[..=half], first, work),
         || run_tasks(task + half, &offsets[half..], (a, b, c), work),
     );
+}
+
+#[cfg(all(test, feature = "rayon"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn executors_with_the_same_number_of_threads_share_a_pool_while_one_of_them_exists() {
+        let pool = |executor: &Executor| Arc::downgrade(executor.pool.as_ref().expect("it has threads"));
+        // No other test of this crate uses as many threads.
+        let (first, second, other) = (Executor::new(13), Executor::new(13), Executor::new(14));
+        let shared = pool(&first);
+        assert!(shared.ptr_eq(&pool(&second)) && !shared.ptr_eq(&pool(&other)));
+        drop(first);
+        assert!(shared.ptr_eq(&pool(&Executor::new(13))));
+        drop(second);
+        assert!(shared.upgrade().is_none());
+        assert_eq!(Executor::new(13).threads(), 13);
+    }
+
+    #[test]
+    fn work_of_one_executor_inside_the_work_of_another_ends() {
+        let (outer, inner) = (Executor::new(2), Executor::new(2));
+        let mut sums = vec![0; 64];
+        outer.for_each_mut(&mut sums, |sum| {
+            let total = std::sync::atomic::AtomicUsize::new(0);
+            inner.for_each(0..100, |k| {
+                total.fetch_add(k, std::sync::atomic::Ordering::Relaxed);
+            });
+            *sum = total.into_inner();
+        });
+        assert!(sums.iter().all(|&sum| sum == 4950));
+    }
 }

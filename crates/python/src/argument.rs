@@ -8,7 +8,7 @@ use pyo3::Borrowed;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use supple_io::scene::nearest;
+use supple_io::scene::way_out;
 
 /// An argument that may be missing, as the default of a pyo3 signature. Unlike `Option`, it distinguishes a
 /// missing argument from `None`.
@@ -176,7 +176,7 @@ impl<'py> Settings<'py> {
         Self { optional, ..self }
     }
 
-    /// Wraps arguments. `error` creates the error for an unknown name from "{name}; the nearest one is ...".
+    /// Wraps arguments. `error` creates the error for an unknown name from "{name}; {what to write in its place}".
     fn new(
         given: Option<Bound<'py, PyDict>>,
         known: &[&str],
@@ -186,8 +186,8 @@ impl<'py> Settings<'py> {
         for key in given.iter().flat_map(|given| given.keys()) {
             let key = key.str()?.to_string();
             if !known.contains(&key.as_str()) {
-                let nearest = nearest(&key, known).unwrap_or_default();
-                return Err(error(format!("{key:?}; the nearest one is {nearest:?}")));
+                let way_out = way_out(&key, known, |name| format!("{name:?}"));
+                return Err(error(format!("{key:?}; {way_out}")));
             }
         }
         Ok(Self { given, optional })

@@ -5,7 +5,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use supple::{Interpolation, Key, Selection, TimeWindow};
+use supple::{Interpolation, Key, Selection, SelectionPose, TimeWindow};
 
 use crate::argument::{Settings, choice, conversion_error, number, wrong_type};
 use crate::arrays::{self, Axis, vector};
@@ -13,6 +13,9 @@ use crate::rotation::rotate;
 
 /// Keyword arguments that give a selection.
 pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
+
+/// Keyword arguments that give a selection and the pose in which a shape selects.
+pub(crate) const SELECTION: [&str; 5] = ["box", "sphere", "plane", "vertices", "at"];
 
 /// Keyword arguments of a pin or a handle that may be `None`.
 pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
@@ -34,6 +37,17 @@ pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -
             "{function} accepts only one of box=, sphere=, plane=, vertices=; {first} and {second} were given"
         ))),
     }
+}
+
+/// Reads `at`; `None` if it is missing.
+pub(crate) fn pose(settings: &Settings<'_>, function: &str) -> PyResult<Option<SelectionPose>> {
+    let pose = settings.read("at", |value, name| choice(value, name, &SelectionPose::NAMED))?;
+    if pose.is_some() && settings.get("vertices")?.is_some() {
+        let message =
+            format!("{function} has at only together with a shape; vertices are the same in any pose");
+        return Err(PyTypeError::new_err(message));
+    }
+    Ok(pose)
 }
 
 /// Reads `start` and `end`, in seconds.
@@ -98,7 +112,8 @@ fn read_pair<'py>(
     })
 }
 
-/// Reads lattice vertices: indices, or a mask of all `count` vertices.
+/// Reads lattice vertices: indices, or a mask of all `count` vertices. A list of only 0 and 1 that repeats them is a mask,
+/// of all vertices or of something else.
 fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
     if arrays::is_mask(value)? {
         let mask = arrays::booleans(value, "vertices", &[Axis::Is(count)])?;
@@ -113,7 +128,18 @@ fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
             count - 1
         ))),
     };
-    list.as_slice()?.iter().map(checked).collect()
+    let list = list.as_slice()?;
+    if list.len() > 2 && list.iter().all(|entry| (0..2).contains(entry)) {
+        if list.len() != count {
+            return Err(PyValueError::new_err(format!(
+                "vertices has {} entries, all of them 0 or 1: a mask has one entry for each of the {count} lattice \
+                 vertices, and indices are given once each",
+                list.len()
+            )));
+        }
+        return Ok((0..).zip(list).filter(|(_, chosen)| **chosen == 1).map(|(vertex, _)| vertex).collect());
+    }
+    list.iter().map(checked).collect()
 }
 
 /// Reads `interpolation`; `None` if it is missing.

@@ -7,6 +7,7 @@ use supple::reference::Regions;
 
 use crate::argument::{self, Given, wrong_type};
 use crate::arrays::{self, Axis};
+use crate::interrupt::interruptible;
 use crate::lattice::Lattice;
 
 /// Compute the rotation factor of each 3x3 matrix A, with the algorithm of a step.
@@ -59,16 +60,16 @@ pub(crate) fn reference_goals<'py>(
     let py = lattice.py();
     let lattice =
         lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
-    let lattice = &lattice.get().lattice;
+    let lattice = lattice.get().lattice.clone();
     let positions = arrays::vectors(positions, "positions", Axis::Is(lattice.len()))?;
     let half_width = argument::count(half_width, "half_width", 1)?;
     let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
     let regions = regions.read("regions", |regions, name| argument::choice(regions, name, &choices))?;
     let regions = regions.unwrap_or(Regions::Staircase);
-    let goals = py.detach(|| {
+    let goals = interruptible(py, move || {
         let positions: Vec<Vector3<f64>> = positions.into_iter().map(Vector3::from).collect();
-        let goals = supple::reference::goals(lattice, &positions, half_width, regions);
+        let goals = supple::reference::goals(&lattice, &positions, half_width, regions);
         goals.into_iter().map(Into::into).collect()
-    });
+    })?;
     Ok(arrays::from_vectors(py, goals))
 }

@@ -11,6 +11,7 @@ use supple_io::counted;
 use crate::argument::{self, Given, Settings};
 use crate::arrays::{self, Axis};
 use crate::error::{self, Exception};
+use crate::interrupt::interruptible;
 use crate::mesh::mesh_like;
 use crate::pickle::{decode, encode};
 
@@ -71,8 +72,8 @@ impl Lattice {
         options.join = settings.read("join", argument::boolean)?.unwrap_or(options.join);
         let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
         options.memory_limit = Some(memory_limit.unwrap_or_else(supple_io::memory_limit));
-        let mesh = &mesh.get().mesh;
-        let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
+        let mesh = mesh.get().mesh.clone();
+        let lattice = interruptible(py, move || supple::Lattice::from_mesh(&mesh, &options))?;
         lattice.map(Self::from_core).map_err(error::from_core)
     }
 
@@ -106,7 +107,7 @@ impl Lattice {
         let wrap = |e| Exception::Lattice.wrap_value_error(e);
         let cells = occupied(cells).map_err(wrap)?;
         let origin = origin.read("origin", arrays::vector).map_err(wrap)?.unwrap_or_default();
-        Self::build(py, &cells, cell_size, origin, join)
+        Self::build(py, cells, cell_size, origin, join)
     }
 
     /// Grid coordinates of the vertices: (n, 3) int64, read-only.
@@ -192,7 +193,7 @@ impl Lattice {
     #[classmethod]
     fn _restore(class: &Bound<'_, PyType>, data: &[u8]) -> PyResult<Self> {
         let (cells, cell_size, origin): (Vec<[i32; 3]>, f64, [f64; 3]) = decode(class.py(), data)?;
-        Self::build(class.py(), &cells, cell_size, origin, false)
+        Self::build(class.py(), cells, cell_size, origin, false)
     }
 }
 
@@ -200,15 +201,14 @@ impl Lattice {
     /// Builds the lattice of occupied cells.
     fn build(
         py: Python<'_>,
-        cells: &[[i32; 3]],
+        cells: Vec<[i32; 3]>,
         cell_size: f64,
         origin: [f64; 3],
         join: bool,
     ) -> PyResult<Self> {
         let limit = supple_io::memory_limit();
-        let build = || supple::Lattice::from_cells_within(limit, cells, cell_size, origin, join);
-        let lattice = py.detach(build);
-        lattice.map(Self::from_core).map_err(error::from_core)
+        let build = move || supple::Lattice::from_cells_within(limit, &cells, cell_size, origin, join);
+        interruptible(py, build)?.map(Self::from_core).map_err(error::from_core)
     }
 }
 

@@ -8,6 +8,7 @@
 //! | `arrays` | converts numpy arrays |
 //! | `error` | converts Rust errors to the exceptions of `supple.errors` |
 //! | `forked` | locks mutexes without a deadlock after a fork |
+//! | `interrupt` | lets Ctrl-C end the wait for long work |
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
 //! | `point_cache` | writes the positions of a mesh in all frames to one file |
@@ -31,6 +32,7 @@ mod constraint;
 mod error;
 mod forked;
 mod functions;
+mod interrupt;
 mod lattice;
 mod mesh;
 mod pickle;

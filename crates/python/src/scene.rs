@@ -11,7 +11,7 @@ use supple::{
 };
 use supple_io::frames::{Format, Formats};
 use supple_io::run::{
-    BodyReport, Flow, Input, Job, Note, Observer, Outcome, Progress, RunError, RunReport, Softened,
+    BodyReport, Flow, Input, Job, Note, Observer, Outcome, Prepared, Progress, RunError, RunReport, Softened,
     UnkeptVolume, prepare,
 };
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
@@ -22,6 +22,7 @@ use crate::body::{
     SharedBody, SharedSimulation, Storage, fracture_settings, plastic_settings, volume_settings,
 };
 use crate::error::{self, Exception};
+use crate::interrupt::interruptible;
 use crate::mesh::Mesh;
 use crate::simulation::{Simulation, warn};
 use crate::{collider, report};
@@ -37,7 +38,8 @@ pub(crate) fn load_scene<'py>(
     overrides: Vec<String>,
 ) -> PyResult<Bound<'py, Simulation>> {
     let scene = open(path, &overrides)?;
-    let prepared = py.detach(|| prepare(&scene)).map_err(run_error)?;
+    let described = scene.clone();
+    let prepared = interruptible(py, move || prepare(&described))?.map_err(run_error)?;
     let simulation = to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))?;
     warn(py, &prepared.cautions, CALLER)?;
     Ok(simulation)
@@ -194,6 +196,15 @@ struct CallbackObserver<'a> {
 }
 
 impl Observer for CallbackObserver<'_> {
+    fn prepare(&mut self, scene: &Scene) -> Result<Prepared, RunError> {
+        let scene = scene.clone();
+        let prepared = Python::attach(|py| interruptible(py, move || prepare(&scene)));
+        prepared.unwrap_or_else(|raised| {
+            self.raised = Some(raised);
+            Err(RunError::Stopped)
+        })
+    }
+
     fn built(&mut self, simulation: &Arc<Mutex<supple::Simulation>>, inputs: &[Input]) {
         if self.callback.is_some() {
             let simulation = simulation.clone();

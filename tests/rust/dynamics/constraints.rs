@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 use supple::euler_degrees;
 use supple::internals::{BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion};
 use supple::{
-    ConstraintError, Executor, Interpolation, Key, MotionError, Selection, SelectionError, TimeWindow,
+    ConstraintError, Executor, Interpolation, Key, MotionError, Selection, SelectionError, SelectionPose,
+    TimeWindow,
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -45,16 +46,17 @@ fn selected_mesh_vertices_select_the_lattice_vertices_of_their_cells() {
 #[test]
 fn an_empty_selection_is_an_error_with_the_nearest_vertex_and_its_distance() {
     let error = select(Selection::Box { min: [1.25, 0.0, 0.0], max: [3.0, 1.0, 0.5] }).unwrap_err();
-    assert_eq!(error, SelectionError::Nothing { shape: "box", nearest: [1.0, 0.0, 0.0], distance: 0.25 });
-    let message = "the box selects nothing: the nearest vertex is at (1.000000, 0.000000, 0.000000), \
-                   0.250000 outside; move the box or make it larger";
+    let (shape, nearest, pose) = ("box", [1.0, 0.0, 0.0], SelectionPose::Start);
+    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 0.25, pose });
+    let message = "the box selects nothing of the body at frame 0: the nearest vertex is at \
+                   (1.000000, 0.000000, 0.000000), 0.250000 outside; move the box or make it larger";
     assert_eq!(error.to_string(), message);
     let error = select(Selection::Sphere { center: [0.0, 0.0, -3.0], radius: 1.0 }).unwrap_err();
     let (shape, nearest) = ("sphere", [0.0; 3]);
-    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 2.0 });
+    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 2.0, pose });
     let error = select(Selection::Plane { point: [0.0, 1.5, 0.0], normal: [0.0, 2.0, 0.0] }).unwrap_err();
     let (shape, nearest) = ("plane", [0.0, 1.0, 0.0]);
-    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 0.5 });
+    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 0.5, pose });
 }
 
 #[test]

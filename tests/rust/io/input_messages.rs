@@ -106,9 +106,9 @@ fn messages_of_runs_contain_no_control_characters() {
     let source = || std::io::Error::other("failed");
     // Errors of real runs: no permission is needed for a missing mesh, an output that is a file, and
     // statistics with another extension or in a missing folder.
-    let toml = bad.replace('\n', "\\n").replace('\u{1b}', "\\u001b").replace('\u{202e}', "\\u202e");
-    let text = format!("[simulation]\nframes = 1\n[[body]]\nname = \"x\"\nmesh = \"{toml}\"\n");
-    let scene = Scene::parse(&text, "x.toml", folder.path(), &[]).unwrap();
+    let text = "[simulation]\nframes = 1\n[[body]]\nname = \"x\"\nmesh = \"x.obj\"\n";
+    let mut scene = Scene::parse(text, "x.toml", folder.path(), &[]).unwrap();
+    scene.bodies[0].mesh = path();
     let mut job = Job::new(scene, folder.path().join("out"));
     let run = |job: &Job| job.run(&mut ()).unwrap_err().to_string();
     let mut messages = vec![run(&job)];
@@ -219,8 +219,8 @@ fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
         [("spere = 1", "sphere"), ("sphere = 1\ntorus = 1", "sphere"), ("fricton = 1", "friction")]
     {
         let message = scene_error(&format!("{BODY}[[collider]]\n{lines}\n"), "x.toml", &[]);
-        let near = message.contains("; the nearest known one is `");
-        assert!(near && (lines.contains("torus") || message.ends_with(&format!("`{nearest}`"))), "{message}");
+        let way_out = if lines.contains("torus") { "give one of `" } else { "the nearest one is `" };
+        assert!(message.contains(way_out) && message.contains(&format!("`{nearest}`")), "{message}");
     }
     for (path, expected) in [
         (
@@ -231,4 +231,63 @@ fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
     ] {
         assert_eq!(Scene::open(path, Up::Y, &[]).unwrap_err().to_string(), expected);
     }
+}
+
+#[test]
+fn paths_of_windows_and_text_in_utf_16_are_errors_that_say_what_to_write() {
+    let way_out = "write / in a path, or quote it with ' in place of \"";
+    for mesh in [r"C:\models\cube.obj", r"C:\Users\me\cube.obj", r"C:\temp\new.obj", r"C:\bust.obj"] {
+        let message = scene_error(&format!("[[body]]\nmesh = \"{mesh}\"\n"), "x.toml", &[]);
+        assert!(message.starts_with("x.toml:2: ") && message.ends_with(way_out), "{message}");
+    }
+    let quoted = "[[body]]\nmesh = 'C:\\temp\\new.obj'\n[output]\ndirectory = 'C:\\temp'\n";
+    assert!(Scene::parse(quoted, "x.toml", Path::new(""), &[]).is_ok());
+    let message = scene_error(&format!("{BODY}[output]\ndirectory = \"C:\\temp\"\n"), "x.toml", &[]);
+    assert!(message.contains("`output.directory`") && message.ends_with(way_out), "{message}");
+    // An error on a line without `\` has nothing to do with paths.
+    assert!(!scene_error("[[body]]\nmesh = \"\n", "x.toml", &[]).contains(way_out));
+
+    let folder = tempfile::tempdir().unwrap();
+    let utf_16 = |text: &str| -> Vec<u8> {
+        [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
+    };
+    let path = folder.path().join("x.toml");
+    std::fs::write(&path, utf_16(BODY)).unwrap();
+    let message = Scene::read(&path).unwrap_err().to_string();
+    assert!(
+        message.ends_with("x.toml:1: the text is UTF-16, and TOML is UTF-8; save it as UTF-8"),
+        "{message}"
+    );
+    let message = obj_error(&utf_16(TRIANGLE), "x.obj", None);
+    assert_eq!(message, "x.obj: is UTF-16 text; save it as UTF-8 or ASCII");
+}
+
+#[test]
+fn quoted_libraries_are_found_and_names_that_end_in_a_backslash_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("my file.mtl"), "").unwrap();
+    for (line, names, exists) in [
+        ("mtllib \"my file.mtl\"", vec!["my file.mtl"], true),
+        ("mtllib \"your file.mtl\"", vec!["your file.mtl"], false),
+        ("mtllib \"my file.mtl\" \"my file.mtl\"", vec!["my file.mtl"; 2], true),
+        ("mtllib \"a.mtl", vec!["\"a.mtl"], false),
+    ] {
+        let text = format!("{line}\n{TRIANGLE}");
+        let document = Document::from_bytes(folder.path().join("x.obj"), text.into()).unwrap();
+        let found = document.libraries();
+        assert_eq!(found.iter().map(|library| library.name.as_str()).collect::<Vec<_>>(), names, "{line}");
+        assert!(found.iter().all(|library| library.exists == exists), "{line}");
+    }
+    for name in ["o C:\\models\\", "g a \\", "usemtl wood\\  ", "mtllib a.mtl\\"] {
+        let message = obj_error(format!("{name}\n{TRIANGLE}").as_bytes(), "x.obj", None);
+        let expected = format!(
+            "x.obj:1: the name in `{}` ends in `\\`, which continues the line, here with `v 0 0 0`; remove the `\\` at \
+             the end of the line",
+            name.split_once(' ').unwrap().0
+        );
+        assert_eq!(message, expected);
+    }
+    // Lines of names and of numbers may continue.
+    let text = "g a \\\n b c\nv 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n 3\n";
+    assert!(Document::from_bytes("x.obj", text.into()).is_ok());
 }

@@ -117,7 +117,8 @@ fn scenes_of_megabytes_are_read_or_refused_in_linear_time() {
     let error = read_scene("a long name", &long_name).unwrap_err();
     assert!(error.contains("`body.0.name` is the string") && error.len() < 300, "{error}");
     let error = read_scene("a long key", &format!("{BODY}{} = 1\n", "k".repeat(4_000_000))).unwrap_err();
-    assert!(error.contains("... (4000007 bytes)") && error.len() < 300, "{error}");
+    // The message also lists the known keys.
+    assert!(error.contains("... (4000007 bytes)") && error.len() < 1000, "{error}");
 
     let bodies = each(20_000, |body| format!("[[body]]\nname = \"b{body}\"\nmesh = \"a.obj\"\n"));
     assert_eq!(read_scene("bodies", &bodies), Ok(20_000));

@@ -218,8 +218,7 @@ fn unknown_keys_are_errors_with_the_nearest_known_key() {
             "max",
         ),
     ] {
-        let expected =
-            format!("scene.toml:{line}: unknown key `{key}`; the nearest known one is `{nearest}`");
+        let expected = format!("scene.toml:{line}: unknown key `{key}`; the nearest one is `{nearest}`");
         assert_eq!(parse(&text).unwrap_err().to_string(), expected);
     }
 }

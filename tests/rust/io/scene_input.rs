@@ -103,7 +103,7 @@ fn an_override_of_the_elasticity_replaces_the_other_ways_to_set_it() {
 fn invalid_overrides_are_errors_with_the_override_and_the_reason() {
     for (text, words) in [
         ("simulation.frames", "must be KEY=VALUE, such as body.bust.half_width=3"),
-        ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
+        ("simulation.frame=3", "unknown key `simulation.frame`; the nearest one is `frames`"),
         ("body.bsut.half_width=3", "no element is called `bsut`; the nearest known name is `bust`"),
         ("body.7.half_width=3", "there is no element 7: the list has 1, counted from 0"),
         (

@@ -37,6 +37,7 @@ mod plan;
 mod plasticity;
 mod quantities;
 mod reference;
+mod select;
 mod settings;
 mod sleep;
 mod snapshot;

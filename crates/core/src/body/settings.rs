@@ -1,7 +1,5 @@
 //! Changes settings between steps: volume correction, pins, handles, forces.
 
-use nalgebra::Point3;
-
 use super::{Body, Surface};
 use crate::dynamics::{
     BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Interpolation, Key, Motion,
@@ -158,30 +156,6 @@ impl Body {
         let &Self { ref lattice, scale, model_to_world, .. } = self;
         let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };
         Ok(Constraint::following((selection, &part, vertices), window, (&body, animation))?)
-    }
-
-    /// Returns the lattice vertices of a selection, in increasing order.
-    ///
-    /// A shape selects the corners of every cell that contains a mesh vertex inside the shape. On a bare
-    /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space and are
-    /// tested against the body at frame 0, in its initial placement.
-    ///
-    /// # Errors
-    ///
-    /// An empty selection, with the distance to the nearest vertex, or an invalid one.
-    pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
-        let (count, to_world) = (self.lattice.len(), |p: Point3<f64>| self.model_to_world * p);
-        match self.surface() {
-            Some(surface) => {
-                let points = surface.mesh.vertices().iter().copied().map(to_world);
-                let corners = |point: u32| surface.embedding.corners(point as usize);
-                selection.lattice_vertices(points, count, corners)
-            }
-            None => {
-                let points = (0..count as u32).map(|vertex| to_world(self.lattice.rest_position(vertex)));
-                selection.lattice_vertices(points, count, |vertex| [vertex])
-            }
-        }
     }
 
     /// Applies a force to the selected part of the body in the next step. The force is distributed over the

@@ -1,7 +1,9 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
 use super::Body;
-use crate::dynamics::{Elasticity, Material, Selection, SelectionError, Stiffness, StiffnessFactors, Zone};
+use crate::dynamics::{
+    Elasticity, Material, Selection, SelectionError, SelectionPose, Stiffness, StiffnessFactors, Zone,
+};
 use crate::error::Error;
 use crate::range::{RangeError, in_range};
 use crate::state::ArrayError;
@@ -76,21 +78,29 @@ impl Body {
     }
 
     /// Multiplies the stiffness factors of a part of the body, from the next step on: see
-    /// [`set_stiffness_factors`](Self::set_stiffness_factors).
+    /// [`set_stiffness_factors`](Self::set_stiffness_factors). The body is at frame 0: see [`zone_at`](Self::zone_at).
     ///
-    /// Shapes are in world space and are tested against the lattice vertices of the body at frame 0, in its initial
-    /// placement. Unlike those of a pin, they need not contain a mesh vertex.
+    /// # Errors
+    ///
+    /// As for [`zone_at`](Self::zone_at).
+    pub fn zone(&mut self, zone: &Zone) -> Result<(), Error> {
+        self.zone_at(zone, SelectionPose::Start)
+    }
+
+    /// Multiplies the stiffness factors of a part of the body in a pose, from the next step on.
+    ///
+    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they need not contain a mesh vertex.
     ///
     /// # Errors
     ///
     /// An empty or invalid selection, a factor or a product of factors out of range, or a stiffness alpha per step
     /// whose product with the greatest factor exceeds 1. The factors are then unchanged.
-    pub fn zone(&mut self, zone: &Zone) -> Result<(), Error> {
+    pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
         let factor =
             in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
         let mut factors =
             self.stiffness_factors().map_or_else(|| vec![1.0; self.lattice.len()], <[f64]>::to_vec);
-        self.multiply_factors(&zone.selection, factor, &mut factors)?;
+        self.multiply_factors((&zone.selection, self.pose_of(pose)), factor, &mut factors)?;
         let greatest = factors.iter().copied().fold(0.0, f64::max);
         in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
         self.set_stiffness_factors(Some(&factors))
@@ -99,18 +109,18 @@ impl Body {
     /// Multiplies the factors of the lattice vertices in and beside a zone.
     fn multiply_factors(
         &self,
-        selection: &Selection,
+        (selection, pose): (&Selection, SelectionPose),
         factor: f64,
         factors: &mut [f64],
     ) -> Result<(), SelectionError> {
         selection.validate()?;
         let count = factors.len();
-        let points = (0..count as u32).map(|vertex| self.model_to_world * self.lattice.rest_position(vertex));
+        let points = self.lattice_at(pose);
         let is_list = matches!(selection, Selection::Vertices(_));
         let mut is_empty = true;
         if !is_list {
-            for (point, value) in points.clone().zip(&mut *factors) {
-                let share = 1.0 - selection.distance(&point) / self.lattice.cell_size();
+            for (point, value) in points.iter().zip(&mut *factors) {
+                let share = 1.0 - selection.distance(point) / self.lattice.cell_size();
                 if share > 0.0 {
                     *value *= factor.powf(share);
                     is_empty = false;
@@ -119,7 +129,8 @@ impl Body {
         }
         if is_empty {
             // An empty shape is an error, with the distance to the nearest vertex.
-            for vertex in selection.lattice_vertices(points, count, |vertex| [vertex])? {
+            let selected = selection.lattice_vertices(points, count, |vertex| [vertex]);
+            for vertex in selected.map_err(|error| error.at(pose))? {
                 factors[vertex as usize] *= factor;
             }
         }

@@ -68,6 +68,6 @@ pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub use plasticity::Plasticity;
 pub(crate) use selection::direction;
-pub use selection::{Selection, SelectionError};
+pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
 pub use stiffness_factors::Zone;

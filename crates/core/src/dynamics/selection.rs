@@ -82,7 +82,7 @@ pub enum SelectionError {
     },
     /// No point lies inside the shape.
     #[error(
-        "the {shape} selects nothing: the nearest vertex is at ({:.6}, {:.6}, {:.6}), {distance:.6} outside; \
+        "the {shape} selects nothing of the body {pose}: the nearest vertex is at ({:.6}, {:.6}, {:.6}), {distance:.6} outside; \
          move the {shape}{}",
         nearest[0], nearest[1], nearest[2], if *shape == "plane" { "" } else { " or make it larger" }
     )]
@@ -93,7 +93,43 @@ pub enum SelectionError {
         nearest: [f64; 3],
         /// Distance of the nearest point from the shape, in scene units.
         distance: f64,
+        /// Pose of the body.
+        pose: SelectionPose,
     },
+}
+
+/// The pose of a body in which a shape selects a part of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SelectionPose {
+    /// The pose at frame 0, the initial placement.
+    #[default]
+    Start,
+    /// The current pose.
+    Now,
+}
+
+impl SelectionPose {
+    /// The values and their names.
+    pub const NAMED: [(&'static str, Self); 2] = [("start", Self::Start), ("now", Self::Now)];
+}
+
+impl std::fmt::Display for SelectionPose {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Start => "at frame 0",
+            Self::Now => "as it is now",
+        })
+    }
+}
+
+impl SelectionError {
+    /// Returns the error with the pose in which the body was.
+    pub(crate) fn at(mut self, now: SelectionPose) -> Self {
+        if let Self::Nothing { pose, .. } = &mut self {
+            *pose = now;
+        }
+        self
+    }
 }
 
 impl Selection {
@@ -146,7 +182,7 @@ impl Selection {
 
     /// Resolves the selection to lattice vertices, in increasing order without duplicates.
     ///
-    /// A shape is tested against `points`, in world space at frame 0. The points are the mesh vertices, or
+    /// A shape is tested against `points`, in world space. The points are the mesh vertices, or
     /// the lattice vertices of a body without a mesh. If point `i` is inside the shape, the lattice vertices
     /// `vertices_of(i)` are selected: the corners of the cell that contains mesh vertex `i`, or lattice
     /// vertex `i` itself. `vertex_count` is the number of lattice vertices. A list of vertices does not use
@@ -195,7 +231,8 @@ impl Selection {
         }
         if inside.is_empty() {
             let (distance, point) = nearest;
-            return Err(SelectionError::Nothing { shape: self.name(), nearest: point.into(), distance });
+            let (nearest, pose) = (point.into(), SelectionPose::Start);
+            return Err(SelectionError::Nothing { shape: self.name(), nearest, distance, pose });
         }
         Ok(inside)
     }

@@ -27,6 +27,21 @@ pub enum ObjProblem {
     /// The file has another format.
     #[error("is not an OBJ file: {0}; export the model as Wavefront OBJ, the only mesh format that is read")]
     NotObj(String),
+    /// The text is UTF-16.
+    #[error("is UTF-16 text; save it as UTF-8 or ASCII")]
+    Utf16,
+    /// A name ends in `\`, so that the statement continues on a line with another one.
+    #[error(
+        "the name in `{statement}` ends in `\\`, which continues the line, here with `{}`; remove the `\\` at the end of \
+         the line",
+        Excerpt(.next)
+    )]
+    NameContinues {
+        /// The statement: `o`, `g`, `usemtl` or `mtllib`.
+        statement: String,
+        /// The next line.
+        next: String,
+    },
     /// No face has three corners or more.
     #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`; export polygons")]
     NoFaces {

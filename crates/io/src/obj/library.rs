@@ -44,7 +44,7 @@ pub(super) fn find(raw: &[u8], statements: &[Range<usize>], directory: &Path) ->
 ///
 /// Starting at the first remaining word, a name is the longest sequence of words that is an existing file. If
 /// there is no such file, it is the shortest sequence that ends in `.mtl`. If there is none, it is all
-/// remaining words.
+/// remaining words. Quotation marks around a name are not part of it.
 fn split(raw: &[u8], names: &Range<usize>, directory: &Path, libraries: &mut Vec<Library>) {
     let words: Vec<_> = Words::new(raw, names).collect();
     // A `#` ends the words. If it is inside a name, the last name extends to the end of the text.
@@ -56,13 +56,14 @@ fn split(raw: &[u8], names: &Range<usize>, directory: &Path, libraries: &mut Vec
         let longest_file = (first..words.len().min(first + searched))
             .rev()
             .find_map(|last| Some((last, existing(&raw[start..end_of(last)], directory)?)));
-        let shortest_mtl = || (first..words.len()).find(|&last| ends_in_mtl(&raw[..end_of(last)]));
+        let shortest_mtl =
+            || (first..words.len()).find(|&last| ends_in_mtl(unquoted(&raw[start..end_of(last)])));
         let (last, path) = match longest_file {
             Some((last, path)) => (last, Some(path)),
             None => (shortest_mtl().unwrap_or(words.len() - 1), None),
         };
         let bytes = start..end_of(last);
-        let name = &raw[bytes.clone()];
+        let name = unquoted(&raw[bytes.clone()]);
         let exists = path.is_some();
         let path = path.unwrap_or_else(|| directory.join(os_string(name)));
         libraries.push(Library { name: decode(name).into_owned(), path, exists, bytes });
@@ -79,12 +80,21 @@ fn existing(name: &[u8], directory: &Path) -> Option<PathBuf> {
     if path.is_file() {
         return Some(path);
     }
+    let bare = unquoted(name);
+    if bare.len() < name.len() {
+        return existing(bare, directory);
+    }
     if !name.contains(&b'\\') {
         return None;
     }
     // Programs on Windows write `\` between directories.
     let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
     Some(directory.join(os_string(&slashed))).filter(|path| path.is_file())
+}
+
+/// Returns a name without the quotation marks around it, if it has both.
+fn unquoted(name: &[u8]) -> &[u8] {
+    name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\"")).unwrap_or(name)
 }
 
 /// Returns a file name from bytes of the OBJ file: the same bytes on Unix, decoded text elsewhere.

@@ -112,11 +112,30 @@ struct Parser<'a> {
     face: Vec<[u32; 2]>,
 }
 
+/// Returns the line with another statement that a statement of names continues on, because its last name ends in `\`.
+fn swallowed(statement: &[u8]) -> Option<&[u8]> {
+    let mut lines = statement.split(|byte| matches!(byte, b'\n' | b'\r')).skip(1);
+    lines.find(|line| {
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let (keyword, argument) = (words.next(), words.next());
+        match (keyword, argument) {
+            (Some(b"usemtl" | b"mtllib"), Some(_)) => true,
+            (Some(b"v" | b"vn" | b"vt" | b"f" | b"l" | b"p"), Some([first, ..])) => {
+                first.is_ascii_digit() || matches!(first, b'-' | b'+' | b'.')
+            }
+            _ => false,
+        }
+    })
+}
+
 /// Parses a whole file.
 pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
     // Most files have no zero byte. `contains` is a fast test because it compares eight bytes at a time.
     if raw.contains(&0) {
         let at = raw.iter().take_while(|&&byte| byte != 0).count();
+        if raw.starts_with(b"\xff\xfe") || raw.starts_with(b"\xfe\xff") {
+            return Err((None, ObjProblem::Utf16));
+        }
         let text = "it contains binary data (a zero byte on this line)".to_owned();
         return Err((Some(line_of(raw, at)), ObjProblem::NotObj(text)));
     }
@@ -143,6 +162,12 @@ impl<'a> Parser<'a> {
         let raw = self.raw;
         let mut words = Words::new(raw, &statement.bytes);
         let Some(keyword) = words.next() else { return Ok(()) };
+        if matches!(&raw[keyword.clone()], b"o" | b"g" | b"usemtl" | b"mtllib")
+            && let Some(next) = swallowed(&raw[statement.bytes.clone()])
+        {
+            let (statement, next) = (decode(&raw[keyword]).into_owned(), decode(next).into_owned());
+            return Err(ObjProblem::NameContinues { statement, next });
+        }
         let faces = self.parsed.face_count() as u32;
         match &raw[keyword.clone()] {
             b"v" => {

@@ -156,6 +156,9 @@ pub enum RunError {
         /// Lock file.
         path: PathBuf,
     },
+    /// The observer stopped the job while the simulation was built.
+    #[error("the run was stopped before its first frame")]
+    Stopped,
     /// The checkpoint cannot be used.
     #[error(
         "cannot resume from {}: {}; run without resuming to start again",
@@ -198,7 +201,10 @@ impl RunError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Output(error) => error.is_input(),
-            other => !matches!(other, Self::Io { .. } | Self::Locked { .. } | Self::NotWritable { .. }),
+            other => !matches!(
+                other,
+                Self::Io { .. } | Self::Locked { .. } | Self::NotWritable { .. } | Self::Stopped
+            ),
         }
     }
 

@@ -5,12 +5,24 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::caution::Caution;
-use super::prepare::Input;
+use super::error::RunError;
+use super::prepare::{Input, Prepared, prepare};
 use crate::escape::Escaped;
+use crate::scene::Scene;
 use supple::Simulation;
 
 /// Receives the events of a running job and can stop it. `()` ignores all events.
 pub trait Observer {
+    /// Builds the simulation of a job, with [`prepare`]. An implementation can run it in another thread and give up
+    /// waiting for it.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`prepare`], and [`RunError::Stopped`], which stops the job before it writes anything.
+    fn prepare(&mut self, scene: &Scene) -> Result<Prepared, RunError> {
+        prepare(scene)
+    }
+
     /// Called when the simulation is built. Its state is that of frame 0, or of the checkpoint that the job
     /// resumes from.
     ///

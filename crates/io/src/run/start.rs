@@ -10,7 +10,7 @@ use super::job::Job;
 use super::lock::Lock;
 use super::observer::{Note, Observer};
 use super::output::Output;
-use super::prepare::{Prepared, prepare};
+use super::prepare::Prepared;
 use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
@@ -47,7 +47,7 @@ impl Job {
             return Ok(self.already_finished(job_start));
         }
 
-        let prepared = prepare(&self.scene)?;
+        let prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
         if let Start::Unfinished(frames) = start {
             Output::complete_stage(self, &prepared, frames)?;

@@ -67,14 +67,14 @@ pub enum SceneError {
         message: String,
     },
     /// A key is unknown.
-    #[error("{place}: unknown key `{}`; the nearest known one is `{nearest}`", Excerpt(key))]
+    #[error("{place}: unknown key `{}`; {way_out}", Excerpt(key))]
     UnknownKey {
         /// Place of the key.
         place: Place,
         /// Full key, such as `body.bust.half_widht`.
         key: String,
-        /// Known key with the most similar spelling.
-        nearest: String,
+        /// What to write in its place, such as the known key with the most similar spelling.
+        way_out: String,
     },
     /// A collider has an unknown key in place of its shape, or a constraint in place of its selection.
     #[error("{place}: unknown key `{}`; give one of `{}`", Excerpt(key), known.join("`, `"))]

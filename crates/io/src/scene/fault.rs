@@ -1,9 +1,9 @@
-//! Problems found while a scene is deserialized, before their places are known. Finds the known key that an
-//! unknown key resembles.
+//! Problems found while a scene is deserialized, before their places are known.
 
 use serde::de::{Error, Expected, Unexpected};
 
 use super::error::SceneError;
+use super::way_out::way_out;
 
 /// A problem with a value, whose place and full key may be unknown.
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub(super) enum Fault {
     Range(String),
     /// The field with this name is missing.
     Missing(&'static str),
-    /// A key is unknown; contains the key, and the known key with the most similar spelling.
+    /// A key is unknown; contains the key, and what to write in its place.
     Unknown(String, String),
     /// An unknown key is in the place of a shape; contains the key and the keys of the known shapes.
     UnknownShape(String, Vec<&'static str>),
@@ -24,7 +24,7 @@ pub(super) enum Fault {
 
 impl Fault {
     pub(super) fn unknown_key(key: &str, known: &[&str]) -> Self {
-        Self::Unknown(key.to_owned(), nearest(key, known).unwrap_or_default().to_owned())
+        Self::Unknown(key.to_owned(), way_out(key, known, |name| format!("`{name}`")))
     }
 }
 
@@ -60,26 +60,4 @@ impl Error for Fault {
     fn missing_field(field: &'static str) -> Self {
         Self::Missing(field)
     }
-}
-
-/// Returns the candidate with the smallest edit distance (Damerau-Levenshtein) to `word`. If several
-/// candidates have this distance, returns the first one. Only the first 64 characters count.
-pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    let word = start_of(word);
-    let distance = |candidate: &&str| strsim::damerau_levenshtein(word, start_of(candidate));
-    candidates.iter().copied().min_by_key(distance)
-}
-
-/// Returns whether the edit distance of `word` to a candidate is at most a third of its length.
-pub(super) fn resembles(word: &str, candidates: &[&str]) -> bool {
-    let word = start_of(word);
-    candidates
-        .iter()
-        .any(|candidate| 3 * strsim::damerau_levenshtein(word, candidate) <= word.chars().count())
-}
-
-/// Returns the first 64 characters of a word, which no name of a key exceeds. The time of an edit distance is
-/// the product of the lengths.
-fn start_of(word: &str) -> &str {
-    word.char_indices().nth(64).map_or(word, |(end, _)| &word[..end])
 }

@@ -19,10 +19,11 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 
 use super::error::{Place, SceneError};
-use super::fault::{Fault, nearest, resembles};
+use super::fault::Fault;
 use super::keys::{ELASTICITY, expand, hint_for};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
+use super::way_out::{nearest, resembles};
 
 /// A value and its full key, such as `body.bust.half_width`. The full key of the whole document is empty.
 #[derive(Clone, Debug)]
@@ -137,8 +138,8 @@ impl<'a> Field<'a> {
         Fault::Known(match fault {
             Fault::Known(error) => error,
             Fault::Range(range) => self.out_of_range(&range),
-            Fault::Unknown(key, nearest) => {
-                SceneError::UnknownKey { place: self.place_of(&key), key: self.key_of(&key), nearest }
+            Fault::Unknown(key, way_out) => {
+                SceneError::UnknownKey { place: self.place_of(&key), key: self.key_of(&key), way_out }
             }
             Fault::UnknownShape(key, known) => {
                 SceneError::UnknownShape { place: self.place_of(&key), key: self.key_of(&key), known }

@@ -20,12 +20,13 @@ mod name;
 mod overrides;
 mod read;
 mod value;
+mod way_out;
 mod write;
 
 pub use crate::space::Up;
 pub use collider::{ColliderData, ColliderShape};
 pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys, table_keys};
 pub use error::{Place, SceneError};
-pub use fault::nearest;
 pub use handle::HandleData;
 pub use keys::{exclusive_keys, optional_keys};
+pub use way_out::{nearest, way_out};

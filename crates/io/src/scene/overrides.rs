@@ -4,10 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::{Place, SceneError};
-use super::fault::nearest;
 use super::keys::exclusive_keys;
 use super::name::name_from;
 use super::value::{Data, Table, Value, parse_value};
+use super::way_out::nearest;
 use crate::escape::Excerpt;
 
 /// Applies overrides to the document `root`, in order.

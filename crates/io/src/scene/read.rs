@@ -11,6 +11,7 @@ use super::error::{Place, SceneError};
 use super::field::Field;
 use super::keys::hint_for;
 use super::name::name_from;
+use super::value::PATHS;
 use super::{overrides, value};
 use crate::file;
 use supple::{Key, Selection, TimeWindow};
@@ -45,6 +46,11 @@ impl Scene {
         let read = |source| SceneError::Read { path: path.to_owned(), source };
         let bytes = file::read(path, MAX_SIZE).map_err(read)?;
         let file = path.to_string_lossy();
+        if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes[..] {
+            let place = Place::Line { file: file.as_ref().into(), line: 1 };
+            let message = "the text is UTF-16, and TOML is UTF-8; save it as UTF-8".to_owned();
+            return Err(SceneError::Syntax { place, message });
+        }
         let text = String::from_utf8(bytes).map_err(|error| {
             let line = value::Lines::new(error.as_bytes()).line_of(error.utf8_error().valid_up_to());
             let place = Place::Line { file: file.as_ref().into(), line };
@@ -83,10 +89,13 @@ impl Scene {
                 return Err(field.duplicate(&body.name));
             }
             check_parts(body, &field)?;
+            check_paths(body.files_mut().map(|(key, path)| (key, &*path)), &field)?;
         }
         check_ignored(&scene.bodies, &root)?;
-        for (index, collider) in scene.colliders.iter().enumerate() {
+        check_paths([("output.directory".to_owned(), &scene.output.directory)], &root)?;
+        for (index, collider) in scene.colliders.iter_mut().enumerate() {
             let field = root.at(&format!("collider.{index}"));
+            check_paths(collider.files_mut().map(|(key, path)| (key.to_owned(), &*path)), &field)?;
             if let Some(key) = collider.key_of_mesh() {
                 return Err(field.at(key).out_of_range("left out, because only `mesh` has it"));
             }
@@ -112,6 +121,20 @@ impl Scene {
     /// Returns the directory of the frames: the resolved `output.directory`.
     pub fn output_directory(&self) -> PathBuf {
         self.resolve(&self.output.directory)
+    }
+}
+
+/// Checks that no path has a control character: in double quotes, TOML reads `C:\temp` as `C:`, a tab, `emp`.
+fn check_paths<'a>(
+    paths: impl IntoIterator<Item = (String, &'a PathBuf)>,
+    table: &Field<'_>,
+) -> Result<(), SceneError> {
+    let has_control = |path: &Path| path.to_string_lossy().chars().any(char::is_control);
+    match paths.into_iter().find(|(_, path)| has_control(path)) {
+        Some((key, _)) => {
+            Err(table.at(&key).out_of_range(&format!("a path without control characters; {PATHS}")))
+        }
+        None => Ok(()),
     }
 }
 

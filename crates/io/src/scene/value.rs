@@ -63,13 +63,22 @@ impl Value {
     }
 }
 
+/// What to do about paths of Windows.
+pub(super) const PATHS: &str = r#"in double quotes TOML reads \ as the start of an escape: write / in a path, or quote it with ' in place of ""#;
+
 /// Parses a TOML document; `file` is its name in messages.
 pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
     let lines = Lines::new(text.as_bytes());
     let place = |offset: usize| Place::Line { file: file.clone(), line: lines.line_of(offset) };
-    let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
-        place: place(error.span().map_or(0, |span| span.start)),
-        message: format!("not valid TOML: {}", error.message()),
+    let table = DeTable::parse(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let start = text.get(..at).unwrap_or(text).rfind('\n').map_or(0, |end| end + 1);
+        let line = text[start..].lines().next().unwrap_or_default();
+        let way_out = if line.contains('\\') { format!("; {PATHS}") } else { String::new() };
+        SceneError::Syntax {
+            place: place(at),
+            message: format!("not valid TOML: {}{way_out}", error.message()),
+        }
     })?;
     let at = place(table.span().start);
     Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: at })

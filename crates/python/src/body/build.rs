@@ -13,6 +13,7 @@ use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
 use crate::arrays::{scale, vector};
 use crate::error;
+use crate::interrupt::interruptible;
 use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
 use crate::rotation::rotate_once;
@@ -67,7 +68,7 @@ pub(super) fn body<'py>(
         Some(fracture) => builder.fracture(fracture),
         None => builder,
     };
-    let body = py.detach(|| builder.build()).map_err(error::from_core)?;
+    let body = interruptible(py, move || builder.build())?.map_err(error::from_core)?;
     Ok((shape, body))
 }
 

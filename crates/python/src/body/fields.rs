@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::{PyTraverseError, PyVisit};
 use serde::{Deserialize, Serialize};
 use supple::{Joint, Lattice};
 
@@ -100,12 +101,32 @@ pub(super) enum Source {
 
 /// The force fields of a body.
 #[derive(Default)]
-pub(super) struct Fields(Mutex<Vec<Arc<Field>>>);
+pub(crate) struct Fields(Mutex<Vec<Arc<Field>>>);
 
 impl Fields {
     /// Locks the list, in the order in which the fields were added.
+    ///
+    /// Drop what is removed after the guard: a Python function may run code when it is freed.
     pub(super) fn lock(&self) -> MutexGuard<'_, Vec<Arc<Field>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows the Python functions to the garbage collector. Exactly one object may do so for a body, because the
+    /// collector counts references.
+    pub(crate) fn visit(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // No thread has locked the list while the collector runs: none releases the GIL in between.
+        let Ok(fields) = self.0.try_lock() else { return Ok(()) };
+        let functions = fields.iter().filter_map(|field| match &field.source {
+            Source::Function(function) => Some(function),
+            Source::Constant(_) => None,
+        });
+        functions.into_iter().try_for_each(|function| visit.call(function))
+    }
+
+    /// Removes all fields, for the garbage collector.
+    pub(crate) fn clear(&self) {
+        let fields = std::mem::take(&mut *self.lock());
+        drop(fields);
     }
 }
 

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Point3, Vector3};
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::{PyTraverseError, PyVisit};
 use supple::Selection;
 use supple_io::counted;
 
@@ -166,14 +167,14 @@ fn read_vertices(
     options: Option<&Bound<'_, PyDict>>,
     function: &str,
 ) -> PyResult<Option<Vec<u32>>> {
-    let settings = Settings::from_call(options, function, &constraint::SHAPES, &constraint::SHAPES)?;
+    let settings = Settings::from_call(options, function, &constraint::SELECTION, &constraint::SHAPES)?;
     if !constraint::has_selection(&settings)? {
-        return Ok(None);
+        return match constraint::pose(&settings, function)? {
+            Some(_) => Err(PyTypeError::new_err(format!("{function} has at only together with a shape"))),
+            None => Ok(None),
+        };
     }
-    match constraint::selection(&settings, function, body.count(py)?)? {
-        Selection::Vertices(vertices) if !vertices.is_empty() => Ok(Some(vertices)),
-        shape => Ok(Some(body.read(py, |body| body.select(&shape))?.map_err(error::from_core)?)),
-    }
+    body.select(py, &settings, function).map(Some)
 }
 
 #[pymethods]
@@ -184,13 +185,13 @@ impl Body {
     ///     In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices in
     ///     proportion to their masses. (k, 3): one force for each of the k selected vertices, in the order of the
     ///     indices `vertices`, otherwise in increasing order.
-    /// box, sphere, plane, vertices
+    /// box, sphere, plane, vertices, at
     ///     Selection of a part, as for pin. Default: the whole body, k = n.
     ///
     /// Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
     #[pyo3(
         signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
+        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, at='now')"
     )]
     fn apply_force(
         &self,
@@ -217,7 +218,7 @@ impl Body {
     ///     A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
     ///     called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
     ///     read-only, and the time in seconds.
-    /// box, sphere, plane, vertices
+    /// box, sphere, plane, vertices, at
     ///     Selection of a part, as for pin. Default: the whole body. It is made once, now.
     ///
     /// A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies
@@ -231,7 +232,7 @@ impl Body {
     /// save_state do not.
     #[pyo3(
         signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
+        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, at='now')"
     )]
     fn add_force_field(
         slf: &Bound<'_, Self>,
@@ -312,7 +313,14 @@ impl ForceField {
 
     /// Remove the field, from the next step on. A second call has no effect.
     fn remove(&self) {
-        self.body.get().fields.lock().retain(|field| field.id != self.id);
+        let mut fields = self.body.get().fields.lock();
+        let removed: Vec<_> = fields.extract_if(.., |field| field.id == self.id).collect();
+        drop(fields);
+        drop(removed);
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.body)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -6,6 +6,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use pyo3::{PyTraverseError, PyVisit};
 use supple::{Constraint, ConstraintError, HoldForce, Interpolation, MeshAnimation};
 use supple_io::counted;
 
@@ -201,6 +202,10 @@ impl Hold {
         let interpolation = interpolation.map(read).transpose()?;
         let set = |body: &mut supple::Body| body.set_keys(self.index, &keys, interpolation);
         self.body.get().with(py, set)?.map_err(hold_error)
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.body)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::{ConstraintError, Handle, HandleMotion, Pin};
+use supple::{ConstraintError, Handle, HandleMotion, Pin, Selection, SelectionPose};
 use supple_io::counted;
 
 use super::{Body, Hold};
@@ -11,7 +11,7 @@ use crate::argument::Settings;
 use crate::{animation, constraint, error};
 
 /// Keyword arguments of `handle`. All except the first five are also the keyword arguments of `pin`.
-const ARGUMENTS: [&str; 11] = [
+const ARGUMENTS: [&str; 12] = [
     "keys",
     "interpolation",
     "follow",
@@ -21,6 +21,7 @@ const ARGUMENTS: [&str; 11] = [
     "sphere",
     "plane",
     "vertices",
+    "at",
     "start",
     "end",
 ];
@@ -32,9 +33,9 @@ const OPTIONAL: [&str; 8] = ["keys", "follow", "follow_start", "box", "sphere", 
 impl Body {
     /// Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
     ///
-    /// Exactly one of box, sphere, plane and vertices selects the part. Shapes are in world space and are
-    /// tested against the body at frame 0. A shape selects the corners of every cell that contains a mesh
-    /// vertex inside the shape. On a bare lattice a shape selects the lattice vertices inside the shape.
+    /// Exactly one of box, sphere, plane and vertices selects the part. A shape is in world space, and selects the
+    /// corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
+    /// vertices inside the shape.
     ///
     /// box : ((3,), (3,))
     ///     Minimum and maximum corner.
@@ -42,8 +43,10 @@ impl Body {
     ///     Center and radius.
     /// plane : ((3,), (3,))
     ///     Point and normal: selects the side that the normal points to.
-    /// vertices : (k,) int or (n,) bool
-    ///     Lattice vertices: indices, or a mask.
+    /// vertices : (k,) int, or (n,) bool
+    ///     Lattice vertices: indices, or a mask, also one of whole numbers 0 and 1.
+    /// at : "now" or "start", default "now"
+    ///     Pose of the body in which a shape selects: the current one, or that of frame 0.
     /// start, end : float, default 0 and None
     ///     Time window of the pin in seconds. Without end the pin stays active.
     ///
@@ -53,11 +56,11 @@ impl Body {
     /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
+        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, at='now', start=0.0, end=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::from_call(options, "pin()", &ARGUMENTS[5..], &constraint::OPTIONAL)?;
-        let selection = constraint::selection(&settings, "pin()", slf.get().count(slf.py())?)?;
+        let selection = Selection::Vertices(slf.get().select(slf.py(), &settings, "pin()")?);
         let pin = Pin { selection, window: constraint::window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
     }
@@ -86,17 +89,30 @@ impl Body {
     /// follow_start : float, default 0, or the time of the first sample in the PC2 file
     ///     Time of the first frame in seconds.
     ///
-    /// The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape,
+    /// The other arguments and the errors are the same as for pin, except that shapes select at frame 0 with follow.
+    /// Raises ValueError for an animation of another shape,
     /// and for follow on a broken body.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
+        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, at='now', start=0.0, end=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &OPTIONAL)?;
-        let selection = constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?;
         let window = constraint::window(&settings)?;
-        let handle = Handle { selection, motion: Self::motion(slf, &settings)?, window };
+        let motion = Self::motion(slf, &settings)?;
+        let selection = match (&motion, constraint::pose(&settings, "handle()")?) {
+            (HandleMotion::Keys(..), _) => {
+                Selection::Vertices(slf.get().select(slf.py(), &settings, "handle()")?)
+            }
+            (HandleMotion::Follow(_), Some(SelectionPose::Now)) => {
+                let message = "handle() with follow has only at=\"start\": the shape also selects what the part follows";
+                return Err(PyValueError::new_err(message));
+            }
+            (HandleMotion::Follow(_), _) => {
+                constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?
+            }
+        };
+        let handle = Handle { selection, motion, window };
         Hold::add(slf, |body| body.handle(&handle))
     }
 
@@ -112,6 +128,20 @@ impl Body {
 }
 
 impl Body {
+    /// Returns the lattice vertices of the selection in the arguments of `function`, those of a list in its order.
+    pub(super) fn select(
+        &self,
+        py: Python<'_>,
+        settings: &Settings<'_>,
+        function: &str,
+    ) -> PyResult<Vec<u32>> {
+        let pose = constraint::pose(settings, function)?.unwrap_or(SelectionPose::Now);
+        match constraint::selection(settings, function, self.count(py)?)? {
+            Selection::Vertices(vertices) if !vertices.is_empty() => Ok(vertices),
+            selection => self.read(py, |body| body.select_at(&selection, pose))?.map_err(error::from_core),
+        }
+    }
+
     /// Reads the motion of a handle.
     fn motion(slf: &Bound<'_, Self>, settings: &Settings<'_>) -> PyResult<HandleMotion> {
         settings.exclusive("keys", "follow")?;

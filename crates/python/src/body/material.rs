@@ -106,7 +106,7 @@ impl Body {
     /// The first call computes the mode. Raises ValueError outside a simulation.
     #[getter]
     fn lowest_frequency(&self, py: Python<'_>) -> PyResult<f64> {
-        need_simulation(self.in_context(py, |body| body.lowest_frequency())?, "lowest_frequency")
+        need_simulation(self.shared.in_context_long(py, |body| body.lowest_frequency())?, "lowest_frequency")
     }
 
     /// Mass per volume, > 0. Settable: the masses change in proportion; Young's modulus stays the same.

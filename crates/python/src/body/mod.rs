@@ -30,6 +30,7 @@ use std::sync::{Arc, OnceLock};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use pyo3::{PyTraverseError, PyVisit};
 use supple::BodySnapshot;
 use supple_io::counted;
 
@@ -207,6 +208,19 @@ impl Body {
                 body.memory() as f64 / 1e6
             )
         })
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // The simulation shows the fields of its bodies.
+        match self.simulation.get() {
+            Some(simulation) => visit.call(simulation),
+            None if self.is_in_simulation() => Ok(()),
+            None => self.fields.visit(&visit),
+        }
+    }
+
+    fn __clear__(&self) {
+        self.fields.clear();
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {

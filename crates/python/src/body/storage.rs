@@ -2,21 +2,24 @@
 //!
 //! A Python body has a strong reference to its Python simulation. The Python simulation has only the
 //! [`SharedBody`] of each body, and a weak reference to its Python object. So there is no cycle of references,
-//! and a simulation is freed as soon as neither it nor one of its bodies is used.
+//! and a simulation is freed as soon as neither it nor one of its bodies is used; or, if the function of a force field
+//! refers to them, when the garbage collector has run.
 
 use std::ops::Deref;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
-use supple::{BodyRef, Collider};
+use supple::{BodyRef, Collider, Softened};
 
 use super::fields::Fields;
 use super::shapes::{ReadBody, Shapes};
 use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
+use crate::interrupt::interruptible;
 
 /// The storage of a body. A body moves into a simulation at most once and then stays in it.
 pub(crate) enum Storage {
@@ -43,11 +46,19 @@ pub(crate) struct SharedSimulation {
     generation: AtomicU64,
     /// Process that last locked `simulation`.
     owner: Owner,
+    /// For each body, what the last step found about its material, so that each change of it warns once.
+    pub(crate) softened: Mutex<Vec<Option<Softened>>>,
+    /// Whether the last [`with_long`](Self::with_long) took less than [`LONG`].
+    is_quick: AtomicBool,
 }
+
+/// Longer work runs such that Ctrl-C ends the wait for it.
+const LONG: Duration = Duration::from_millis(100);
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
-        Self { simulation, threads, generation: AtomicU64::new(0), owner: Owner::new() }
+        let (generation, is_quick) = (AtomicU64::new(0), AtomicBool::new(false));
+        Self { simulation, threads, generation, owner: Owner::new(), softened: Mutex::default(), is_quick }
     }
 
     /// Returns the requested number of threads; 0 = one per processor.
@@ -93,6 +104,26 @@ impl SharedSimulation {
     ) -> PyResult<R> {
         Ok(py.detach(|| self.lock().map(|mut simulation| work(&mut simulation)))?)
     }
+
+    /// As [`with`](Self::with), for work that can be long. Ctrl-C then ends the wait for it, but not the work.
+    pub(crate) fn with_long<R: Send + 'static>(
+        self: &Arc<Self>,
+        py: Python<'_>,
+        work: impl FnOnce(&mut supple::Simulation, &Self) -> R + Send + 'static,
+    ) -> PyResult<R> {
+        let timed = |shared: &Self| {
+            let mut simulation = shared.lock()?;
+            let start = Instant::now();
+            let result = work(&mut simulation, shared);
+            shared.is_quick.store(start.elapsed() < LONG, Ordering::Relaxed);
+            Ok::<_, Forked>(result)
+        };
+        if self.is_quick.load(Ordering::Relaxed) {
+            return Ok(py.detach(|| timed(self))?);
+        }
+        let shared = self.clone();
+        Ok(interruptible(py, move || timed(&shared))??)
+    }
 }
 
 /// A body whose storage is locked.
@@ -101,6 +132,16 @@ enum LockedBody<'a> {
     Alone(&'a mut supple::Body),
     /// A simulation, and the index of the body in it.
     In(&'a mut supple::Simulation, usize),
+}
+
+impl<'a> LockedBody<'a> {
+    /// Returns the body with the data of its simulation, if it is in one.
+    fn in_context(self) -> BodyRef<'a> {
+        match self {
+            Self::Alone(body) => body.alone(),
+            Self::In(simulation, index) => simulation.body(index),
+        }
+    }
 }
 
 /// A body that its Python object and its simulation share.
@@ -112,7 +153,9 @@ pub(crate) struct SharedBody {
     owner: Owner,
     /// The shape that the body was built from: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
-    pub(super) fields: Fields,
+    pub(crate) fields: Fields,
+    /// Whether a Python simulation has the body.
+    is_in_simulation: AtomicBool,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
     pub(super) shapes: Shapes,
@@ -162,11 +205,22 @@ impl SharedBody {
             display: Mutex::default(),
             owner: Owner::new(),
             fields: Fields::default(),
+            is_in_simulation: AtomicBool::new(false),
             shape: shape.unbind(),
             settings: settings.unbind(),
             shapes: Shapes::default(),
             python: Mutex::new(None),
         }
+    }
+
+    /// Notes that a Python simulation has the body, and shows its force fields to the garbage collector.
+    pub(crate) fn enter_simulation(&self) {
+        self.is_in_simulation.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns whether a Python simulation has the body.
+    pub(super) fn is_in_simulation(&self) -> bool {
+        self.is_in_simulation.load(Ordering::Relaxed)
     }
 
     /// Returns the arguments that the body was built with.
@@ -241,10 +295,17 @@ impl SharedBody {
         py: Python<'_>,
         read: impl FnOnce(BodyRef<'_>) -> R + Send,
     ) -> PyResult<R> {
-        self.with_locked(py, |locked| match locked {
-            LockedBody::Alone(body) => read(body.alone()),
-            LockedBody::In(simulation, index) => read(simulation.body(index)),
-        })
+        self.with_locked(py, |locked| read(locked.in_context()))
+    }
+
+    /// As [`in_context`](Self::in_context), for work that can be long. Ctrl-C ends the wait for it, but not the work.
+    pub(crate) fn in_context_long<R: Send + 'static>(
+        self: &Arc<Self>,
+        py: Python<'_>,
+        read: impl FnOnce(BodyRef<'_>) -> R + Send + 'static,
+    ) -> PyResult<R> {
+        let shared = self.clone();
+        Ok(interruptible(py, move || shared.locked(|locked| read(locked.in_context())))??)
     }
 
     /// Calls `work` with the body while its storage or its simulation is locked, without the GIL.
@@ -253,17 +314,19 @@ impl SharedBody {
         py: Python<'_>,
         work: impl FnOnce(LockedBody<'_>) -> R + Send,
     ) -> PyResult<R> {
-        let result = py.detach(|| {
-            let mut storage = self.storage()?;
-            let (shared, index) = match &mut *storage {
-                Storage::Alone(body) => return Ok(work(LockedBody::Alone(body))),
-                Storage::In(shared, index) => (shared.clone(), *index),
-                Storage::Moving => unreachable!("the storage stays locked while the body is moved"),
-            };
-            drop(storage);
-            shared.lock().map(|mut simulation| work(LockedBody::In(&mut simulation, index)))
-        });
-        Ok(result?)
+        Ok(py.detach(|| self.locked(work))?)
+    }
+
+    /// Calls `work` with the body while its storage or its simulation is locked. Call it without the GIL.
+    fn locked<R>(&self, work: impl FnOnce(LockedBody<'_>) -> R) -> Result<R, Forked> {
+        let mut storage = self.storage()?;
+        let (shared, index) = match &mut *storage {
+            Storage::Alone(body) => return Ok(work(LockedBody::Alone(body))),
+            Storage::In(shared, index) => (shared.clone(), *index),
+            Storage::Moving => unreachable!("the storage stays locked while the body is moved"),
+        };
+        drop(storage);
+        shared.lock().map(|mut simulation| work(LockedBody::In(&mut simulation, index)))
     }
 
     /// Calls `read` with the body, without the GIL.

@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::Zone;
+use supple::{SelectionPose, Zone};
 
 use super::Body;
 use crate::argument::{Settings, number};
@@ -19,13 +19,13 @@ impl Body {
     ///
     /// factor : float
     ///     In (0, 100], and so are the products of overlapping zones.
-    /// box, sphere, plane, vertices :
+    /// box, sphere, plane, vertices, at :
     ///     As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
     ///
     /// Raises ValueError if the shape contains no lattice vertex.
     #[pyo3(
         signature = (factor, **options),
-        text_signature = "($self, factor, *, box=None, sphere=None, plane=None, vertices=None)"
+        text_signature = "($self, factor, *, box=None, sphere=None, plane=None, vertices=None, at='now')"
     )]
     fn zone(
         &self,
@@ -33,10 +33,11 @@ impl Body {
         factor: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::from_call(options, "zone()", &constraint::SHAPES, &constraint::SHAPES)?;
+        let settings = Settings::from_call(options, "zone()", &constraint::SELECTION, &constraint::SHAPES)?;
+        let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
         let selection = constraint::selection(&settings, "zone()", self.count(py)?)?;
         let zone = Zone::new(selection, number(factor, "factor")?);
-        self.with(py, |body| body.zone(&zone))?.map_err(error::from_core)
+        self.with(py, |body| body.zone_at(&zone, pose))?.map_err(error::from_core)
     }
 
     /// Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of

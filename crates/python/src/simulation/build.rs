@@ -11,8 +11,9 @@ use supple_io::scene::nearest;
 
 use super::Simulation;
 use crate::argument::{conversion_error, wrong_type};
-use crate::body::{Body, SharedSimulation, Storage};
+use crate::body::{Body, SharedBody, SharedSimulation, Storage};
 use crate::error;
+use crate::interrupt::interruptible;
 
 /// Builds the simulation of `bodies`. All bodies move into the simulation; if there is an error, no body
 /// moves.
@@ -34,9 +35,9 @@ pub(super) fn simulation(
         return Err(PyValueError::new_err(message));
     }
     check_ignored(py, &bodies)?;
-    let references: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
-    let parts = bodies.iter().map(Body::share).collect::<PyResult<_>>()?;
-    let shared = py.detach(|| move_in(&references, builder, threads))?;
+    let parts = bodies.iter().map(Body::share).collect::<PyResult<Vec<_>>>()?;
+    let moving = parts.clone();
+    let shared = interruptible(py, move || move_in(&moving, builder, threads))??;
     Simulation::from_parts(shared, parts, colliders)
 }
 
@@ -64,20 +65,20 @@ fn check_ignored(py: Python<'_>, bodies: &[Bound<'_, Body>]) -> PyResult<()> {
 
 /// Moves the bodies from their storages to a shared simulation. If there is an error, no body moves.
 fn move_in(
-    bodies: &[&Body],
+    bodies: &[Arc<SharedBody>],
     mut builder: SimulationBuilder,
     threads: usize,
 ) -> PyResult<Arc<SharedSimulation>> {
     // The bodies are locked in the order of their addresses, so that two threads that move the same bodies
     // cannot deadlock.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
-    order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
+    order.sort_by_key(|&index| Arc::as_ptr(&bodies[index]));
     let storage = |&index: &usize| bodies[index].storage().map(|storage| (index, storage));
     let mut storages = order.iter().map(storage).collect::<Result<Vec<_>, _>>()?;
     storages.sort_by_key(|(index, _)| *index);
     if let Some((index, _)) = storages.iter().find(|(_, storage)| !matches!(**storage, Storage::Alone(_))) {
         return Err(PyValueError::new_err(format!(
-            "bodies[{index}] already belongs to a simulation, its `simulation`; build another Body for this one"
+            "bodies[{index}] already belongs to a simulation, its `simulation`, or to one whose building was interrupted; build another Body for this one"
         )));
     }
     for (_, storage) in &mut storages {

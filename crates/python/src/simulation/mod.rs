@@ -25,7 +25,8 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::{SimulationState, Softened, Substeps};
+use pyo3::{PyTraverseError, PyVisit};
+use supple::{SimulationState, Substeps};
 use supple_io::run::Caution;
 
 use crate::argument::{self, Settings};
@@ -79,8 +80,6 @@ pub(crate) struct Simulation {
     bodies: Vec<Arc<SharedBody>>,
     /// The colliders as Python objects, and their [generation](SharedSimulation::generation).
     colliders: Mutex<(u64, Py<PyTuple>)>,
-    /// For each body, what the last step found, so that each change of it warns once.
-    softened: Mutex<Vec<Option<Softened>>>,
 }
 
 impl Simulation {
@@ -91,8 +90,8 @@ impl Simulation {
     ) -> PyResult<Self> {
         let generation = shared.generation();
         let colliders = collider::attach(colliders, &shared, generation)?.unbind();
-        let softened = Mutex::new(vec![None; bodies.len()]);
-        Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)), softened })
+        bodies.iter().for_each(|body| body.enter_simulation());
+        Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)) })
     }
 
     /// Builds a simulation from the arguments of `supple.Simulation`.
@@ -140,7 +139,7 @@ impl Simulation {
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let simulation = Self::build(bodies, settings)?;
         let py = bodies.py();
-        let cautions = simulation.shared.with(py, Caution::all)?;
+        let cautions = simulation.shared.with_long(py, |simulation, _| Caution::all(simulation))?;
         warn(py, &cautions, 1)?;
         Ok(simulation)
     }
@@ -148,6 +147,14 @@ impl Simulation {
     #[pyo3(signature = (*_args, **_settings))]
     fn __init__(slf: &Bound<'_, Self>, _args: &Bound<'_, PyTuple>, _settings: Option<&Bound<'_, PyDict>>) {
         slf.get().bodies.iter().for_each(|body| body.attach(slf.as_any()));
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.bodies.iter().try_for_each(|body| body.fields.visit(&visit))
+    }
+
+    fn __clear__(&self) {
+        self.bodies.iter().for_each(|body| body.fields.clear());
     }
 
     /// Bodies, in the given order: tuple of Body.

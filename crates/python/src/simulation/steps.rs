@@ -89,7 +89,8 @@ impl Simulation {
     /// n : int, default 1
     ///     Number of steps, at least 0.
     ///
-    /// Other Python threads continue to run. Ctrl-C interrupts between two steps. The first step warns with
+    /// Other Python threads continue to run. Ctrl-C interrupts between two steps; one that takes longer than a tenth
+    /// of a second then ends in the background. The first step warns with
     /// MaterialWarning if steps are too long for the material of a body, and so does the first one after the
     /// material or the step length changed.
     #[pyo3(signature = (n=Given(None)), text_signature = "($self, n=1)")]
@@ -134,9 +135,10 @@ impl Simulation {
     /// step length changed. Returns the number of steps per frame.
     fn first_step(&self, py: Python<'_>) -> PyResult<u64> {
         self.apply_fields(py)?;
-        let (steps_per_frame, warnings) = self.shared.with(py, |simulation| {
+        let (steps_per_frame, warnings) = self.shared.with_long(py, |simulation, shared| {
             simulation.step();
-            let mut last = self.softened.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut last = shared.softened.lock().unwrap_or_else(PoisonError::into_inner);
+            last.resize(simulation.bodies().len(), None);
             let mut warnings = Vec::new();
             for (index, last) in last.iter_mut().enumerate() {
                 let softened = simulation.body(index).softened();
@@ -176,7 +178,7 @@ impl Simulation {
                 batch = 1;
             }
             let steps = remaining.min(batch);
-            let elapsed = self.shared.with(py, |simulation| {
+            let elapsed = self.shared.with_long(py, move |simulation, _| {
                 let start = Instant::now();
                 simulation.steps(steps);
                 start.elapsed()

@@ -1,0 +1,77 @@
+//! Finds the lattice vertices that a shape in world space selects.
+
+use nalgebra::Point3;
+
+use super::{Body, Surface};
+use crate::dynamics::{Selection, SelectionError, SelectionPose};
+
+/// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.
+const UNMOVED: f64 = 1e-6;
+
+impl Body {
+    /// Returns the lattice vertices of a selection, in increasing order, with the body at frame 0: see
+    /// [`select_at`](Self::select_at).
+    ///
+    /// # Errors
+    ///
+    /// An empty selection, with the distance to the nearest vertex, or an invalid one.
+    pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
+        self.select_at(selection, SelectionPose::Start)
+    }
+
+    /// Returns the lattice vertices of a selection, in increasing order.
+    ///
+    /// A shape selects the corners of every cell that contains a mesh vertex inside the shape. On a bare
+    /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space.
+    ///
+    /// # Errors
+    ///
+    /// An empty selection, with the distance to the nearest vertex, or an invalid one.
+    pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
+        let (count, pose) = (self.lattice.len(), self.pose_of(pose));
+        let lattice = self.lattice_at(pose);
+        let selected = match (self.surface(), pose) {
+            (None, _) => selection.lattice_vertices(lattice, count, |vertex| [vertex]),
+            (Some(Surface { mesh, embedding, .. }), pose) => {
+                let place = |(index, point): (usize, &Point3<f64>)| match pose {
+                    SelectionPose::Start => self.model_to_world * point,
+                    SelectionPose::Now => {
+                        let corners = embedding.corners(index).into_iter().zip(embedding.weights(index));
+                        let part = |(corner, weight)| lattice[corner as usize].coords * f64::from(weight);
+                        Point3::from(corners.map(part).sum::<nalgebra::Vector3<f64>>())
+                    }
+                };
+                let points = mesh.vertices().iter().enumerate().map(place);
+                selection.lattice_vertices(points, count, |point| embedding.corners(point as usize))
+            }
+        };
+        selected.map_err(|error| error.at(pose))
+    }
+
+    /// Returns the positions of the lattice vertices, in vertex order, in world space.
+    pub(super) fn lattice_at(&self, pose: SelectionPose) -> Vec<Point3<f64>> {
+        match pose {
+            SelectionPose::Start => {
+                (0..self.lattice.len() as u32).map(|vertex| self.start_of(vertex)).collect()
+            }
+            SelectionPose::Now => self.positions(),
+        }
+    }
+
+    /// Returns the pose, or [`SelectionPose::Start`] if the body has not moved, so that rounded positions do not decide
+    /// whether a point on the boundary of a shape is inside.
+    pub(super) fn pose_of(&self, pose: SelectionPose) -> SelectionPose {
+        if pose == SelectionPose::Start {
+            return pose;
+        }
+        let starts = self.lattice_at(SelectionPose::Start);
+        let farthest = starts.iter().map(|start| (start - starts[0]).norm()).fold(0.0, f64::max);
+        let mut steps = self.positions().into_iter().zip(starts).map(|(now, start)| (now - start).norm());
+        if steps.all(|step| step <= UNMOVED * farthest) { SelectionPose::Start } else { pose }
+    }
+
+    /// Returns the position of a lattice vertex at frame 0, in world space.
+    fn start_of(&self, vertex: u32) -> Point3<f64> {
+        self.model_to_world * self.lattice.rest_position(vertex)
+    }
+}
