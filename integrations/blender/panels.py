@@ -70,6 +70,7 @@ class BodyPanel(PhysicsPanel):
         column.prop(settings, "material")
         if settings.material == "CUSTOM":
             column.prop(settings, "youngs_modulus")
+            column.prop(settings, "poisson_ratio")
         column.prop(settings, "density")
         row = column.row(heading="Damping")
         row.prop(settings, "use_damping_ratio", text="")

@@ -141,6 +141,14 @@ class SoftBodySettings(PropertyGroup):
         soft_max=1e9,
         override=OVERRIDABLE,
     )
+    poisson_ratio: FloatProperty(
+        name="Poisson's Ratio",
+        description="How much narrower the body becomes when it is stretched: 0 keeps its width, 0.45 nearly its volume",
+        default=0.0,
+        min=0.0,
+        max=0.47,
+        override=OVERRIDABLE,
+    )
     density: FloatProperty(
         name="Density",
         description="Mass per volume in kg/m³; water has 1000",

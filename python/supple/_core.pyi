@@ -318,6 +318,7 @@ class Body:
         stiffness_radius: float | None = None,
         stiffness: float | None = None,
         frequency: float | None = None,
+        poisson_ratio: float | None = None,
         damping_ratio: float | None = None,
         damping_rate: float | None = None,
         region_damping: float | None = 0.0,
@@ -509,6 +510,10 @@ class Body:
         """
     @frequency.setter
     def frequency(self, value: float) -> None: ...
+    @property
+    def poisson_ratio(self) -> float: ...
+    @poisson_ratio.setter
+    def poisson_ratio(self, value: float | None) -> None: ...
     @property
     def damping_ratio(self) -> float | None:
         """Damping ratio of the lowest elastic mode, in [0, 1]; None if damping_rate is set. Settable; replaces

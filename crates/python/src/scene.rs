@@ -98,6 +98,9 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
             }
         }
     }
+    if let Some(ratio) = data.material.poisson_ratio {
+        settings.set_item("poisson_ratio", ratio)?;
+    }
     match data.material.damping {
         Some(Damping::Ratio(ratio)) => settings.set_item("damping_ratio", ratio)?,
         Some(Damping::Rate(rate)) => settings.set_item("damping_rate", rate)?,

@@ -4,17 +4,20 @@ use supple::{Body, ElasticLaw, Elasticity};
 
 /// Returns the elastic law of a body for steps of `dt` seconds.
 pub(crate) fn elastic_law(body: &Body, dt: f64) -> ElasticLaw {
-    ElasticLaw { density: body.material().density, cell_size: body.lattice().cell_size(), dt }
+    let (material, cell_size) = (body.material(), body.lattice().cell_size());
+    ElasticLaw { density: material.density, cell_size, dt, poisson_ratio: material.poisson_ratio() }
 }
 
 /// Returns alpha, the fraction of the distance to the goal position that a vertex covers in a step of `dt` seconds, of
 /// a body in a simulation.
 pub(crate) fn alpha(body: &Body, dt: f64) -> f64 {
-    match (body.material().elasticity, body.alone().youngs_modulus()) {
+    let law = elastic_law(body, dt);
+    let alpha = match (body.material().elasticity, body.alone().youngs_modulus()) {
         (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt),
-        (_, Some(modulus)) => elastic_law(body, dt).alpha(body.half_width(), modulus).min(1.0),
+        (_, Some(modulus)) => law.alpha(body.half_width(), modulus),
         (_, None) => 1.0,
-    }
+    };
+    alpha.min(law.greatest_alpha())
 }
 
 /// Returns the masses of the vertices of a body in masses of a full cell.

@@ -40,6 +40,7 @@ def body_options(found: Object, scene: Scene, bodies: list[Object]) -> dict[str,
         options["cell_size"] = settings.cell_size
     if settings.material == "CUSTOM":
         options["youngs_modulus"] = settings.youngs_modulus * meters
+        options["poisson_ratio"] = settings.poisson_ratio
     else:
         options["material"] = settings.material.lower()
     if settings.use_damping_ratio:

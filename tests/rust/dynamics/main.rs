@@ -9,6 +9,7 @@ mod free_body;
 mod hold_force;
 mod lowest_mode;
 mod plasticity;
+mod poisson;
 mod quantities;
 mod rest;
 mod same_bits;

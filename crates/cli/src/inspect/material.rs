@@ -18,6 +18,11 @@ pub(super) struct MaterialFacts {
     pub(super) youngs_modulus: Option<f64>,
     /// Young's modulus in force, less than the specified one if the steps are too long for it.
     pub(super) youngs_modulus_in_force: f64,
+    pub(super) poisson_ratio: f64,
+    /// Shear modulus in force, E/(2 (1 + nu)).
+    pub(super) shear_modulus: f64,
+    /// Bulk modulus in force, E/(3 (1 - 2 nu)).
+    pub(super) bulk_modulus: f64,
     /// Speed of longitudinal waves in a thin bar, the square root of Young's modulus in force over the density.
     pub(super) wave_speed: f64,
     /// Frequency of the lowest elastic mode of the free body, in Hz.
@@ -128,7 +133,7 @@ impl MaterialFacts {
         let material = body.material();
         let (in_force, lowest_frequency) = (body.youngs_modulus()?, body.lowest_frequency()?);
         let specified = body.softened().map_or(in_force, |softened| softened.specified / softened.factor);
-        let angular_frequency = TAU * lowest_frequency;
+        let (angular_frequency, poisson_ratio) = (TAU * lowest_frequency, material.poisson_ratio());
         let (damping_ratio, damping_rate) = match material.damping() {
             Damping::Ratio(ratio) => (ratio, ratio * angular_frequency),
             Damping::Rate(rate) => (rate / angular_frequency, rate),
@@ -143,6 +148,9 @@ impl MaterialFacts {
                 _ => Some(specified),
             },
             youngs_modulus_in_force: in_force,
+            poisson_ratio,
+            shear_modulus: in_force / (2.0 * (1.0 + poisson_ratio)),
+            bulk_modulus: in_force / (3.0 * (1.0 - 2.0 * poisson_ratio)),
             wave_speed: (in_force / material.density).sqrt(),
             lowest_frequency,
             damping_ratio,
@@ -152,8 +160,8 @@ impl MaterialFacts {
         })
     }
 
-    /// Returns the facts as two lines.
-    pub(super) fn lines(&self) -> [String; 2] {
+    /// Returns the facts as three lines.
+    pub(super) fn lines(&self) -> [String; 3] {
         let in_force = self.youngs_modulus_in_force;
         let modulus = match self.youngs_modulus {
             Some(specified) if specified > in_force => {
@@ -173,6 +181,12 @@ impl MaterialFacts {
             format!("damping ratio {} ({} /s)", number(self.damping_ratio), number(self.damping_rate))
         };
         let (speed, frequency) = (number(self.wave_speed), number(self.lowest_frequency));
-        [name + &modulus, format!("wave speed {speed}, lowest frequency {frequency} Hz, {damping}")]
+        let moduli = format!(
+            "Poisson's ratio {}, shear modulus {}, bulk modulus {}",
+            self.poisson_ratio,
+            number(self.shear_modulus),
+            number(self.bulk_modulus)
+        );
+        [name + &modulus, moduli, format!("wave speed {speed}, lowest frequency {frequency} Hz, {damping}")]
     }
 }

@@ -108,9 +108,9 @@ impl Page {
             }
         }
         if let Some(material) = &body.material {
-            let [first, second] = material.lines();
-            self.entry("material", &first);
-            self.entry("", &second);
+            for (line, name) in material.lines().iter().zip(["material", "", ""]) {
+                self.entry(name, line);
+            }
             if let Some(plastic) = &material.plastic {
                 self.entry("plastic", &plastic.line());
             }

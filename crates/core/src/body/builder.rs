@@ -127,6 +127,12 @@ impl BodyBuilder {
         self.elasticity(elasticity)
     }
 
+    /// Sets Poisson's ratio, in [0, 0.47]: see [`Material::poisson_ratio`].
+    pub fn poisson_ratio(mut self, ratio: f64) -> Self {
+        self.material.poisson_ratio = Some(ratio);
+        self
+    }
+
     /// Sets the damping ratio of the lowest elastic mode, in [0, 1]: see [`Damping`].
     pub fn damping_ratio(mut self, ratio: f64) -> Self {
         self.material.damping = Some(Damping::Ratio(ratio));
@@ -414,7 +420,7 @@ impl BodyBuilder {
             surface: surface.map(OnceLock::from),
             matching,
         };
-        body.update_plastic();
+        body.update_shapes();
         if let (Some(options), Some(shares)) = (self.fracture, shares) {
             body.arm(options, shares);
         }

@@ -60,20 +60,21 @@ impl Body {
 
     /// Returns the elastic law for steps of `dt` seconds.
     fn elastic_law(&self, dt: f64) -> ElasticLaw {
-        ElasticLaw { density: self.material.density, cell_size: self.lattice.cell_size(), dt }
+        let (density, poisson_ratio) = (self.material.density, self.material.poisson_ratio());
+        ElasticLaw { density, cell_size: self.lattice.cell_size(), dt, poisson_ratio }
     }
 
     /// Returns alpha, the fraction of the distance to the goal position that a vertex covers in a step of `dt`
     /// seconds if its stiffness factor is 1.
     pub(crate) fn alpha(&self, dt: f64) -> f64 {
         match (self.material.elasticity, self.youngs_modulus) {
-            (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt),
+            (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt).min(self.greatest_alpha()),
             (_, Some(modulus)) => {
-                // Times the greatest factor it is at most 1.
-                let limit = 1.0 / self.factor_range().1.min(1.0);
+                // Times the greatest factor it is at most the greatest one.
+                let limit = self.greatest_alpha() / self.factor_range().1.min(1.0);
                 self.elastic_law(dt).alpha(self.half_width(), modulus).min(limit)
             }
-            (_, None) => 1.0,
+            (_, None) => self.greatest_alpha(),
         }
     }
 
@@ -83,16 +84,16 @@ impl Body {
         const MARGIN: f64 = 1.0 + 1e-9;
         let (_, factor) = self.factor_range();
         let softened = match self.frequency() {
-            // Without factors alpha is 1 at six steps per period.
+            // Without factors and Poisson's ratio, alpha is 1 at six steps per period.
             Some(frequency) => {
-                let needed_rate = frequency * Stiffness::steps_per_period(factor);
+                let needed_rate = frequency * self.steps_per_period();
                 let in_force = frequency / (needed_rate * dt);
                 Softened { key: "frequency", specified: frequency, in_force, factor, needed_rate }
             }
             None => {
                 let specified = factor * self.youngs_modulus?;
                 let needed_rate = self.step_rate(self.half_width(), specified);
-                let greatest = self.elastic_law(dt).modulus(self.half_width(), 1.0);
+                let greatest = self.elastic_law(dt).modulus(self.half_width(), self.greatest_alpha());
                 let in_force = specified.min(greatest);
                 Softened { key: "youngs_modulus", specified, in_force, factor, needed_rate }
             }
@@ -100,10 +101,20 @@ impl Body {
         (softened.specified > MARGIN * softened.in_force).then_some(softened)
     }
 
-    /// Returns the steps per second at which alpha = 1 for Young's modulus `modulus`, with regions of half-width
-    /// `half_width`.
+    /// Returns the greatest alpha with which steps are stable: see [`ElasticLaw::greatest_alpha`].
+    pub(super) fn greatest_alpha(&self) -> f64 {
+        ElasticLaw::greatest_alpha_of(self.material.poisson_ratio())
+    }
+
+    /// Returns the steps per period of a frequency at which alpha times the greatest stiffness factor is the greatest one.
+    pub(crate) fn steps_per_period(&self) -> f64 {
+        Stiffness::steps_per_period(self.greatest_alpha() / self.factor_range().1.max(1.0))
+    }
+
+    /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, with regions of
+    /// half-width `half_width`.
     pub(crate) fn step_rate(&self, half_width: usize, modulus: f64) -> f64 {
-        1.0 / ElasticLaw::longest_step(self.material.density, self.lattice.cell_size(), half_width, modulus)
+        1.0 / self.elastic_law(1.0).longest_step(half_width, modulus)
     }
 
     /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than
@@ -179,7 +190,9 @@ impl Body {
             let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
             let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
             matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));
-            let damper = RegionDamper::new(&matching);
+            matching.set_spreads(self.matching.regions.bulk != 0.0);
+            matching.set_bulk(self.matching.regions.bulk);
+            let damper = RegionDamper::new(&matching).with_bulk(&matching);
             let mut tracker =
                 MomentumTracker::new(&lattice, masses, &matching.layout, matching.cascade.tasks());
             lowest_eigenvalue(&lattice, &matching, &damper, &mut tracker, executor)

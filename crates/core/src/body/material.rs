@@ -28,7 +28,24 @@ impl Body {
         // The default of the damping depends on the elasticity.
         self.update_elastic_damping();
         self.youngs_modulus = None;
+        self.update_shapes();
         self.set_half_width(initial_half_width(&self.material, &self.lattice, self.extent));
+        Ok(())
+    }
+
+    /// Sets Poisson's ratio, from the next step on; `None` is the one of the elasticity. In a simulation, Young's modulus and the regions are fixed as if the
+    /// body joined the simulation at the next step.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_poisson_ratio(&mut self, poisson_ratio: Option<f64>) -> Result<(), RangeError> {
+        let material = Material { poisson_ratio, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        self.youngs_modulus = None;
+        self.update_shapes();
         Ok(())
     }
 

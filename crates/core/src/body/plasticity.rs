@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::Body;
 use crate::dynamics::{Material, Plasticity};
-use crate::matching::{Shapes, symmetric};
+use crate::matching::{Shapes, bulk_of, symmetric};
 use crate::range::RangeError;
 use crate::simd::lanes::Lanes;
 
@@ -20,14 +20,20 @@ impl Body {
         material.validate()?;
         self.material = material;
         self.wake();
-        self.update_plastic();
+        self.update_shapes();
         Ok(())
     }
 
-    /// Creates or removes the plastic shapes and the constants for them.
-    pub(super) fn update_plastic(&mut self) {
+    /// Creates or removes the plastic shapes, and the constants for them, for the volume term and for breaking.
+    pub(super) fn update_shapes(&mut self) {
         let is_plastic = self.material.plastic.is_some();
-        let needs_spreads = is_plastic || self.is_armed();
+        let bulk = bulk_of(self.material.poisson_ratio()) as f32;
+        if bulk != self.matching.regions.bulk {
+            self.matching.set_bulk(bulk);
+            self.state.energy_limit = None;
+            self.lowest_eigenvalue.take();
+        }
+        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0;
         if needs_spreads != self.matching.has_spreads() {
             self.matching.set_spreads(needs_spreads);
         }

@@ -153,7 +153,7 @@ impl Body {
         let speed = REST_SPEED * (size * effective_gravity(size, gravity)).sqrt() / cell_size;
         let keep = self.kept_fraction(dt, executor);
         let rounding = f64::from(f32::EPSILON) * self.extent as f64 / 2.0;
-        let noise = NOISE * self.greatest_alpha(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
+        let noise = NOISE * self.alpha_of_stiffest(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
         speed.max(noise.min(GREATEST_NOISE * speed))
     }
 

@@ -99,7 +99,7 @@ impl Body {
             }
         }
         self.state = snapshot.state.clone();
-        self.update_plastic();
+        self.update_shapes();
         if self.body_contact.is_none() {
             self.state.touches = Touches::default();
         }

@@ -42,10 +42,10 @@ impl Body {
         self.apply_stiffness_factors();
     }
 
-    /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most 1.
+    /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most the greatest alpha.
     pub(super) fn limit_stiffness_factors(&mut self, dt: f64) {
-        let alpha = self.alpha(dt);
-        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha)) {
+        let (alpha, greatest) = (self.alpha(dt), self.greatest_alpha());
+        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest)) {
             self.apply_stiffness_factors();
         }
     }
@@ -73,7 +73,7 @@ impl Body {
     }
 
     /// Returns alpha of the stiffest region in steps of `dt` seconds.
-    pub(super) fn greatest_alpha(&self, dt: f64) -> f64 {
+    pub(super) fn alpha_of_stiffest(&self, dt: f64) -> f64 {
         self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 

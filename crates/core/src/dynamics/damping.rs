@@ -10,8 +10,8 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use crate::matching::{
-    Factors, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
-    full, inverse, scale, shape, times,
+    Factors, InverseSpreads, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted,
+    Workspace, columns, full, inverse, scale, shape, times,
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
@@ -22,12 +22,20 @@ use crate::simd::vector::{cross, dot};
 pub(crate) struct RegionDamper {
     /// Inverse of the rest inertia divided by the mass, for each region: xx, yy, zz, xy, xz, yz.
     inverse_inertia: Lanes<6>,
+    /// k of the volume term if it counts: see [`with_bulk`](Self::with_bulk).
+    bulk: f32,
 }
 
 impl RegionDamper {
     /// Creates the stage for the regions of `matching`.
     pub(crate) fn new(matching: &Matching) -> Self {
-        Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
+        Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout), bulk: 0.0 }
+    }
+
+    /// Adds the volume term of the regions, so that the stage computes small displacements towards the goal positions from
+    /// small displacements at rest: the motion of a region loses k/3 tr(δF) D.
+    pub(crate) fn with_bulk(self, matching: &Matching) -> Self {
+        Self { bulk: matching.regions.bulk, ..self }
     }
 
     /// Returns the memory in bytes.
@@ -52,7 +60,9 @@ impl RegionDamper {
         let Regions { constants, weights, .. } = regions;
         let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
         let inverse_inertia = &self.inverse_inertia;
-        let fit = FitVelocities { constants, inverse_inertia, rotations, strains, factors };
+        let spreads = regions.inverse_spreads.as_ref().filter(|_| self.bulk != 0.0);
+        let bulk = spreads.map(|spreads| (spreads, self.bulk));
+        let fit = FitVelocities { constants, inverse_inertia, bulk, rotations, strains, factors };
         cascade.forward(layout, executor, workspace, field, (&fit, ()), Purpose::Vertices);
         let update = Damp { weights, fraction, factors };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
@@ -66,6 +76,8 @@ struct FitVelocities<'a> {
     constants: &'a Lanes<4>,
     /// As in [`RegionDamper`].
     inverse_inertia: &'a Lanes<6>,
+    /// The rest spreads and k, if the volume term counts. The rotations are then the identity.
+    bulk: Option<(&'a InverseSpreads, f32)>,
     rotations: &'a Lanes<4>,
     /// S - 1 of the plastic shapes S.
     strains: Option<&'a Lanes<6>>,
@@ -136,7 +148,21 @@ impl FitVelocities<'_> {
         }
 
         // The changes of the rigid velocity per link along x, y and z.
-        let (x, y, z) = (cross(omega, arms[0]), cross(omega, arms[1]), cross(omega, arms[2]));
+        let (mut x, mut y, mut z) = (cross(omega, arms[0]), cross(omega, arms[1]), cross(omega, arms[2]));
+        if let Some((spreads, k)) = self.bulk {
+            let spread = spreads.load(simd, block);
+            let gradient = times(&central, spread);
+            let t = spread[0] + spread[1] + spread[2];
+            // k/3 tr(δF) D with D = 3 C⁻¹/tr C⁻¹; zero for regions without an inverse spread.
+            let share = (gradient[0] + gradient[4] + gradient[8]) * k / t;
+            let share = t.simd_gt(zero).select(share, zero);
+            let d = full(spread);
+            for c in 0..3 {
+                x[c] -= share * d[c];
+                y[c] -= share * d[3 + c];
+                z[c] -= share * d[6 + c];
+            }
+        }
         let mut b = v;
         for c in 0..3 {
             b[c] -= x[c] * d[0] + y[c] * d[1] + z[c] * d[2];

@@ -4,6 +4,9 @@ use super::plasticity::Plasticity;
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
 
+/// Greatest Poisson's ratio: above it steps would become so short that nobody sees what they gain.
+const GREATEST_POISSON_RATIO: f64 = 0.47;
+
 /// Size of the regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -95,7 +98,7 @@ pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
 pub enum Elasticity {
     /// A named material.
     Preset(Preset),
-    /// Young's modulus E, > 0: force per area in scene units (Pa if these are m, kg and s). Poisson's ratio is 0.
+    /// Young's modulus E, > 0: force per area in scene units (Pa if these are m, kg and s).
     YoungsModulus(f64),
     /// The parameters of Rivers & James 2007. The elasticity then depends on the lattice and the step length.
     Regions {
@@ -125,6 +128,10 @@ pub enum Damping {
 pub struct Material {
     /// Elasticity; default [`Preset::Rubber`].
     pub elasticity: Elasticity,
+    /// Poisson's ratio ν, in [0, 0.47]: stretched by the share s, the body becomes narrower by the share ν s. `None`, the
+    /// default, is the one of the elasticity, 0: the body keeps its width. Steps are stable up to alpha = 1.5/(1 + k) with k = 3 ν/(1 - 2 ν), and a greater alpha acts as
+    /// this one: see [`ElasticLaw`](crate::ElasticLaw).
+    pub poisson_ratio: Option<f64>,
     /// Damping; `None`, the default, is the damping ratio of the preset, and without a preset 0.2.
     pub damping: Option<Damping>,
     /// Region damping; default 0.
@@ -139,6 +146,7 @@ impl Default for Material {
     fn default() -> Self {
         Self {
             elasticity: Elasticity::default(),
+            poisson_ratio: None,
             damping: None,
             region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,
@@ -201,11 +209,10 @@ impl Elasticity {
 }
 
 impl Stiffness {
-    /// Computes the number of steps per period of a frequency at which alpha = 1, or alpha times the greatest stiffness
-    /// factor if that one is above 1. Without factors it is 6.
-    pub(crate) fn steps_per_period(greatest_factor: f64) -> f64 {
+    /// Computes the number of steps per period of a frequency at which alpha is `alpha`, in (0, 1]. It is 6 for 1.
+    pub(crate) fn steps_per_period(alpha: f64) -> f64 {
         // alpha = 2 (1 - cos 2πf dt): see `alpha`.
-        std::f64::consts::TAU / (1.0 - 0.5 / greatest_factor.max(1.0)).acos()
+        std::f64::consts::TAU / (1.0 - 0.5 * alpha).acos()
     }
 
     /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
@@ -237,6 +244,8 @@ impl Material {
     /// If a value is out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
         self.elasticity.validate()?;
+        let ratio = self.poisson_ratio();
+        in_range("poisson_ratio", ratio, (0.0..=GREATEST_POISSON_RATIO).contains(&ratio), "in [0, 0.47]")?;
         match self.damping() {
             Damping::Ratio(d) => in_range("damping_ratio", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
             Damping::Rate(r) => in_range("damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
@@ -247,6 +256,11 @@ impl Material {
         }?;
         in_range("density", self.density, self.density > 0.0, "> 0")?;
         self.plastic.map_or(Ok(()), |plastic| plastic.validate())
+    }
+
+    /// Returns Poisson's ratio, with the default of the elasticity if none is set.
+    pub fn poisson_ratio(&self) -> f64 {
+        self.poisson_ratio.unwrap_or_default()
     }
 
     /// Returns the damping, with the default of the material if none is set.

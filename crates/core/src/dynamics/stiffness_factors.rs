@@ -29,7 +29,7 @@ pub(crate) struct StiffnessFactors {
     specified: Vec<f64>,
     least: f64,
     greatest: f64,
-    /// Greatest factor in force: alpha times the factor of a region is at most 1.
+    /// Greatest factor in force: alpha times the factor of a region is at most the greatest alpha.
     limit: f64,
 }
 
@@ -63,9 +63,9 @@ impl StiffnessFactors {
         (self.least, self.greatest)
     }
 
-    /// Limits the factors in force for a body with this `alpha`, in (0, 1]. Returns whether they change.
-    pub(crate) fn limit(&mut self, alpha: f64) -> bool {
-        let limit = self.greatest.min(1.0 / alpha);
+    /// Limits the factors in force for a body with this `alpha`, and with this greatest one. Returns whether they change.
+    pub(crate) fn limit(&mut self, alpha: f64, greatest_alpha: f64) -> bool {
+        let limit = self.greatest.min(greatest_alpha / alpha);
         let changes = limit != self.limit;
         self.limit = limit;
         changes

@@ -9,12 +9,14 @@
 //! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
 //! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test, or else an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
+//! | `bulk` | the volume term of the fit of regions, which gives a body its Poisson's ratio |
 //! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
 //! | `spreads` | the inverse rest spreads of the regions, for plastic shapes and deformation gradients |
 //! | `algebra` | products, inverses and norms of symmetric matrices |
 //! | `gradients` | the deformation gradients of the regions |
 
 mod algebra;
+mod bulk;
 mod cascade;
 mod factors;
 mod goals;
@@ -26,6 +28,7 @@ mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
+pub(crate) use bulk::bulk_of;
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
@@ -35,6 +38,7 @@ pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
 pub(crate) use rotation::{ROTATIONS, rotations_near};
+pub(crate) use spreads::InverseSpreads;
 pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;
@@ -42,6 +46,7 @@ use std::sync::atomic::AtomicUsize;
 use crate::lattice::{Lattice, Layout};
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::Lanes;
+use bulk::FitBulk;
 use goals::{FitRotations, WriteGoals};
 use gradients::{MeasureGradients, Unfitted};
 use plastic::{FitFlowing, FitPlastic};
@@ -84,8 +89,9 @@ impl Matching {
     /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
         let factors = self.regions.factors.take();
-        let has_spreads = self.has_spreads();
+        let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
         *self = Self::with_layout(masses, self.layout.clone(), half_width);
+        self.regions.bulk = bulk;
         if let Some(factors) = factors {
             self.regions.set_factors(&self.layout, factors.regions);
         }
@@ -95,15 +101,21 @@ impl Matching {
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
         let factors = self.regions.factors.take();
-        let has_spreads = self.has_spreads();
+        let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
         self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
         self.regions.factors = factors;
+        self.regions.bulk = bulk;
         self.set_spreads(has_spreads);
     }
 
-    /// Creates or removes the rest spreads of the regions, which plastic shapes and [`Gradients`] need.
+    /// Creates or removes the rest spreads of the regions, which plastic shapes, [`Gradients`] and the volume term need.
     pub(crate) fn set_spreads(&mut self, has_spreads: bool) {
         self.regions.inverse_spreads = has_spreads.then(|| self.regions.inverse_spreads(&self.layout));
+    }
+
+    /// Sets k of the volume term: see [`bulk`]. If it is not 0, the matching must have the rest spreads.
+    pub(crate) fn set_bulk(&mut self, bulk: f32) {
+        self.regions.bulk = bulk;
     }
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
@@ -188,16 +200,21 @@ impl Matching {
             potential,
         };
         let (parallel, quaternions) = ((workspace, executor), rotations.blocks_mut());
+        let bulk = self.regions.bulk;
         match (shapes, &self.regions.inverse_spreads) {
+            (Shapes::Rest, Some(inverse_spreads)) if bulk != 0.0 => {
+                let fit = FitBulk { fit, inverse_spreads, bulk };
+                self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
+            }
             (Shapes::Rest, _) | (_, None) => {
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Plastic(strains), Some(inverse_spreads)) => {
-                let fit = FitPlastic { fit, inverse_spreads, strains };
+                let fit = FitPlastic { fit, inverse_spreads, bulk, strains };
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Flowing(strains, flow), Some(inverse_spreads)) => {
-                let fit = FitFlowing { fit, inverse_spreads, flow };
+                let fit = FitFlowing { fit, inverse_spreads, bulk, flow };
                 let memory = (quaternions, strains.blocks_mut());
                 self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }

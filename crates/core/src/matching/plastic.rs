@@ -27,6 +27,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 use super::algebra::{adjugate, full, inverse, norm_squared, symmetric_product, times};
+use super::bulk::VolumeTerm;
 use super::cascade::RegionTransform;
 use super::goals::{FitRotations, Means, Pair, twice_trace};
 use super::rotation::columns;
@@ -56,6 +57,8 @@ pub(crate) struct Flow {
 pub(super) struct FitPlastic<'a> {
     pub(super) fit: FitRotations<'a>,
     pub(super) inverse_spreads: &'a InverseSpreads,
+    /// k of the [volume term](super::bulk), or 0.
+    pub(super) bulk: f32,
     /// T of each region.
     pub(super) strains: &'a Lanes<6>,
 }
@@ -65,6 +68,8 @@ pub(super) struct FitPlastic<'a> {
 pub(super) struct FitFlowing<'a> {
     pub(super) fit: FitRotations<'a>,
     pub(super) inverse_spreads: &'a InverseSpreads,
+    /// k of the [volume term](super::bulk), or 0.
+    pub(super) bulk: f32,
     pub(super) flow: Flow,
 }
 
@@ -75,7 +80,7 @@ impl RegionTransform<&mut [Block<4>]> for FitPlastic<'_> {
             let pair = Pair::new(first, index, sums.len());
             let strains = self.strains.blocks();
             let t = load_two(simd, [&strains[pair.blocks[0]], &strains[pair.blocks[1]]]);
-            let regions = (&self.fit, self.inverse_spreads);
+            let regions = (&self.fit, self.inverse_spreads, self.bulk);
             if is_any(t) {
                 fit::<S, true>(simd, regions, pair, t, sums, quaternions);
             } else {
@@ -118,7 +123,7 @@ impl FitFlowing<'_> {
         sums: &mut [Block<12>],
         (quaternions, strains): (&mut [Block<4>], &mut [Block<6>]),
     ) {
-        let regions = (&self.fit, self.inverse_spreads);
+        let regions = (&self.fit, self.inverse_spreads, self.bulk);
         let fitted = fit::<S, IS_SHAPED>(simd, regions, pair, t, sums, quaternions);
         if !fitted.may_yield::<IS_SHAPED>(simd, t, self.flow.yield_strain) {
             return;
@@ -153,7 +158,7 @@ struct Fitted<S: Simd> {
 #[inline(always)]
 fn fit<S: Simd, const IS_SHAPED: bool>(
     simd: S,
-    (fit, inverse_spreads): (&FitRotations, &InverseSpreads),
+    (fit, inverse_spreads, bulk): (&FitRotations, &InverseSpreads, f32),
     pair: Pair,
     t: [f32x16<S>; 6],
     sums: &mut [Block<12>],
@@ -164,13 +169,19 @@ fn fit<S: Simd, const IS_SHAPED: bool>(
     let gradient = times(&means.central, inverse_spread);
     let a = if IS_SHAPED { times(&means.central, shape(simd, t)) } else { means.central };
     let r = columns(simd, fit.rotate(simd, pair, (means.mean, a), quaternions));
+    // The plastic shape has the determinant 1, so that the volume term does not depend on it.
+    let term = (bulk != 0.0).then(|| VolumeTerm::new(simd, &gradient, inverse_spread, bulk));
     if let Some(potential) = fit.potential {
         let change = spread_change(inverse(simd, inverse_spread), t);
-        let u = twice_trace(&a, &r) - change;
+        let mut u = twice_trace(&a, &r) - change;
+        if let Some(term) = &term {
+            u -= term.energy;
+        }
         potential.store(pair.blocks, fit.occupied(pair), (inverse_mass, fit.factors), means.mean, u);
     }
     let g = if IS_SHAPED { times(&r, shape(simd, t)) } else { r };
-    fit.store(simd, pair, (means.mean, means.d), g, sums);
+    let motion = term.map_or(g, |term| term.subtract_from(g));
+    fit.store(simd, pair, (means.mean, means.d), motion, sums);
     Fitted { gradient, r, g }
 }
 

@@ -27,8 +27,10 @@ pub(crate) struct Regions {
     pub(crate) constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<Factors>,
-    /// `None` if the body is neither plastic nor can break.
+    /// `None` if the body is neither plastic nor can break, and has no volume term.
     pub(crate) inverse_spreads: Option<InverseSpreads>,
+    /// k of the [volume term](super::bulk); 0 without one.
+    pub(crate) bulk: f32,
     half_width: usize,
 }
 
@@ -59,7 +61,7 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, factors: None, inverse_spreads: None, half_width }
+        Self { weights, constants, factors: None, inverse_spreads: None, bulk: 0.0, half_width }
     }
 
     /// Sets the stiffness factors. `factors` has the factor of the region around each vertex.
@@ -156,7 +158,8 @@ impl Regions {
     ///
     /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
     /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough. `strains` are
-    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y.
+    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y. With a volume term, 2 M k W/t of each
+    /// region is added, times s.
     pub(crate) fn misfit(
         &self,
         layout: &Layout,
@@ -188,13 +191,17 @@ impl Regions {
             let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
             // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
             let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
+            let c = || self::spread(second.each_ref().map(|moment| moment[i] / mass[i]), d);
+            let a = || Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row] / mass[i]);
             let change = strains.map_or(0.0, |strains| {
                 let t = symmetric(strains.get(slot));
-                let c = self::spread(second.each_ref().map(|moment| moment[i] / mass[i]), d) * mass[i];
-                let a = Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row]);
-                (c * (t * 2.0 + t * t)).trace() - 2.0 * (r.matrix().transpose() * a * t).trace()
+                (c() * (t * 2.0 + t * t)).trace() - 2.0 * (r.matrix().transpose() * a() * t).trace()
             });
-            self.factor(slot) * (spread + rest_spread - 2.0 * product + change)
+            let volume = match self.bulk {
+                0.0 => 0.0,
+                bulk => 2.0 * f64::from(bulk) * volume_energy(a(), c()),
+            };
+            self.factor(slot) * (spread + rest_spread - 2.0 * product + mass[i] * (change + volume))
         };
         layout.slots().iter().map(misfit_of).sum()
     }
@@ -249,6 +256,16 @@ impl Regions {
         }
         lanes
     }
+}
+
+/// Returns W/t of the [volume term](super::bulk) of a region, from A and the rest spread C; 0 if C has no inverse.
+fn volume_energy(a: Matrix3<f64>, c: Matrix3<f64>) -> f64 {
+    let Some(inverse) = c.try_inverse() else { return 0.0 };
+    let (f, t) = (a * inverse, inverse.trace() / 3.0);
+    let column = |k: usize| f.column((k + 1) % 3).cross(&f.column((k + 2) % 3));
+    let cofactors = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+    let (d, q) = (f.determinant() - 1.0, cofactors.dot(&(cofactors * inverse)) / t);
+    d * d / (2.0 * (q + 4.0 * d * d)) / t
 }
 
 /// The order of the entries of a symmetric matrix: xx, yy, zz, xy, xz, yz.

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x8, f32x16};
 
-use crate::simd::lanes::{Block, Lanes, load_two};
+use crate::simd::lanes::{Block, Lanes, load, load_two};
 
 /// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
 /// vertex from the rest centroid, in cells. Zero in lanes without a vertex, and for planar regions at the fronts of
@@ -15,6 +15,8 @@ use crate::simd::lanes::{Block, Lanes, load_two};
 pub(crate) struct InverseSpreads {
     /// The different blocks, in the order in which they first appear.
     blocks: Vec<Block<6>>,
+    /// Whether the spreads of each of these are multiples of the identity, as in whole windows.
+    is_isotropic: Vec<bool>,
     /// Index in `blocks` of each block of the layout.
     indices: Vec<u32>,
 }
@@ -32,7 +34,8 @@ impl InverseSpreads {
         };
         let indices = spreads.blocks().iter().map(index_of).collect();
         blocks.shrink_to_fit();
-        Self { blocks, indices }
+        let is_isotropic = blocks.iter().map(is_isotropic).collect();
+        Self { blocks, is_isotropic, indices }
     }
 
     /// Returns C⁻¹ of the region around the vertex in a slot.
@@ -50,8 +53,28 @@ impl InverseSpreads {
         load_two(simd, [a, b])
     }
 
+    /// Loads C⁻¹ of the regions of a block of the layout.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x8<S>; 6] {
+        load(simd, &self.blocks[self.indices[block] as usize])
+    }
+
+    /// Returns whether C⁻¹ of all regions of two blocks of the layout are multiples of the identity.
+    #[inline(always)]
+    pub(super) fn are_isotropic(&self, blocks: [usize; 2]) -> bool {
+        blocks.iter().all(|&block| self.is_isotropic[self.indices[block] as usize])
+    }
+
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.blocks.as_slice()) + size_of_val(self.indices.as_slice())
+        let blocks = size_of_val(self.blocks.as_slice()) + size_of_val(self.is_isotropic.as_slice());
+        blocks + size_of_val(self.indices.as_slice())
     }
+}
+
+/// Returns whether all matrices of a block are multiples of the identity, to rounding errors of their sums.
+fn is_isotropic([xx, yy, zz, xy, xz, yz]: &Block<6>) -> bool {
+    let near = |a: f32, b: f32| (a - b).abs() <= 8.0 * f32::EPSILON * a;
+    let is_diagonal = [xy, xz, yz].iter().all(|row| row.iter().all(|&number| number == 0.0));
+    is_diagonal && (0..xx.len()).all(|lane| near(xx[lane], yy[lane]) && near(xx[lane], zz[lane]))
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Regions, Weights, flowed, region, rotation, weights};
+use crate::body::Body;
 use crate::dynamics::Plasticity;
 use crate::lattice::Lattice;
 
@@ -17,6 +18,8 @@ pub struct Naive<'a> {
     weights: Weights,
     /// The stiffness factor of the region around each vertex. `None` if all are 1.
     factors: Option<Vec<f64>>,
+    /// Poisson's ratio.
+    poisson_ratio: f64,
     /// The plastic shape of the region around each vertex. `None` if all are the identity.
     shapes: Option<Vec<Matrix3<f64>>>,
     /// The vertices of each region. `None` if they are found again at each use.
@@ -39,6 +42,10 @@ pub struct RegionMotion {
     pub gradient: Matrix3<f64>,
     /// Plastic shape S: the region is fitted with S y in place of y.
     pub shape: Matrix3<f64>,
+    /// k Y of the volume term: the region moves S y to (R S - k Y) y. Zero with Poisson's ratio 0.
+    pub volume_motion: Matrix3<f64>,
+    /// k W/t: the potential of the volume term divided by the mass of the region and by alpha/dt².
+    pub volume_energy: f64,
 }
 
 impl RegionMotion {
@@ -50,6 +57,11 @@ impl RegionMotion {
     /// Returns the position to which the motion moves a rest position. `rest`: relative to the lattice's
     /// origin.
     fn goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
+        self.centroid + self.arm(rest) - self.volume_motion * (rest - self.rest_centroid)
+    }
+
+    /// Returns the position to which the rigid motion, without the volume term, moves a rest position.
+    fn rigid_goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.centroid + self.arm(rest)
     }
 }
@@ -61,7 +73,17 @@ impl<'a> Naive<'a> {
     /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
-        Self { lattice, half_width, regions, weights, factors: None, shapes: None, listed: None }
+        let poisson_ratio = 0.0;
+        Self {
+            lattice,
+            half_width,
+            regions,
+            weights,
+            factors: None,
+            poisson_ratio,
+            shapes: None,
+            listed: None,
+        }
     }
 
     /// Uses other masses than those of a bare lattice: `masses` has the mass of each vertex in masses of a full cell,
@@ -74,6 +96,20 @@ impl<'a> Naive<'a> {
     pub fn with_masses(mut self, masses: Vec<f64>) -> Self {
         self.set_masses(masses);
         self
+    }
+
+    /// Uses the masses in the fits, the stiffness factors and Poisson's ratio of a body.
+    ///
+    /// # Panics
+    ///
+    /// If the body has another number of lattice vertices.
+    #[must_use]
+    pub fn with_material_of(self, body: &Body) -> Self {
+        let naive = self.with_masses(body.fit_masses()).with_poisson_ratio(body.material().poisson_ratio());
+        match body.stiffness_factors() {
+            Some(factors) => naive.with_factors(factors.to_vec()),
+            None => naive,
+        }
     }
 
     /// Changes the masses: see [`Naive::with_masses`].
@@ -96,6 +132,12 @@ impl<'a> Naive<'a> {
     pub fn with_factors(self, factors: Vec<f64>) -> Self {
         assert_eq!(factors.len(), self.lattice.len(), "`factors` must match the lattice vertices");
         Self { factors: Some(factors), ..self }
+    }
+
+    /// Uses Poisson's ratio, in [0, 0.5).
+    #[must_use]
+    pub fn with_poisson_ratio(self, poisson_ratio: f64) -> Self {
+        Self { poisson_ratio, ..self }
     }
 
     /// Uses plastic shapes: `shapes` has the plastic shape of the region around each vertex, a symmetric matrix of
@@ -204,8 +246,12 @@ impl<'a> Naive<'a> {
             spread += y * y.transpose() * self.weights.of(i);
         }
         // The spread is singular only for a region of one vertex, which has no gradient.
-        let gradient = moments * spread.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let inverse = spread.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let gradient = moments * inverse;
+        let (volume_motion, volume_energy) = volume_term(&gradient, &(inverse * mass), self.poisson_ratio);
         RegionMotion {
+            volume_motion,
+            volume_energy,
             mass,
             rest_centroid,
             centroid,
@@ -280,7 +326,8 @@ impl<'a> Naive<'a> {
     }
 
     /// Computes half the sum, over all vertices of all regions, of the weighted squared distance from the
-    /// vertex to its rest position moved by the motion of the region, times the stiffness factor of the region.
+    /// vertex to its rest position moved by the rigid motion of the region, and of the potential of its volume term, times
+    /// the stiffness factor of the region.
     ///
     /// The gradient of this sum with respect to the position x_i of vertex i is `s_i m_i (x_i - g_i)`, where m_i
     /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and
@@ -294,9 +341,9 @@ impl<'a> Naive<'a> {
         assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
         let of_region = |(vertex, motion): (u32, &RegionMotion)| -> f64 {
             let members = self.members(vertex);
-            let distance = |i: u32| positions[i as usize] - motion.goal(self.rest(i));
+            let distance = |i: u32| positions[i as usize] - motion.rigid_goal(self.rest(i));
             let sum: f64 = members.iter().map(|&i| self.weights.of(i) * distance(i).norm_squared()).sum();
-            self.factor(vertex) * sum
+            self.factor(vertex) * (sum + 2.0 * motion.mass * motion.volume_energy)
         };
         self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
@@ -325,4 +372,32 @@ impl<'a> Naive<'a> {
             vertices.map(|((((goal, x), v), m), s)| 0.5 * m * v.dot(&(v + (goal - x) * (alpha * s))));
         kinetic.sum::<f64>() + alpha * self.matching_energy(&motions, positions)
     }
+}
+
+/// Returns k Y and k W/t of the volume term of a region, from its deformation gradient F and its inverse rest spread C⁻¹.
+/// With t = tr C⁻¹/3, D = C⁻¹/t, the cofactors K of F, d = det F - 1 and q = K : K D, the potential is
+/// W = d²/(2 (q + 4 d²)), and Y D⁻¹ its gradient with respect to F.
+fn volume_term(f: &Matrix3<f64>, inverse: &Matrix3<f64>, poisson_ratio: f64) -> (Matrix3<f64>, f64) {
+    let (k, t) = (3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio), inverse.trace() / 3.0);
+    if k == 0.0 || t == 0.0 {
+        return (Matrix3::zeros(), 0.0);
+    }
+    let metric = inverse / t;
+    let cofactors = crossed(f, f) / 2.0;
+    let d = f.determinant() - 1.0;
+    let stretched = cofactors * metric;
+    let q = cofactors.dot(&stretched);
+    let size = q + 4.0 * d * d;
+    let slope = (cofactors * q - crossed(&stretched, f) * d) * (d / (size * size));
+    (slope * metric * k, k * d * d / (2.0 * size) / t)
+}
+
+/// Returns the product of two matrices that is twice the cofactor matrix if they are the same.
+fn crossed(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let entry = |i: usize, j: usize| {
+        let [(i1, j1), (i2, j2)] = [((i + 1) % 3, (j + 1) % 3), ((i + 2) % 3, (j + 2) % 3)];
+        let first = a[(i1, j1)] * b[(i2, j2)] + b[(i1, j1)] * a[(i2, j2)];
+        first - a[(i1, j2)] * b[(i2, j1)] - b[(i1, j2)] * a[(i2, j1)]
+    };
+    Matrix3::from_fn(entry)
 }

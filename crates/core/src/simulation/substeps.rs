@@ -3,7 +3,8 @@
 //! It is the least number, from 1 to 1000, that meets these conditions for each body, with h the edge of a cell, v the
 //! greatest speed that is expected, and L the size of the body:
 //!
-//! * [`StepReason::Material`]: a body with a Young's modulus reaches it (alpha <= 1) with regions of at most the length
+//! * [`StepReason::Material`]: a body with a Young's modulus reaches it (alpha is at most the greatest one, 1 or
+//!   1.5/(1 + k): see [`ElasticLaw`](crate::ElasticLaw)) with regions of at most the length
 //!   max(2.45 h, 0.15 L), so half-width 2, or more where the cells are small. Larger regions would make the body
 //!   stiffer in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is t. A body with a `frequency`
 //!   f has at least six steps per period: alpha = 2 (1 - cos(2 π f dt)) is then at most 1.
@@ -11,7 +12,7 @@
 //! * [`StepReason::Fall`]: the body crosses at most one cell in a step at the speed u after a fall to the farthest
 //!   collider below it: u² = v0² + 2 g d, with its greatest initial speed v0, and the depth d.
 //! * [`StepReason::Slip`]: a layer of vertices that is held, or rests on a collider, slips by at most half a cell under
-//!   the weight of the body: 2 w (w + 1)/3 ρ g L/E <= 1/2.
+//!   the weight of the body: 2 w (w + 1)/3 ρ g L (1 + ν)/E <= 1/2.
 //! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a
 //!   fifth of a cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a
 //!   column of the body's material that has the mass of the body and of those above it, and the body's mean cross
@@ -24,7 +25,7 @@ use super::load::stacked_masses;
 use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::{Motion, Stiffness, half_width_of};
+use crate::dynamics::{Motion, half_width_of};
 
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;
@@ -155,7 +156,7 @@ impl Needs {
                 [material_rate(body, modulus), slip]
             }
             None => {
-                let steps = Stiffness::steps_per_period(body.factor_range().1);
+                let steps = body.steps_per_period();
                 [body.frequency().map_or(0.0, |frequency| steps * frequency), 0.0]
             }
         };
@@ -175,7 +176,9 @@ fn material_rate(body: &Body, modulus: f64) -> f64 {
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
 fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
     let (least, greatest) = body.factor_range();
-    let product = 1.5 * MAX_SLIP * least * modulus / (body.material().density * gravity * body.size());
+    let (density, poisson_ratio) = (body.material().density, body.material().poisson_ratio());
+    let modulus_without = modulus / (1.0 + poisson_ratio);
+    let product = 1.5 * MAX_SLIP * least * modulus_without / (density * gravity * body.size());
     let half_width = half_width_of(product).floor().max(1.0);
     if half_width.is_finite() { body.step_rate(half_width as usize, greatest * modulus) } else { 0.0 }
 }

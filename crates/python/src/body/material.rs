@@ -32,6 +32,7 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
     let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
     Ok(Material {
         elasticity,
+        poisson_ratio: settings.number("poisson_ratio")?,
         damping: ratio.or(damping_rate),
         region_damping: fraction.or(rate).unwrap_or(default.region_damping),
         density: settings.number("density")?.unwrap_or(default.density),
@@ -83,6 +84,19 @@ impl Body {
     fn set_youngs_modulus(&self, py: Python<'_>, modulus: &Bound<'_, PyAny>) -> PyResult<()> {
         let elasticity = Elasticity::YoungsModulus(number(modulus, "youngs_modulus")?);
         self.with(py, |body| body.set_elasticity(elasticity))?.map_err(error::value)
+    }
+
+    /// Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable; None
+    /// sets the one of the material.
+    #[getter]
+    fn poisson_ratio(&self, py: Python<'_>) -> PyResult<f64> {
+        self.read(py, |body| body.material().poisson_ratio())
+    }
+
+    #[setter]
+    fn set_poisson_ratio(&self, py: Python<'_>, ratio: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let ratio = ratio.map(|ratio| number(ratio, "poisson_ratio")).transpose()?;
+        self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
     }
 
     /// Half-width of the regions in cells, at most the extent of the lattice.

@@ -37,7 +37,12 @@ pub(super) fn bar_vertices(cells: i32, length: i32) -> usize {
 /// Returns the radius R of the regions of a bar with Young's modulus `modulus` and the default density, in steps of
 /// `dt` seconds: with the least half-width for which alpha is at most 1.
 pub(super) fn region_radius(cells: i32, modulus: f64, dt: f64) -> f64 {
-    let law = ElasticLaw { density: Material::default().density, cell_size: 1.0 / f64::from(cells), dt };
+    let law = ElasticLaw {
+        density: Material::default().density,
+        cell_size: 1.0 / f64::from(cells),
+        dt,
+        poisson_ratio: 0.0,
+    };
     let is_sufficient = |&half_width: &usize| law.alpha(half_width, modulus) <= 1.0;
     let half_width = (1..).find(is_sufficient).unwrap_or(1) as f64;
     law.cell_size * (half_width * (half_width + 1.0)).sqrt()

@@ -145,8 +145,7 @@ fn energies(simulation: &Simulation, before: &[State], dt: f64) -> [f64; 2] {
         let masses = body.masses();
         let products = velocities.iter().zip(body.velocities()).map(|(before, after)| before.dot(&after));
         sums[0] += masses.iter().zip(products).map(|(m, product)| m * product / 2.0).sum::<f64>();
-        let naive =
-            Naive::new(body.lattice(), body.half_width(), Regions::Staircase).with_masses(body.fit_masses());
+        let naive = Naive::new(body.lattice(), body.half_width(), Regions::Staircase).with_material_of(body);
         let positions: Vec<_> = positions.iter().map(|x| x.coords).collect();
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
         let alpha_over_dt_squared = alpha(body, dt) / (dt * dt);

@@ -19,7 +19,7 @@ enum PhysicalStiffness {
     /// Frequency in Hz at which a vertex oscillates about a fixed goal position: of a body with regions.
     Frequency(f64),
     /// Young's modulus, in scene units of force per area, and density: of a body with a preset or Young's modulus.
-    Modulus { modulus: f64, density: f64 },
+    Modulus { modulus: f64, density: f64, poisson_ratio: f64 },
 }
 
 impl Grid {
@@ -27,6 +27,7 @@ impl Grid {
     pub(super) fn of(body: BodyRef<'_>, dt: f64) -> Self {
         let lattice = body.lattice();
         let Material { elasticity, density, .. } = *body.material();
+        let poisson_ratio = body.material().poisson_ratio();
         let stiffness = match elasticity {
             Elasticity::Regions { stiffness, .. } => PhysicalStiffness::Frequency(frequency(stiffness, dt)),
             // If the steps of the scene are too long for the material, the specified modulus counts.
@@ -35,7 +36,7 @@ impl Grid {
                     .softened()
                     .map(|softened| softened.specified / softened.factor)
                     .or(body.youngs_modulus());
-                PhysicalStiffness::Modulus { modulus: modulus.unwrap_or_default(), density }
+                PhysicalStiffness::Modulus { modulus: modulus.unwrap_or_default(), density, poisson_ratio }
             }
         };
         Self {
@@ -63,17 +64,18 @@ impl Grid {
         self.cell_size * self.half_width as f64 / self.refined(refinement) as f64
     }
 
-    /// Returns alpha in steps of `dt` seconds on a lattice with `refinement` times as many cells per length. It
-    /// exceeds 1 if the steps are too long for the material. For regions with another radius it is the same: they are
+    /// Returns alpha in steps of `dt` seconds on a lattice with `refinement` times as many cells per length, as a fraction
+    /// of the greatest one of the material. It exceeds 1 if the steps are too long for the material. For regions with another radius it is the same: they are
     /// another material.
     pub(super) fn alpha(self, refinement: f64, dt: f64) -> f64 {
         match self.stiffness {
             // alpha = 2 (1 - cos(2 pi f dt)) is 1 at a sixth of the step rate.
             PhysicalStiffness::Frequency(frequency) if 6.0 * frequency * dt > 1.0 => 6.0 * frequency * dt,
             PhysicalStiffness::Frequency(frequency) => Stiffness::Frequency(frequency).alpha(dt),
-            PhysicalStiffness::Modulus { modulus, density } => {
-                let law = ElasticLaw { density, cell_size: self.refined_cell_size(refinement), dt };
-                law.alpha(self.refined(refinement), modulus)
+            PhysicalStiffness::Modulus { modulus, density, poisson_ratio } => {
+                let law =
+                    ElasticLaw { density, cell_size: self.refined_cell_size(refinement), dt, poisson_ratio };
+                law.alpha(self.refined(refinement), modulus) / law.greatest_alpha()
             }
         }
     }
@@ -82,7 +84,10 @@ impl Grid {
     pub(super) fn stiffness(self, refinement: f64, dt: f64) -> Stiffness {
         match self.stiffness {
             PhysicalStiffness::Frequency(frequency) => Stiffness::Frequency(frequency),
-            PhysicalStiffness::Modulus { .. } => Stiffness::PerStep(self.alpha(refinement, dt).min(1.0)),
+            PhysicalStiffness::Modulus { poisson_ratio, .. } => {
+                let greatest = ElasticLaw::greatest_alpha_of(poisson_ratio);
+                Stiffness::PerStep(self.alpha(refinement, dt).min(1.0) * greatest)
+            }
         }
     }
 }

@@ -48,8 +48,10 @@ impl<'a> NaiveBody<'a> {
         regions: Regions,
     ) -> Result<Self, Error> {
         let masses = relative_masses(body);
-        let naive =
-            Naive::new(body.lattice(), body.half_width(), regions).with_masses(masses.clone()).listed();
+        let naive = Naive::new(body.lattice(), body.half_width(), regions)
+            .with_masses(masses.clone())
+            .with_poisson_ratio(body.material().poisson_ratio())
+            .listed();
         let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
         let material = body.material();
         Ok(Self {

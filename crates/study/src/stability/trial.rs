@@ -104,12 +104,8 @@ impl Snapshot {
 
 impl<'a> Energy<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
-        let mut naive =
-            Naive::new(lattice, body.half_width(), Regions::Staircase).with_masses(body.fit_masses());
-        if let Some(factors) = body.stiffness_factors() {
-            naive = naive.with_factors(factors.to_vec());
-        }
-        let naive = naive.listed();
+        let naive =
+            Naive::new(lattice, body.half_width(), Regions::Staircase).with_material_of(body).listed();
         let alpha = alpha(body, dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
         energy.set_shapes(body);

@@ -5,7 +5,9 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::preset;
-use super::ranges::{count, fraction, not_negative, plastic_limit, positive, positive_fraction};
+use super::ranges::{
+    count, fraction, not_negative, plastic_limit, poisson_ratio, positive, positive_fraction,
+};
 use supple::{Damping, Elasticity, Material, Plasticity, Preset, RegionDamping, RegionSize, Stiffness};
 
 /// Largest half-width of a region, in cells. Lattices have fewer cells in each direction.
@@ -16,6 +18,8 @@ const MAX_HALF_WIDTH: u32 = 1_000_000;
 pub(in crate::scene) struct MaterialKeys {
     #[serde(rename = "@elasticity", with = "elasticity")]
     elasticity: Elasticity,
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "poisson_ratio")]
+    poisson_ratio: Option<f64>,
     #[serde(rename = "@damping", with = "damping", skip_serializing_if = "Option::is_none")]
     damping: Option<Damping>,
     #[serde(rename = "@region_damping", with = "RegionDampingKeys")]

@@ -70,7 +70,7 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 pub fn optional_keys() -> Vec<&'static str> {
     let mut keys: Vec<_> =
         ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
-    keys.extend(["object", "self_contact", "plastic", "fracture"]);
+    keys.extend(["object", "poisson_ratio", "self_contact", "plastic", "fracture"]);
     keys
 }
 
@@ -80,7 +80,9 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
-            "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density", "plastic"]),
+            "@material" => {
+                expand(&["@elasticity", "poisson_ratio", "@damping", "@region_damping", "density", "plastic"])
+            }
             "@elasticity" => ELASTICITY.concat(),
             "@touching" => vec!["friction", "restitution", "ignore", "self_contact"],
             "@resolution" => ALTERNATIVES[0].to_vec(),

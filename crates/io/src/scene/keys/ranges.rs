@@ -25,6 +25,7 @@ ranges! {
     stiffness_factor(f64, x): x > 0.0 && x <= 100.0, "in (0, 100]";
     plastic_limit(f64, x): x > 0.0 && x <= 2.0, "in (0, 2]";
     break_angle(f64, x): x > 0.0 && x <= 180.0, "in (0, 180]";
+    ratio(f64, x): (0.0..=0.47).contains(&x), "in [0, 0.47]";
     noise(f64, x): (0.0..=0.5).contains(&x), "in [0, 0.5]";
     fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
     direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
@@ -42,6 +43,11 @@ pub(in crate::scene) fn optional_positive<'de, D: Deserializer<'de>>(
     value: D,
 ) -> Result<Option<f64>, D::Error> {
     positive(value).map(Some)
+}
+
+/// Deserializes Poisson's ratio.
+pub(in crate::scene) fn poisson_ratio<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+    ratio(value).map(Some)
 }
 
 /// Deserializes an optional finite number.

@@ -5,6 +5,7 @@ mod contact;
 mod decay;
 mod hanging;
 mod modes;
+mod pulled;
 mod released;
 mod rest;
 mod rolling;
@@ -16,8 +17,9 @@ use super::case::Case;
 /// Creates the cases of a family.
 type Cases = fn() -> Vec<Case>;
 
-const FAMILIES: [(&str, Cases); 10] = [
+const FAMILIES: [(&str, Cases); 11] = [
     ("hanging bar", hanging::cases),
+    ("pulled bar", pulled::cases),
     ("free bar", modes::cases),
     ("cantilever", bending::cases),
     ("stretched and dropped", released::cases),
