@@ -259,3 +259,42 @@ def test_the_softer_half_of_a_bar_stretches_more(bar):
     sim.advance(120)
     left, right = (np.ptp(body.positions[(x > a) & (x < a + 0.45), 0]) - 0.4 for a in (0.27, 1.27))
     assert 0 < 3 * left < right
+
+
+def test_poisson_ratio_is_set_by_arguments_scenes_and_between_steps(block, bust, tmp_path):
+    body = supple.Body(block, youngs_modulus=1e4, poisson_ratio=0.45)
+    plain = supple.Body(block, youngs_modulus=1e4)
+    assert (body.poisson_ratio, plain.poisson_ratio) == (0.45, 0)
+    sims = [supple.Simulation(each, fps=30, gravity=(0, 0, 0)) for each in (plain, body)]
+    plain_steps, steps = (sim.steps_per_frame for sim in sims)
+    assert steps > 1.5 * plain_steps
+    twin = copy.deepcopy(sims[1])
+    assert twin.bodies[0].poisson_ratio == 0.45
+    plain.poisson_ratio = 0.3
+    assert plain.poisson_ratio == 0.3
+    plain.poisson_ratio = None
+    assert plain.poisson_ratio == 0
+    for value in (-0.01, 0.48, np.nan):
+        with pytest.raises(ValueError, match=r"poisson_ratio = .* is out of range: it must be in \[0, 0.47\]"):
+            plain.poisson_ratio = value
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[[body]]\nmesh = '{bust}'\nyoungs_modulus = 1e4\npoisson_ratio = 0.3\n", encoding="utf-8")
+    assert supple.load_scene(path).bodies[0].poisson_ratio == 0.3
+    with pytest.raises(supple.SceneError, match=r"poisson_ratio` is 0.5; it must be in \[0, 0.47\]"):
+        supple.load_scene(path, overrides={"body.bust.poisson_ratio": 0.5})
+
+
+def test_a_body_that_is_stretched_becomes_narrower():
+    lattice = supple.Lattice.from_cells(np.ones((4, 4, 20), bool))
+    widths = []
+    for ratio in (0.0, 0.45):
+        body = supple.Body(lattice, half_width=1, poisson_ratio=ratio, damping_ratio=1)
+        body.pin(plane=((0, 0, 0.5), (0, 0, -1)))
+        body.handle(plane=((0, 0, 19.5), (0, 0, 1)), keys=[(0,), (1, (0, 0, 2))])
+        sim = supple.Simulation(body, dt=1 / 120, gravity=(0, 0, 0))
+        sim.step(600)
+        middle = body.positions[lattice.indices[:, 2] == 10]
+        widths.append(np.ptp(middle[:, 0]) / 4)
+    # Stretched by 10 %.
+    assert widths[0] == pytest.approx(1, abs=1e-3)
+    assert widths[1] == pytest.approx(1 - 0.45 * 0.1, abs=0.005)
