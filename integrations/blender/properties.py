@@ -143,7 +143,7 @@ class SoftBodySettings(PropertyGroup):
     )
     poisson_ratio: FloatProperty(
         name="Poisson's Ratio",
-        description="How much narrower the body becomes when it is stretched: 0 keeps its width, 0.45 nearly its volume",
+        description="By how much the body narrows when it is stretched: 0 keeps its width, 0.45 nearly its volume",
         default=0.0,
         min=0.0,
         max=0.47,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import InitVar, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -30,9 +30,6 @@ class RotationLike(Protocol):
 Rotate: TypeAlias = ArrayLike | RotationLike
 
 _NO_ROTATION = (0.0, 0.0, 0.0)
-
-#: Stands for a center and half extents of a box that are given by corners.
-_CORNERS: Any = None
 
 _Self = TypeVar("_Self", bound="Collider")
 
@@ -182,7 +179,7 @@ class Sphere(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Box(Collider):
     """A solid box. For friction, restitution, keys and interpolation see Collider.
 
@@ -198,32 +195,46 @@ class Box(Collider):
     """
 
     shape: ClassVar[str] = "box"
-    center: ArrayLike = _CORNERS
-    half_extents: ArrayLike = _CORNERS
+    center: ArrayLike
+    half_extents: ArrayLike
     rotate: Rotate = _NO_ROTATION
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
 
-    min: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
-    max: InitVar[ArrayLike | None] = field(default=None, kw_only=True)
-
-    def __post_init__(self, min: ArrayLike | None, max: ArrayLike | None) -> None:  # type: ignore[override]
-        """Replace corners by center and half extents, and check the numbers."""
-        by_center = [self.center is not None, self.half_extents is not None]
-        by_corners = [min is not None, max is not None]
-        if any(by_center) == any(by_corners) or any(by_center) != all(by_center) or any(by_corners) != all(by_corners):
+    def __init__(
+        self,
+        center: ArrayLike | None = None,
+        half_extents: ArrayLike | None = None,
+        rotate: Rotate = _NO_ROTATION,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        keys: Sequence[Key] = (),
+        interpolation: Literal["linear", "smooth", "cubic"] = "linear",
+        *,
+        min: ArrayLike | None = None,  # noqa: A002
+        max: ArrayLike | None = None,  # noqa: A002
+    ) -> None:
+        """Create a box from its center and half extents, or from two opposite corners."""
+        if (min is None, max is None, center is None, half_extents is None) == (False, False, True, True):
+            center, half_extents = _between(min, max)
+        elif min is not None or max is not None or center is None or half_extents is None:
             raise TypeError("Box() needs either center and half_extents, or min= and max=")
-        if min is not None and max is not None:
-            low, high = np.asarray(min, np.float64), np.asarray(max, np.float64)
-            if low.shape != (3,) or high.shape != (3,):
-                raise ValueError(f"min and max of a Box have the shapes {low.shape} and {high.shape}; they must be (3,)")
-            if not np.all(low < high):
-                raise ValueError(f"min of a Box is {low.tolist()} and max {high.tolist()}; min must be less on each axis")
-            object.__setattr__(self, "center", (low + high) / 2)
-            object.__setattr__(self, "half_extents", (high - low) / 2)
-        super().__post_init__()
+        values = (center, half_extents, rotate, friction, restitution, keys, interpolation)
+        for known, value in zip(fields(self), values, strict=True):
+            object.__setattr__(self, known.name, value)
+        self.__post_init__()
+
+
+def _between(low: ArrayLike | None, high: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return center and half extents of the box between two corners."""
+    low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    if low.shape != (3,) or high.shape != (3,):
+        raise ValueError(f"min and max of a Box have the shapes {low.shape} and {high.shape}; they must be (3,)")
+    if not np.all(low < high):
+        raise ValueError(f"min of a Box is {low.tolist()} and max {high.tolist()}; min must be less on each axis")
+    return (low + high) / 2, (high - low) / 2
 
 
 @dataclass(frozen=True)

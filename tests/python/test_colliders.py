@@ -320,12 +320,20 @@ def test_a_mesh_that_deforms_lifts_a_body(cube):
 def test_a_box_is_given_by_corners_or_by_its_center():
     box = supple.Box((1, 2, 3), (1, 0.5, 2), friction=0.1)
     corners = supple.Box(min=(0, 1.5, 1), max=(2, 2.5, 5), friction=0.1)
-    assert corners == box and repr(corners) == repr(box)
+    assert corners == box
+    assert repr(corners) == repr(box)
     assert pickle.loads(pickle.dumps(corners)) == copy.copy(corners) == box
-    for arguments, options in [((), {}), (((0, 0, 0),), {}), ((), {"min": (0, 0, 0)}), (((0, 0, 0), (1, 1, 1)), {"max": 1})]:
+    for arguments, options in [
+        ((), {}),
+        (((0, 0, 0),), {}),
+        ((), {"min": (0, 0, 0)}),
+        (((0, 0, 0), (1, 1, 1)), {"max": 1}),
+    ]:
         with pytest.raises(TypeError, match="either center and half_extents, or min= and max="):
             supple.Box(*arguments, **options)
-    with pytest.raises(ValueError, match=r"min of a Box is \[0.0, 3.0, 0.0\] and max \[1.0, 1.0, 1.0\]; min must be less"):
+    with pytest.raises(
+        ValueError, match=r"min of a Box is \[0.0, 3.0, 0.0\] and max \[1.0, 1.0, 1.0\]; min must be less"
+    ):
         supple.Box(min=(0, 3, 0), max=(1, 1, 1))
     with pytest.raises(ValueError, match=r"have the shapes \(2,\) and \(3,\)"):
         supple.Box(min=(0, 3), max=(1, 1, 1))

@@ -51,9 +51,7 @@ def test_ctrl_c_stops_a_run_which_can_be_resumed(bust, tmp_path):
 
 
 def test_the_module_is_the_program():
-    ended = subprocess.run(
-        [sys.executable, "-m", "supple", "--version"], capture_output=True, text=True, check=False
-    )
+    ended = subprocess.run([sys.executable, "-m", "supple", "--version"], capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout) == (0, f"supple {supple.__version__}\n")
     ended = subprocess.run([sys.executable, "-m", "supple", "fly"], capture_output=True, text=True, check=False)
     assert ended.returncode == 2

@@ -199,7 +199,7 @@ def test_selections_of_a_mesh_pin_the_cells_of_its_vertices(cube):
         (
             {"box": ((9, 9, 9), (10, 10, 10))},
             ValueError,
-            r"the box selects nothing of the body at frame 0: the nearest vertex is at \(2\.0+, 0\.50+, 0\.50+\), 13\.91",
+            r"nothing of the body at frame 0: the nearest vertex is at \(2\.0+, 0\.50+, 0\.50+\), 13\.91",
         ),
         ({"box": ((1, 1, 1), (0, 0, 0))}, ValueError, "min 1 > max 0 along x; swap the two"),
         ({"box": ((0, 0, 0),)}, ValueError, r"box has 1 parts; it must be a pair \(min, max\)"),
