@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Interior, Mesh};
-use supple_tests::{ball, grid_box, mesh_of, unit_cube};
+use supple_tests::{ball, grid_box, mesh_of, plain_box, unit_cube};
 
 /// Returns the mass of a body at a density of 1000.
 fn mass(mesh: &Mesh, lattice_vertices: usize) -> f64 {
@@ -205,4 +205,55 @@ fn seams_that_differ_by_rounding_are_closed() {
     let moved: Vec<[f64; 3]> =
         vertices.iter().enumerate().map(|(n, v)| v.map(|x| if n < 16 { x + 1e-6 } else { x })).collect();
     assert!(!mesh_of((moved, faces)).is_closed());
+}
+
+/// Details that are finer than the tolerance of seams: the tops of two boxes, whose faces would count once.
+#[test]
+fn vertices_near_each_other_do_not_open_a_closed_mesh() {
+    let step = 2.0_f64.powi(-22);
+    let (mut vertices, mut faces) = plain_box([0.0; 3], [1.0; 3]);
+    let (others, boxes) = plain_box([0.0, 0.0, -1.0], [1.0, 1.0, 1.0 + step]);
+    let first = vertices.len() as u32;
+    vertices.extend(others);
+    faces.extend(boxes.into_iter().map(|face| face.into_iter().map(|v| first + v).collect::<Vec<_>>()));
+    let mesh = mesh_of((vertices, faces));
+    assert!(mesh.is_closed());
+    assert!((mesh.volume() - 3.0).abs() < 1e-5, "{}", mesh.volume());
+}
+
+/// A cube without one face, twice at the same place with other diagonals: the surface winds around the inside twice.
+#[test]
+fn an_open_surface_that_lies_there_twice_encloses_its_space() {
+    let (vertices, faces) = grid_box([0.0; 3], [1.0; 3], [4, 4, 4]);
+    let is_open = |face: &Vec<u32>| {
+        face.iter().all(|&v| vertices[v as usize][2] == 1.0 && vertices[v as usize][0] < 0.6)
+    };
+    let quads: Vec<Vec<u32>> = faces.into_iter().filter(|face| !is_open(face)).collect();
+    let split = |first: usize| {
+        quads.iter().flat_map(move |quad| {
+            let corner = |k: usize| quad[(first + k) % 4];
+            [vec![corner(0), corner(1), corner(2)], vec![corner(0), corner(2), corner(3)]]
+        })
+    };
+    let once = mesh_of((vertices.clone(), split(0).collect()));
+    let twice = mesh_of((vertices.clone(), split(0).chain(split(1)).collect()));
+    assert_eq!((once.interior(), twice.interior()), (Interior::WindingNumber, Interior::WindingNumber));
+    let (once, twice) = (mass(&once, 1000), mass(&twice, 1000));
+    // Around the inside of the doubled surface the number exceeds 1/2 somewhat farther out of the opening.
+    assert!((twice / once - 1.0).abs() < 0.05 && (once - 1000.0).abs() < 60.0, "{once} and {twice}");
+}
+
+/// A leaf inside a ball is a sheet, although the ball winds around it.
+#[test]
+fn a_sheet_inside_a_solid_stays_a_sheet() {
+    let ball = ball(2.0);
+    let mut vertices: Vec<[f64; 3]> = ball.vertices().iter().map(|&vertex| vertex.into()).collect();
+    let mut faces: Vec<Vec<u32>> = ball.faces().map(<[u32]>::to_vec).collect();
+    let (leaf, quads) = sheet(6, |x, y| 0.1 * x * y);
+    let first = vertices.len() as u32;
+    vertices.extend(leaf.into_iter().map(|[x, y, z]| [x - 0.5, y - 0.5, z]));
+    faces.extend(quads.into_iter().map(|face| face.into_iter().map(|v| first + v).collect::<Vec<_>>()));
+    let both = mass(&mesh_of((vertices, faces)), 1000);
+    let alone = mass(&ball, 1000);
+    assert!((both / alone - 1.0).abs() < 0.03, "{both} and {alone}");
 }

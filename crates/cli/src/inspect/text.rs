@@ -190,7 +190,10 @@ impl Page {
         );
         match mesh.interior {
             "winding_number" => {
-                self.entry("", "the surface has openings; points with a winding number above 1/2 are inside");
+                self.entry(
+                    "",
+                    "the surface is not closed; points with a winding number above 1/2 are inside",
+                );
             }
             "sheet" => self.entry("", "the surface is a sheet; the cells that it enters are full"),
             _ => {}

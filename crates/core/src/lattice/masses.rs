@@ -22,6 +22,12 @@ const OPENING_POINTS: i32 = 4;
 /// Greatest number of pairs of a triangle and a line in its bounding box for which a finer sampling is used.
 const MAX_TESTS: f64 = 3e7;
 
+/// Greatest number of solid angles for which a finer sampling of a mesh with openings is used: about two seconds.
+const MAX_ANGLES: f64 = 1e8;
+
+/// Number of cells at which the number of solid angles of a point is looked at.
+const COST_SAMPLES: usize = 16;
+
 /// Computes the mass of each vertex in units of a full cell's mass, shape `(n,)`: an eighth of the filled shares of its
 /// cells. See [`shares`].
 pub(crate) fn vertex_masses(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f32> {
@@ -96,14 +102,37 @@ fn entered(lattice: &Lattice, mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<bool> 
     is_entered
 }
 
+/// Returns the greatest number of lines per edge of a cell with which few enough solid angles are computed. Each line has a
+/// point in each cell that the surface enters.
+fn affordable_lines(lattice: &Lattice, solid: &WindingTree, is_entered: &[bool]) -> i32 {
+    let entered: Vec<_> =
+        lattice.cells.iter().zip(is_entered).filter(|(_, is_entered)| **is_entered).collect();
+    let sample = |k: usize| {
+        let cell = Vector3::from(entered[k * entered.len() / COST_SAMPLES].0.map(f64::from));
+        solid.cost(&(lattice.origin + cell * lattice.cell_size)) as f64
+    };
+    if entered.is_empty() {
+        return LINES_PER_CELL[0];
+    }
+    let cost = (0..COST_SAMPLES).map(sample).sum::<f64>() / COST_SAMPLES as f64 * entered.len() as f64;
+    let is_affordable = |lines: &i32| cost * f64::from(lines * lines) <= MAX_ANGLES;
+    LINES_PER_CELL.into_iter().find(is_affordable).unwrap_or(1)
+}
+
 /// Calls `visit` with each crossing of a sample line and the surface: the line, as indices along y and z, the x in cells,
-/// and the change of the winding number along the line. Returns the number of lines per edge of a cell.
-fn visit_crossings(lattice: &Lattice, mesh: &Mesh, mut visit: impl FnMut(i32, [i32; 2], f64, i32)) -> i32 {
+/// and the change of the winding number along the line. Returns the number of lines per edge of a cell, at most `most`.
+fn visit_crossings(
+    lattice: &Lattice,
+    mesh: &Mesh,
+    most: i32,
+    mut visit: impl FnMut(i32, [i32; 2], f64, i32),
+) -> i32 {
     let positions = cell_positions(lattice, mesh);
     let triangles = || mesh.surface().iter().map(|corners| corners.map(|corner| positions[corner as usize]));
     let tests = |lines: i32| triangles().map(|corners| Lines::of(&corners, lines).count()).sum::<f64>();
     let coarsest = LINES_PER_CELL[LINES_PER_CELL.len() - 1];
-    let lines = LINES_PER_CELL.into_iter().find(|&lines| tests(lines) <= MAX_TESTS).unwrap_or(coarsest);
+    let is_fast = |&lines: &i32| lines <= most && tests(lines) <= MAX_TESTS;
+    let lines = LINES_PER_CELL.into_iter().find(is_fast).unwrap_or(coarsest);
     for corners in triangles() {
         let range = Lines::of(&corners, lines);
         for line_z in range.first[1]..=range.last[1] {
@@ -122,7 +151,7 @@ fn visit_crossings(lattice: &Lattice, mesh: &Mesh, mut visit: impl FnMut(i32, [i
 /// Returns the filled share of each cell of a closed mesh.
 fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
     let mut sums = WindingSums::new(lattice);
-    let lines = visit_crossings(lattice, mesh, |lines, [y, z], x, crossing| {
+    let lines = visit_crossings(lattice, mesh, LINES_PER_CELL[0], |lines, [y, z], x, crossing| {
         sums.add((z.div_euclid(lines), y.div_euclid(lines)), x, f64::from(crossing));
     });
     let lines_of_cell = f64::from(lines * lines);
@@ -136,7 +165,9 @@ fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
 fn enclosed_shares(lattice: &Lattice, mesh: &Mesh, solid: &WindingTree) -> Vec<f64> {
     // The cell, the line in it, and the x from the cell.
     let mut crossings: Vec<(u32, [i32; 2], f64)> = Vec::new();
-    let lines = visit_crossings(lattice, mesh, |lines, [y, z], x, _| {
+    let is_entered = entered(lattice, mesh, mesh.surface());
+    let most = affordable_lines(lattice, solid, &is_entered);
+    let lines = visit_crossings(lattice, mesh, most, |lines, [y, z], x, _| {
         let index = x.floor() as i32;
         if let Some(cell) = lattice.cell_set.find([index, y.div_euclid(lines), z.div_euclid(lines)]) {
             crossings.push((cell, [y.rem_euclid(lines), z.rem_euclid(lines)], x - f64::from(index)));
@@ -147,7 +178,6 @@ fn enclosed_shares(lattice: &Lattice, mesh: &Mesh, solid: &WindingTree) -> Vec<f
         let offset: [f64; 3] = std::array::from_fn(|a| f64::from(cell[a]) + local[a]);
         lattice.origin + Vector3::from(offset) * lattice.cell_size
     };
-    let is_entered = entered(lattice, mesh, mesh.surface());
     let mut groups = crossings.chunk_by(|a, b| a.0 == b.0).peekable();
     let share = |(number, &cell): (u32, &[i32; 3])| {
         let crossings = groups.next_if(|group| group[0].0 == number).unwrap_or_default();

@@ -38,7 +38,7 @@ pub(crate) struct OpenSurface {
     pub(crate) sheets: Vec<[u32; 3]>,
 }
 
-/// Greatest difference of the mean winding number on an open component from that on a closed surface, 1/2, for which the
+/// Greatest amount by which the mean winding number on an open component may be below that on a closed surface, 1/2, if the
 /// component encloses a space. On a flat sheet the difference is 1/2; on half of a sphere it is 0.2, on a cube without one
 /// face 0.09.
 const GREATEST_DEFICIT: f64 = 0.125;
@@ -51,7 +51,8 @@ impl OpenSurface {
     ///
     /// A component encloses a space if it is closed, or if the winding number of the whole surface at its triangles, without
     /// the triangle itself, is nearly 1/2 as on a closed surface, or -1/2 if the normals point inwards. Panels that are not
-    /// joined enclose a space together.
+    /// joined enclose a space together. A greater number is that of a surface that lies there twice, or of a sheet inside
+    /// another surface; then the component alone decides.
     pub(super) fn new(mesh: &Mesh) -> Self {
         let (surface, weld) = (mesh.surface(), mesh.weld());
         let mut sets = UnionFind::new(weld.len());
@@ -71,8 +72,16 @@ impl OpenSurface {
             let Some(&corner) = mesh.face(component.first_face).first() else { continue };
             let label = label(corner) as usize;
             is_solid[label] = component.closed || {
-                let number = mean_number(&tree, surface, members.row(label), samples, corners);
-                (number.abs() - 0.5).abs() < GREATEST_DEFICIT
+                let members = members.row(label);
+                let number = mean_number(&tree, surface, members, samples, corners).abs();
+                let is_enough = |number: f64| number > 0.5 - GREATEST_DEFICIT;
+                is_enough(number)
+                    && (number < 0.5 + GREATEST_DEFICIT || {
+                        let own: Vec<_> = members.iter().map(|&index| surface[index as usize]).collect();
+                        let tree = WindingTree::new(own.iter().map(corners));
+                        let all: Vec<u32> = (0..own.len() as u32).collect();
+                        is_enough(mean_number(&tree, &own, &all, samples, corners).abs())
+                    })
             };
         }
         let is_solid = |triangle: &&[u32; 3]| is_solid[label(triangle[0]) as usize];

@@ -166,7 +166,7 @@ impl Mesh {
         if polygons.rows().all(|face| is_degenerate(face, &weld)) {
             return Err(no_faces);
         }
-        Ok(Self {
+        let mesh = Self {
             vertices: vertices.into(),
             faces: Arc::new(Faces { polygons, triangles }),
             weld: weld.into(),
@@ -174,7 +174,20 @@ impl Mesh {
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
-        })
+        };
+        Ok(if is_cut { mesh } else { mesh.or_exactly_welded() })
+    }
+
+    /// Returns the mesh with only vertices at equal positions welded if its surface then has fewer open edges. Details that
+    /// are finer than the tolerance do not open a closed surface.
+    fn or_exactly_welded(self) -> Self {
+        let is_exact = |(vertex, &first): (&Point3<f64>, &u32)| self.vertices[first as usize] == *vertex;
+        if self.vertices.iter().zip(self.weld.iter()).all(is_exact) || self.is_closed() {
+            return self;
+        }
+        let weld = weld::weld(&self.vertices, 0.0).into();
+        let exact = Self { weld, topology: Arc::default(), open: Arc::default(), ..self.clone() };
+        if exact.topology().open_edges < self.topology().open_edges { exact } else { self }
     }
 
     /// Returns the vertices in input order, including vertices that no face uses.

@@ -120,6 +120,19 @@ impl WindingTree {
         sum / (4.0 * PI)
     }
 
+    /// Returns the number of triangles of which [`number`](Self::number) computes the solid angle at a point.
+    pub(crate) fn cost(&self, point: &Point3<f64>) -> usize {
+        let (mut cost, mut at) = (0, 0);
+        while let Some(cluster) = self.clusters.get(at) {
+            let is_far = (cluster.center - point).norm_squared() > (FAR * cluster.radius).powi(2);
+            at = if is_far { cluster.next as usize } else { at + 1 };
+            if !is_far && at == cluster.next as usize {
+                cost += cluster.triangles.len();
+            }
+        }
+        cost
+    }
+
     /// Returns whether a point is inside: whether the magnitude of the winding number exceeds 1/2.
     pub(crate) fn encloses(&self, point: &Point3<f64>) -> bool {
         self.number(point, None).abs() > 0.5
@@ -178,7 +191,18 @@ fn solid_angle(triangle: &[Point3<f64>; 3], point: &Point3<f64>) -> f64 {
         return 0.0;
     }
     let [x, y, z] = [a, b, c].map(|corner| corner.norm());
-    2.0 * volume.atan2(x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
+    2.0 * angle(volume, x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
+}
+
+/// Returns the angle of the point (`x`, `y`), to 1e-7 where it is small, which most are.
+fn angle(y: f64, x: f64) -> f64 {
+    let ratio = y / x;
+    if x > 0.0 && ratio.abs() < 0.3 {
+        let square = ratio * ratio;
+        // The series of the arc tangent, up to the ninth power.
+        return ratio * (1.0 - square * (1.0 / 3.0 - square * (0.2 - square * (1.0 / 7.0 - square / 9.0))));
+    }
+    y.atan2(x)
 }
 
 #[cfg(test)]

@@ -338,7 +338,7 @@ impl fmt::Display for Caution {
                     ),
                     _ => write!(
                         f,
-                        "body {body}: its surface has openings; points with a winding number above 1/2 are inside: mass \
+                        "body {body}: its surface is not closed; points with a winding number above 1/2 are inside: mass \
                          {mass}"
                     ),
                 }
