@@ -328,6 +328,9 @@ fn momenta_are_conserved() {
     assert!((body.angular_momentum() - before.1).norm() < 1e-6 * before.1.norm());
 }
 
+/// Returns the position of a vertex in a state, from its position at rest relative to the middle.
+type Start = Box<dyn Fn(Vector3<f64>, &mut Random) -> Vector3<f64>>;
+
 /// Ten extreme states of a bar, from which a damped body returns to its rest shape.
 #[test]
 fn bodies_return_from_extreme_states() {
@@ -335,7 +338,7 @@ fn bodies_return_from_extreme_states() {
     let at_rest = rest(&lattice);
     let middle = at_rest.iter().sum::<Vector3<f64>>() / at_rest.len() as f64;
     let mut random = Random(47);
-    let states: [(&str, Box<dyn Fn(Vector3<f64>, &mut Random) -> Vector3<f64>>); 10] = [
+    let states: [(&str, Start); 10] = [
         ("random", Box::new(|_, random| random.vector() * 3.0)),
         ("flat", Box::new(|x, _| Vector3::new(x.x, x.y, 0.0))),
         ("inverted", Box::new(|x, _| Vector3::new(x.x, x.y, -x.z))),
