@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Interior, Mesh};
-use supple_tests::{ball, grid_box, mesh_of, plain_box, unit_cube};
+use supple_tests::{Random, ball, grid_box, mesh_of, plain_box, unit_cube};
 
 /// Returns the mass of a body at a density of 1000.
 fn mass(mesh: &Mesh, lattice_vertices: usize) -> f64 {
@@ -256,4 +256,13 @@ fn a_sheet_inside_a_solid_stays_a_sheet() {
     let both = mass(&mesh_of((vertices, faces)), 1000);
     let alone = mass(&ball, 1000);
     assert!((both / alone - 1.0).abs() < 0.03, "{both} and {alone}");
+}
+
+/// Five thousand triangles across the whole mesh enclose nothing, so that the time of a lattice stays bounded.
+#[test]
+fn a_soup_of_large_triangles_is_a_sheet() {
+    let mut random = Random(5);
+    let vertices: Vec<[f64; 3]> = (0..15_000).map(|_| random.vector().into()).collect();
+    let faces: Vec<Vec<u32>> = (0..5_000).map(|k| vec![3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    assert_eq!(mesh_of((vertices, faces)).interior(), Interior::Sheet);
 }

@@ -43,6 +43,11 @@ pub(crate) struct OpenSurface {
 /// face 0.09.
 const GREATEST_DEFICIT: f64 = 0.125;
 
+/// Greatest mean number of solid angles for the winding number at a point, if a component encloses a space. It is a few
+/// hundred where triangles are small beside the surface, and nearly all triangles where they cross the whole surface: such
+/// surfaces enclose nothing, and the time of a lattice stays bounded.
+const GREATEST_COST: f64 = 2048.0;
+
 /// Greatest number of triangles of a component at which the winding number is computed, and of all components together.
 const SAMPLES: (usize, usize) = (64, 8192);
 
@@ -67,6 +72,7 @@ impl OpenSurface {
         let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.vertices()[corner as usize]);
         let tree = WindingTree::new(surface.iter().map(corners));
         let samples = (SAMPLES.1 / components.len()).clamp(1, SAMPLES.0);
+        let is_cheap = mean_cost(&tree, surface, corners) <= GREATEST_COST;
         let mut is_solid = vec![false; count];
         for component in components {
             let Some(&corner) = mesh.face(component.first_face).first() else { continue };
@@ -76,6 +82,7 @@ impl OpenSurface {
                 let number = mean_number(&tree, surface, members, samples, corners).abs();
                 let is_enough = |number: f64| number > 0.5 - GREATEST_DEFICIT;
                 is_enough(number)
+                    && is_cheap
                     && (number < 0.5 + GREATEST_DEFICIT || {
                         let own: Vec<_> = members.iter().map(|&index| surface[index as usize]).collect();
                         let tree = WindingTree::new(own.iter().map(corners));
@@ -93,6 +100,18 @@ impl OpenSurface {
         };
         Self { solid, sheets }
     }
+}
+
+/// Returns the mean number of solid angles for the winding number at some triangles.
+fn mean_cost(
+    tree: &WindingTree,
+    surface: &[[u32; 3]],
+    corners: impl Fn(&[u32; 3]) -> [Point3<f64>; 3],
+) -> f64 {
+    let step = surface.len().div_ceil(SAMPLES.0).max(1);
+    let costs = surface.iter().step_by(step).map(|triangle| tree.cost(&corners(triangle)[0]) as f64);
+    let (sum, count) = costs.fold((0.0, 0.0), |(sum, count), cost| (sum + cost, count + 1.0));
+    sum / f64::max(count, 1.0)
 }
 
 /// Returns the mean of the winding number over some triangles, weighted by area, from samples at equal distances of area.
