@@ -48,6 +48,9 @@ const GREATEST_DEFICIT: f64 = 0.125;
 /// surfaces enclose nothing, and the time of a lattice stays bounded.
 const GREATEST_COST: f64 = 2048.0;
 
+/// The same where it is more than half of the triangles.
+const GREATEST_COST_OF_MOST: f64 = 512.0;
+
 /// Greatest number of triangles of a component at which the winding number is computed, and of all components together.
 const SAMPLES: (usize, usize) = (64, 8192);
 
@@ -72,7 +75,9 @@ impl OpenSurface {
         let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.vertices()[corner as usize]);
         let tree = WindingTree::new(surface.iter().map(corners));
         let samples = (SAMPLES.1 / components.len()).clamp(1, SAMPLES.0);
-        let is_cheap = mean_cost(&tree, surface, corners) <= GREATEST_COST;
+        let cost = mean_cost(&tree, surface, corners);
+        let is_of_most = cost > 0.5 * surface.len() as f64;
+        let is_cheap = cost <= if is_of_most { GREATEST_COST_OF_MOST } else { GREATEST_COST };
         let mut is_solid = vec![false; count];
         for component in components {
             let Some(&corner) = mesh.face(component.first_face).first() else { continue };
