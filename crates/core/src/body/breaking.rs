@@ -289,8 +289,7 @@ impl Body {
         let parents = Parents::new(&self.lattice, &lattice, &breaking.shares);
         let masses = divided_masses(&lattice, &breaking.shares, &breaking.whole_masses);
         let mut matching = Matching::new(&lattice, &masses, self.matching.regions.half_width());
-        matching.set_spreads(self.matching.has_spreads());
-        matching.set_bulk(self.matching.regions.bulk);
+        matching.set_terms_of(&self.matching);
         breaking.fracture.prepare(&lattice, &matching.layout);
 
         self.state = transfer(&self.state, &parents, (&self.matching, &matching), &lattice);

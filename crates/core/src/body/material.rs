@@ -33,8 +33,8 @@ impl Body {
         Ok(())
     }
 
-    /// Sets Poisson's ratio, from the next step on; `None` is the one of the elasticity. In a simulation, Young's modulus and the regions are fixed as if the
-    /// body joined the simulation at the next step.
+    /// Sets Poisson's ratio, from the next step on; `None` is the one of the elasticity. In a simulation, Young's modulus
+    /// and the regions are fixed as if the body joined the simulation at the next step.
     ///
     /// # Errors
     ///

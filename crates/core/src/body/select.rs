@@ -1,6 +1,6 @@
 //! Finds the lattice vertices that a shape in world space selects.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::{Body, Surface};
 use crate::dynamics::{Selection, SelectionError, SelectionPose};
@@ -29,20 +29,25 @@ impl Body {
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
         let (count, pose) = (self.lattice.len(), self.pose_of(pose));
-        let lattice = self.lattice_at(pose);
-        let selected = match (self.surface(), pose) {
-            (None, _) => selection.lattice_vertices(lattice, count, |vertex| [vertex]),
-            (Some(Surface { mesh, embedding, .. }), pose) => {
-                let place = |(index, point): (usize, &Point3<f64>)| match pose {
-                    SelectionPose::Start => self.model_to_world * point,
-                    SelectionPose::Now => {
-                        let corners = embedding.corners(index).into_iter().zip(embedding.weights(index));
-                        let part = |(corner, weight)| lattice[corner as usize].coords * f64::from(weight);
-                        Point3::from(corners.map(part).sum::<nalgebra::Vector3<f64>>())
+        let selected = match self.surface() {
+            None => selection.lattice_vertices(self.lattice_at(pose), count, |vertex| [vertex]),
+            Some(Surface { mesh, embedding, .. }) => {
+                let vertices = |point: u32| embedding.corners(point as usize);
+                match pose {
+                    SelectionPose::Start => {
+                        let points = mesh.vertices().iter().map(|point| self.model_to_world * point);
+                        selection.lattice_vertices(points, count, vertices)
                     }
-                };
-                let points = mesh.vertices().iter().enumerate().map(place);
-                selection.lattice_vertices(points, count, |point| embedding.corners(point as usize))
+                    SelectionPose::Now => {
+                        let lattice = self.positions();
+                        let points = (0..mesh.vertices().len()).map(|point| {
+                            let corners = embedding.corners(point).into_iter().zip(embedding.weights(point));
+                            let part = |(corner, weight)| lattice[corner as usize].coords * f64::from(weight);
+                            Point3::from(corners.map(part).sum::<Vector3<f64>>())
+                        });
+                        selection.lattice_vertices(points, count, vertices)
+                    }
+                }
             }
         };
         selected.map_err(|error| error.at(pose))

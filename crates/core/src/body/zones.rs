@@ -89,7 +89,8 @@ impl Body {
 
     /// Multiplies the stiffness factors of a part of the body in a pose, from the next step on.
     ///
-    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they need not contain a mesh vertex.
+    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they
+    /// need not contain a mesh vertex.
     ///
     /// # Errors
     ///

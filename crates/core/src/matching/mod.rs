@@ -89,13 +89,12 @@ impl Matching {
     /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
         let factors = self.regions.factors.take();
-        let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
-        *self = Self::with_layout(masses, self.layout.clone(), half_width);
-        self.regions.bulk = bulk;
+        let renewed = Self::with_layout(masses, self.layout.clone(), half_width);
+        let before = std::mem::replace(self, renewed);
         if let Some(factors) = factors {
             self.regions.set_factors(&self.layout, factors.regions);
         }
-        self.set_spreads(has_spreads);
+        self.set_terms_of(&before);
     }
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
@@ -104,8 +103,17 @@ impl Matching {
         let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
         self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
         self.regions.factors = factors;
-        self.regions.bulk = bulk;
+        self.set_terms(has_spreads, bulk);
+    }
+
+    /// Gives the regions the volume term of those of another stage, and rest spreads if those have them.
+    pub(crate) fn set_terms_of(&mut self, other: &Self) {
+        self.set_terms(other.has_spreads(), other.regions.bulk);
+    }
+
+    fn set_terms(&mut self, has_spreads: bool, bulk: f32) {
         self.set_spreads(has_spreads);
+        self.set_bulk(bulk);
     }
 
     /// Creates or removes the rest spreads of the regions, which plastic shapes, [`Gradients`] and the volume term need.

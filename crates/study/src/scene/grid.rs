@@ -65,8 +65,8 @@ impl Grid {
     }
 
     /// Returns alpha in steps of `dt` seconds on a lattice with `refinement` times as many cells per length, as a fraction
-    /// of the greatest one of the material. It exceeds 1 if the steps are too long for the material. For regions with another radius it is the same: they are
-    /// another material.
+    /// of the greatest one of the material. It exceeds 1 if the steps are too long for the material. For regions with
+    /// another radius it is the same: they are another material.
     pub(super) fn alpha(self, refinement: f64, dt: f64) -> f64 {
         match self.stiffness {
             // alpha = 2 (1 - cos(2 pi f dt)) is 1 at a sixth of the step rate.
