@@ -3,8 +3,8 @@
 use crate::random::Random;
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, Handle, Key, Lattice, LatticeOptions, Material, Mesh, Pin, Resolution, Selection,
-    Simulation, TimeWindow,
+    Body, BodyBuilder, HalfWidth, Handle, Key, Lattice, LatticeOptions, Material, Mesh, Pin, Resolution,
+    Selection, Simulation, TimeWindow,
 };
 
 /// Returns the cells of a box with its lowest cell at [0, 0, 0].
@@ -206,6 +206,6 @@ pub fn difficult_lattices() -> Vec<(&'static str, Lattice)> {
 }
 
 /// Returns a body of a bare lattice with regions of half-width `half_width` and default settings.
-pub fn bare(lattice: &Lattice, half_width: usize) -> Body {
+pub fn bare(lattice: &Lattice, half_width: impl Into<HalfWidth>) -> Body {
     Body::from_lattice(lattice.clone()).material(Material::fast_lsm()).half_width(half_width).build().unwrap()
 }

@@ -162,7 +162,7 @@ pub use fracture::{BreakLimit, FractureOptions};
 pub use lattice::{
     Components, FloatingPart, Joint, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };
-pub use matching::rotations;
+pub use matching::{HalfWidth, rotations};
 pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine, RefinedMesh, Scale};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};

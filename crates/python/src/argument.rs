@@ -8,6 +8,7 @@ use pyo3::Borrowed;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
+use supple::HalfWidth;
 use supple_io::scene::way_out;
 
 /// An argument that may be missing, as the default of a pyo3 signature. Unlike `Option`, it distinguishes a
@@ -56,6 +57,19 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
 /// Reads a whole number, at least `minimum`.
 pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<usize> {
     count_below(value, name, minimum, 63)
+}
+
+/// Reads a half-width of regions: 0.5 or a whole number, at least 1.
+pub(crate) fn half_width(value: &Bound<'_, PyAny>, name: &str) -> PyResult<HalfWidth> {
+    if value.extract::<f64>().is_ok_and(|cells| cells == 0.5) {
+        return Ok(HalfWidth::CELL);
+    }
+    count(value, name, 1).map(HalfWidth::from).map_err(|error| {
+        match error.is_instance_of::<PyTypeError>(value.py()) {
+            true => wrong_type(value, name, "0.5 or a whole number"),
+            false => error,
+        }
+    })
 }
 
 /// Reads a whole number, at least `minimum`, that fits into 32 bits.

@@ -62,7 +62,7 @@ pub(crate) fn reference_goals<'py>(
         lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
     let lattice = lattice.get().lattice.clone();
     let positions = arrays::vectors(positions, "positions", Axis::Is(lattice.len()))?;
-    let half_width = argument::count(half_width, "half_width", 1)?;
+    let half_width = argument::half_width(half_width, "half_width")?;
     let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
     let regions = regions.read("regions", |regions, name| argument::choice(regions, name, &choices))?;
     let regions = regions.unwrap_or(Regions::Staircase);

@@ -89,7 +89,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         Elasticity::YoungsModulus(modulus) => settings.set_item("youngs_modulus", modulus)?,
         Elasticity::Regions { size, stiffness } => {
             match size {
-                RegionSize::Cells(cells) => settings.set_item("half_width", cells)?,
+                RegionSize::Cells(cells) => settings.set_item("half_width", cells.cells())?,
                 RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
             }
             match stiffness {

@@ -92,7 +92,7 @@ fn a_reused_display_works_for_another_half_width_and_body_size() {
     for edge in [4, 12, 7] {
         let mut simulation = above_ground(cube(edge), -0.5);
         for half_width in [1, 4, 9, 2] {
-            simulation.body_mut(0).set_region_size(RegionSize::Cells(half_width)).unwrap();
+            simulation.body_mut(0).set_region_size(RegionSize::Cells(half_width.into())).unwrap();
             simulation.steps(10);
             let positions: Vec<Point3<f64>> = reused.evaluate(simulation.body(0)).positions().collect();
             assert!(

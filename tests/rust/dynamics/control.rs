@@ -34,7 +34,7 @@ fn settings_out_of_range_are_errors_and_change_nothing() {
     let errors = [
         (body.set_stiffness(Stiffness::PerStep(1.5)), ("stiffness", 1.5)),
         (body.set_region_damping(RegionDamping::Rate(-1.0)), ("region_damping_rate", -1.0)),
-        (body.set_region_size(RegionSize::Cells(0)), ("half_width", 0.0)),
+        (body.set_region_size(RegionSize::Cells(0.into())), ("half_width", 0.0)),
     ];
     for (result, expected) in errors {
         let error = result.unwrap_err();
@@ -62,11 +62,11 @@ fn another_half_width_keeps_positions_velocities_and_momentum() {
     let before = (simulation.body(0).positions(), simulation.body(0).velocities());
     let momentum_before = momentum(&simulation.body(0));
     for cells in [1, 4, 2] {
-        simulation.body_mut(0).set_region_size(RegionSize::Cells(cells)).unwrap();
+        simulation.body_mut(0).set_region_size(RegionSize::Cells(cells.into())).unwrap();
         let body = simulation.body(0);
         assert_eq!(
             (body.half_width(), body.material().elasticity),
-            (cells.min(4), Elasticity::REGIONS.with_region_size(RegionSize::Cells(cells)))
+            (cells.min(4).into(), Elasticity::REGIONS.with_region_size(RegionSize::Cells(cells.into())))
         );
         if cells == 1 {
             assert_eq!((body.positions(), body.velocities()), before);
@@ -94,7 +94,7 @@ fn a_half_width_set_later_equals_one_of_the_builder_for_an_inverted_body() {
     changed.body_mut(0).set_positions(&inside_out).unwrap();
     changed.steps(30);
     assert!(changed.body(0).unconverged_rotations() > 0);
-    changed.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
+    changed.body_mut(0).set_region_size(RegionSize::Cells(1.into())).unwrap();
     let mut built = build(1);
     built.restore(&changed.state()).unwrap();
     for steps in [1, 100] {
@@ -302,7 +302,7 @@ fn a_state_keeps_all_settings_that_changed_between_steps() {
     let body = one.body_mut(0);
     body.set_stiffness(Stiffness::PerStep(0.6)).unwrap();
     body.set_region_damping(RegionDamping::PerStep(0.1)).unwrap();
-    body.set_region_size(RegionSize::Cells(3)).unwrap();
+    body.set_region_size(RegionSize::Cells(3.into())).unwrap();
     body.set_volume(VolumeMeasure::Lattice).unwrap();
     let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
     body.pin(&pin).unwrap();

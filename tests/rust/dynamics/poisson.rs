@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::reference::{Naive, Regions};
 use supple::{
-    Body, BodyBuilder, Damping, ElasticLaw, Elasticity, Handle, Key, Lattice, Material, Pin, Plasticity,
-    RegionSize, Selection, Simulation, Stiffness, TimeWindow, VolumeMeasure,
+    Body, BodyBuilder, Damping, ElasticLaw, Elasticity, HalfWidth, Handle, Key, Lattice, Material, Pin,
+    Plasticity, RegionSize, Selection, Simulation, Stiffness, TimeWindow, VolumeMeasure,
 };
 use supple_tests::{
     Random, block, coordinates, difficult_lattices, lattice, momentum, points, rest, rigid_fit, rms,
@@ -12,19 +12,24 @@ use supple_tests::{
 };
 
 /// Returns a body with regions of this half-width and the greatest alpha of Poisson's ratio.
-fn body(lattice: &Lattice, half_width: usize, poisson_ratio: f64) -> BodyBuilder {
-    let (size, stiffness) = (RegionSize::Cells(half_width), Stiffness::PerStep(1.0));
+pub(crate) fn body(lattice: &Lattice, half_width: impl Into<HalfWidth>, poisson_ratio: f64) -> BodyBuilder {
+    let (size, stiffness) = (RegionSize::Cells(half_width.into()), Stiffness::PerStep(1.0));
     let elasticity = Elasticity::Regions { size, stiffness };
     let material = Material { elasticity, poisson_ratio: Some(poisson_ratio), ..Material::fast_lsm() };
     Body::from_lattice(lattice.clone()).material(material)
 }
 
-fn naive(lattice: &Lattice, half_width: usize, poisson_ratio: f64) -> Naive<'_> {
+pub(crate) fn naive(lattice: &Lattice, half_width: impl Into<HalfWidth>, poisson_ratio: f64) -> Naive<'_> {
     Naive::new(lattice, half_width, Regions::Staircase).with_poisson_ratio(poisson_ratio)
 }
 
 /// Turns, stretches and shakes positions: `stretch` are the factors along the axes, of which negative ones invert.
-fn deformed(x: &[Vector3<f64>], stretch: [f64; 3], noise: f64, random: &mut Random) -> Vec<Vector3<f64>> {
+pub(crate) fn deformed(
+    x: &[Vector3<f64>],
+    stretch: [f64; 3],
+    noise: f64,
+    random: &mut Random,
+) -> Vec<Vector3<f64>> {
     let map = random.rotation() * Matrix3::from_diagonal(&stretch.into());
     let middle = x.iter().sum::<Vector3<f64>>() / x.len() as f64;
     x.iter().map(|x| map * (x - middle) + random.vector() * noise).collect()
@@ -34,7 +39,7 @@ fn deformed(x: &[Vector3<f64>], stretch: [f64; 3], noise: f64, random: &mut Rand
 fn goals_and_energies_equal_the_reference() {
     let mut random = Random(41);
     for (name, lattice) in difficult_lattices() {
-        for (half_width, ratio) in [(1, 0.45), (2, 0.3), (4, 0.47)] {
+        for (half_width, ratio) in [(1.0, 0.45), (2.0, 0.3), (4.0, 0.47), (0.5, 0.0), (0.5, 0.45)] {
             for stretch in [[1.3, 0.9, 1.1], [1.0, 0.0, 1.0], [-0.7, 1.2, 1.0]] {
                 let x = deformed(&rest(&lattice), stretch, 0.1, &mut random);
                 let mut simulation = without_gravity(body(&lattice, half_width, ratio).build().unwrap());
@@ -67,7 +72,7 @@ fn forces_are_the_gradient_of_the_energy() {
     let mut random = Random(42);
     let cells: Vec<[i32; 3]> = block([4, 3, 2]).into_iter().filter(|cell| *cell != [1, 1, 1]).collect();
     let lattice = lattice(&cells);
-    for (half_width, ratio) in [(1, 0.45), (2, 0.3)] {
+    for (half_width, ratio) in [(1.0, 0.45), (2.0, 0.3), (0.5, 0.0), (0.5, 0.45)] {
         for (stretch, noise) in
             [([1.2, 0.9, 1.0], 0.1), ([1.0, 1.0, -1.0], 0.2), ([0.1, 0.1, 0.1], 0.05), ([5.0, 3.0, 4.0], 1.0)]
         {
@@ -133,13 +138,17 @@ fn bits_do_not_depend_on_threads_and_states_continue() {
 }
 
 /// Returns the part of the space within 0.1 of `at` along x.
-fn layer(at: f64) -> Selection {
+pub(crate) fn layer(at: f64) -> Selection {
     Selection::Box { min: [at - 0.1, -1e3, -1e3], max: [at + 0.1, 1e3, 1e3] }
 }
 
-/// Returns a bar along x of `thickness` cells whose ends are held and moved apart by the share `strain`, at rest.
-fn pulled(thickness: i32, half_width: usize, ratio: f64, strain: f64) -> Simulation {
-    let cells = 5 * thickness;
+/// Returns a bar along x of a length and thickness in cells whose ends are held and moved apart by the share `strain`, at rest.
+pub(crate) fn pulled(
+    [cells, thickness]: [i32; 2],
+    half_width: impl Into<HalfWidth>,
+    ratio: f64,
+    strain: f64,
+) -> Simulation {
     let lattice = lattice(&block([cells, thickness, thickness]));
     let end = f64::from(cells);
     let translate = [strain * end, 0.0, 0.0];
@@ -157,9 +166,9 @@ fn pulled(thickness: i32, half_width: usize, ratio: f64, strain: f64) -> Simulat
     simulation
 }
 
-/// Returns the strain along x, and the mean strain across, in the middle fifth of a bar.
-fn strains(body: &Body, thickness: i32) -> [f64; 2] {
-    let (low, high) = (2 * thickness, 3 * thickness);
+/// Returns the strain along x, and the mean strain across, in the middle of a bar: a cube.
+pub(crate) fn strains(body: &Body, [length, thickness]: [i32; 2]) -> [f64; 2] {
+    let (low, high) = ((length - thickness) / 2, (length + thickness) / 2);
     let vertices = || body.lattice().indices().iter().zip(body.positions());
     let mean = |axis: usize, is_in: &dyn Fn(&[i32; 3]) -> bool| {
         let values: Vec<f64> = vertices().filter(|(index, _)| is_in(index)).map(|(_, x)| x[axis]).collect();
@@ -181,8 +190,8 @@ fn poisson_ratio_is_as_asked() {
     for (thickness, half_width) in [(6, 1), (6, 2), (10, 1), (10, 2)] {
         for ratio in [0.0, 0.3, 0.45] {
             for strain in [0.02, -0.02] {
-                let simulation = pulled(thickness, half_width, ratio, strain);
-                let [along, across] = strains(&simulation.body(0), thickness);
+                let simulation = pulled([5 * thickness, thickness], half_width, ratio, strain);
+                let [along, across] = strains(&simulation.body(0), [5 * thickness, thickness]);
                 let found = -across / along;
                 assert!((found - ratio).abs() <= 0.02, "{thickness}, w = {half_width}: {found} for {ratio}");
             }
@@ -196,9 +205,9 @@ fn poisson_ratio_is_as_asked() {
 fn youngs_modulus_is_that_of_the_law() {
     for (thickness, half_width) in [(6, 1), (6, 2), (10, 2)] {
         for ratio in [0.3, 0.45] {
-            let simulation = pulled(thickness, half_width, ratio, 0.02);
+            let simulation = pulled([5 * thickness, thickness], half_width, ratio, 0.02);
             let body = simulation.body(0);
-            let [along, _] = strains(&body, thickness);
+            let [along, _] = strains(&body, [5 * thickness, thickness]);
             let force = body.hold_force(0).unwrap().unwrap().force.x;
             let area = f64::from(thickness * thickness);
             let law = ElasticLaw {
@@ -228,10 +237,10 @@ fn volume(simulation: &Simulation) -> f64 {
 
 #[test]
 fn a_stretched_bar_keeps_its_volume_in_the_motion() {
-    let simulation = pulled(6, 1, 0.45, 0.5);
+    let simulation = pulled([30, 6], 1, 0.45, 0.5);
     let kept = volume(&simulation);
     assert!(kept <= 1.06, "{kept}");
-    let without = volume(&pulled(6, 1, 0.0, 0.5));
+    let without = volume(&pulled([30, 6], 1, 0.0, 0.5));
     assert!(without > 1.3, "{without}");
 }
 
@@ -244,7 +253,7 @@ fn energy(naive: &Naive, body: &Body, (alpha, dt): (f64, f64)) -> f64 {
 /// Returns the greatest energies of an undamped bar of 3 x 3 x 6 cells in each of six thousand steps over the one at the
 /// start. It is strained, shaken by 10 % of `amplitude` (root mean square), turned and spinning.
 fn greatest_energies(
-    ratio: f64,
+    (half_width, ratio): (f64, f64),
     amplitude: f64,
     spin: f64,
     strain: impl Fn(&mut Random) -> Matrix3<f64>,
@@ -256,14 +265,14 @@ fn greatest_energies(
     let middle = at_rest.iter().sum::<Vector3<f64>>() / at_rest.len() as f64;
     let x: Vec<_> =
         at_rest.iter().map(|x| map * (x - middle) + random.vector() * (0.17 * amplitude)).collect();
-    let mut body = body(&lattice, 1, ratio).build().unwrap();
+    let mut body = body(&lattice, half_width, ratio).build().unwrap();
     body.set_positions(&points(&x)).unwrap();
     let omega = Vector3::new(0.3, 0.5, -0.8) * spin;
     let velocities: Vec<_> = x.iter().map(|x| omega.cross(x)).collect();
     body.set_velocities(&velocities).unwrap();
     let mut simulation = without_gravity(body);
     let steps = (ElasticLaw::greatest_alpha_of(ratio), simulation.dt());
-    let naive = naive(&lattice, 1, ratio).listed();
+    let naive = naive(&lattice, half_width, ratio).listed();
     let start = energy(&naive, &simulation.body(0), steps);
     let mut greatest_of_thousand = || {
         let energies = (0..50).map(|_| {
@@ -289,8 +298,23 @@ fn undamped_bodies_keep_their_energy() {
             (0.5, 0.0, 1.015),
             (1.0, 0.0, 1.035),
         ] {
-            let greatest = greatest_energies(ratio, amplitude, spin, strain);
+            let greatest = greatest_energies((1.0, ratio), amplitude, spin, strain);
             let most = greatest.iter().copied().fold(0.0, f64::max);
+            assert!(most <= limit, "{ratio}, {amplitude}, spin {spin}: {greatest:?}");
+        }
+    }
+}
+
+/// Regions of one cell keep it within 1.5 %, and within 6 % over 3,000 steps (measured 5.1 %) where cells are inverted, at the
+/// strain 1.
+#[test]
+fn undamped_cells_keep_their_energy() {
+    let strain = |_: &mut Random| Matrix3::new(1.0, 0.3, 0.0, 0.0, -0.5, 0.2, 0.1, 0.0, -0.4);
+    for ratio in [0.0, 0.3, 0.45] {
+        for (amplitude, spin) in [(0.01, 0.0), (0.1, 0.0), (0.1, 3.0), (0.3, 0.0), (0.5, 0.0), (1.0, 0.0)] {
+            let greatest = greatest_energies((0.5, ratio), amplitude, spin, strain);
+            let (limit, thousands) = if amplitude < 1.0 { (1.015, 6) } else { (1.06, 3) };
+            let most = greatest[..thousands].iter().copied().fold(0.0, f64::max);
             assert!(most <= limit, "{ratio}, {amplitude}, spin {spin}: {greatest:?}");
         }
     }
@@ -303,7 +327,7 @@ fn energy_of_bodies_that_change_their_volume_does_not_grow() {
     let strain = |random: &mut Random| Matrix3::from_fn(|_, _| random.signed() * 0.5);
     for ratio in [0.3, 0.45, 0.47] {
         for amplitude in [0.01, 0.1, 0.3, 0.5, 1.0] {
-            let greatest = greatest_energies(ratio, amplitude, 0.0, strain);
+            let greatest = greatest_energies((1.0, ratio), amplitude, 0.0, strain);
             assert!(greatest[0] <= 1.1, "{ratio}, {amplitude}: {greatest:?}");
             let later = greatest[1..].iter().copied().fold(0.0, f64::max);
             assert!(later <= 1.025 * greatest[0], "{ratio}, {amplitude}: {greatest:?}");
@@ -356,16 +380,19 @@ fn bodies_return_from_extreme_states() {
             }),
         ),
     ];
-    for ratio in [0.3, 0.45, 0.47] {
+    for (half_width, ratio) in [(1.0, 0.3), (1.0, 0.45), (1.0, 0.47), (0.5, 0.0), (0.5, 0.45)] {
         for (name, state) in &states {
             let x: Vec<_> = at_rest.iter().map(|x| state(x - middle, &mut random)).collect();
-            let mut body = body(&lattice, 1, ratio).damping_rate(0.03 * 60.0).build().unwrap();
+            let mut body = body(&lattice, half_width, ratio).damping_rate(0.03 * 60.0).build().unwrap();
             body.set_positions(&points(&x)).unwrap();
             let mut simulation = without_gravity(body);
             simulation.steps(2000);
             let now = coordinates(&simulation.body(0).positions());
             let distance = distance_from_rest(&at_rest, &now);
-            assert!(distance < 0.02, "{name}, {ratio}: {distance} cells from its rest shape");
+            assert!(
+                distance < 0.02,
+                "{name}, w = {half_width}, {ratio}: {distance} cells from its rest shape"
+            );
         }
     }
 }
@@ -380,8 +407,8 @@ fn distance_from_rest(at_rest: &[Vector3<f64>], now: &[Vector3<f64>]) -> f64 {
 #[test]
 fn huge_deformations_stay_finite() {
     let lattice = lattice(&block([3, 3, 3]));
-    for size in [1e2, 1e5, 1e8, 1e12] {
-        let mut body = body(&lattice, 1, 0.45).build().unwrap();
+    for (size, half_width) in [1e2, 1e5, 1e8, 1e12].into_iter().flat_map(|size| [(size, 1.0), (size, 0.5)]) {
+        let mut body = body(&lattice, half_width, 0.45).build().unwrap();
         let x: Vec<_> = rest(&lattice).iter().map(|x| Point3::from(x * size)).collect();
         body.set_positions(&x).unwrap();
         let mut simulation = without_gravity(body);
@@ -389,7 +416,7 @@ fn huge_deformations_stay_finite() {
             simulation.step();
             assert!(
                 simulation.body(0).positions().iter().all(|x| x.iter().all(|x| x.is_finite())),
-                "{size:e}"
+                "{size:e}, w = {half_width}"
             );
         }
     }

@@ -3,7 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Naive, Regions};
 use supple::{
-    Body, Elasticity, Handle, Key, Pin, Selection, Simulation, Stiffness, Substeps, TimeWindow, Zone,
+    Body, Elasticity, HalfWidth, Handle, Key, Pin, Selection, Simulation, Stiffness, Substeps, TimeWindow,
+    Zone,
 };
 use supple_tests::{
     Random, bare, block, coordinates, difficult_lattices, lattice, points, rest, tolerance, worst,
@@ -15,7 +16,7 @@ fn random_factors(count: usize, random: &mut Random) -> Vec<f64> {
 }
 
 /// Returns a body whose stiffness alpha, times the greatest of its factors, is 1 or less.
-fn varied(lattice: &supple::Lattice, half_width: usize, factors: &[f64]) -> Body {
+fn varied(lattice: &supple::Lattice, half_width: impl Into<HalfWidth>, factors: &[f64]) -> Body {
     let mut body = bare(lattice, half_width);
     body.set_stiffness(Stiffness::PerStep(0.01)).unwrap();
     body.set_stiffness_factors(Some(factors)).unwrap();
@@ -31,7 +32,7 @@ fn shaken(x: &[Vector3<f64>], random: &mut Random) -> Vec<Vector3<f64>> {
 fn goals_and_steps_with_factors_equal_the_reference() {
     let mut random = Random(41);
     for (name, lattice) in difficult_lattices() {
-        for half_width in [1, 2, 4] {
+        for half_width in [0.5, 1.0, 2.0, 4.0] {
             let factors = random_factors(lattice.len(), &mut random);
             let x = shaken(&rest(&lattice), &mut random);
             let extent = x.iter().map(|x| x.amax()).fold(1.0, f64::max);
@@ -143,7 +144,7 @@ fn the_strains_of_two_halves_are_inverse_to_their_factors() {
             plane.iter().sum::<f64>() / plane.len() as f64
         };
         // Away from the ends and from the border by more than two half-widths.
-        let w = 2 * sim.body(0).half_width() as i32;
+        let w = 2 * sim.body(0).half_width().cells() as i32;
         let strain = |from: i32, to: i32| {
             let (from, to) = (f64::from(from), f64::from(to));
             (mean(to) - mean(from)) / (to - from) - 1.0

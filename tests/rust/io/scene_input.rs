@@ -58,7 +58,7 @@ fn overrides_change_values_of_the_scene() {
     // The override of `half_width` replaces `stiffness_radius`.
     assert_eq!(
         scene.bodies[0].material.elasticity,
-        Elasticity::REGIONS.with_region_size(RegionSize::Cells(3))
+        Elasticity::REGIONS.with_region_size(RegionSize::Cells(3.into()))
     );
     assert_eq!(
         (scene.bodies[1].material.density, scene.bodies[1].placement.translate),

@@ -103,7 +103,7 @@ impl Observer for Driver {
         assert_eq!(simulation.time(), progress.time);
         if progress.frame == 2 {
             simulation.set_gravity([0.0, 2.0, 0.0]).unwrap();
-            simulation.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
+            simulation.body_mut(0).set_region_size(RegionSize::Cells(1.into())).unwrap();
             simulation.body_mut(0).set_volume(VolumeMeasure::Lattice).unwrap();
             // Until frame 8, after the frame of the stop.
             simulation.collider_mut(0).move_to_in([0.0, 0.2, 0.0], [0.0; 3], 0.2).unwrap();

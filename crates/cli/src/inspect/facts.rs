@@ -70,7 +70,7 @@ pub(super) struct BodyFacts {
     /// How the body touches other bodies and itself; `None` if it can touch neither.
     pub(super) touching: Option<TouchingFacts>,
     /// Half-width of the regions, in cells.
-    pub(super) half_width: usize,
+    pub(super) half_width: HalfWidth,
     /// Size of a frame on disk, in bytes.
     pub(super) frame_bytes: u64,
     /// Memory of the lattice, the state and the stages of the simulation, in bytes.

@@ -54,7 +54,7 @@ impl PlasticFacts {
     /// Collects the facts about the plasticity of a body.
     fn new(body: BodyRef<'_>) -> Option<Self> {
         let Plasticity { yield_strain, creep, max } = body.material().plastic?;
-        let half_width = body.half_width() as f64;
+        let half_width = body.half_width().cells();
         let region_radius = body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt();
         Some(Self { yield_strain, creep, max, region_radius })
     }

@@ -42,7 +42,7 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
 /// Returns a warning if a body breaks and its regions are wider than [`CRACK_HALF_WIDTH`].
 fn wide_regions(body: &Body) -> Option<String> {
     let (half_width, name) = (body.half_width(), body.name());
-    let is_wide = body.fracture().is_some() && half_width > CRACK_HALF_WIDTH;
+    let is_wide = body.fracture().is_some() && half_width > CRACK_HALF_WIDTH.into();
     is_wide.then(|| {
         format!(
             "body {name}: its regions reach {half_width} cells to each side, which smooths the strain at notches and at the \

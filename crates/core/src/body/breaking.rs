@@ -15,7 +15,7 @@ use crate::cut::CrackPlane;
 use crate::dynamics::{ElasticDamper, MomentumTracker, RegionDamper};
 use crate::error::Error;
 use crate::fracture::{Cracks, Deformation, Fracture, FractureOptions};
-use crate::lattice::{Lattice, cell_shares, masses_of_shares};
+use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
 use crate::matching::{Matching, Workspace};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
@@ -30,7 +30,7 @@ pub(super) struct Breaking {
     /// The mesh of the whole body.
     pub(super) whole: Option<Mesh>,
     /// The masses of the vertices of the whole body.
-    whole_masses: Vec<f32>,
+    whole_masses: Masses,
     /// Whether the shape matching of the step stores the deformation gradients of all regions.
     pub(super) has_gradients: bool,
     /// Whether joints were found that break at the end of the step.
@@ -101,7 +101,7 @@ impl Body {
     }
 
     /// Returns the lattice and the masses that the body had before it broke.
-    pub(super) fn whole(&self) -> (Cow<'_, Lattice>, &[f32]) {
+    pub(super) fn whole(&self) -> (Cow<'_, Lattice>, &Masses) {
         match &self.breaking {
             Some(breaking) if !self.lattice.broken_joints().is_empty() => {
                 (Cow::Owned(self.lattice.with_broken_joints(&[])), &breaking.whole_masses)
@@ -162,7 +162,7 @@ impl Body {
         let mut sums = vec![AffineSums::default(); components.count];
         let origin = self.state.frame.to_world(Vector3::zeros());
         let vertices = || {
-            (0..).zip(&components.of_vertex).zip(&self.masses).map(|((vertex, &component), &mass)| {
+            (0..).zip(&components.of_vertex).zip(&*self.masses).map(|((vertex, &component), &mass)| {
                 let slot = self.matching.layout.slots()[vertex as usize];
                 let position = self.state.frame.to_world(self.state.local(slot)) - origin;
                 (component as usize, f64::from(mass), position, self.lattice.rest_position(vertex).coords)
@@ -288,6 +288,7 @@ impl Body {
         let lattice = breaking.fracture.cracks().broken_lattice(&self.lattice);
         let parents = Parents::new(&self.lattice, &lattice, &breaking.shares);
         let masses = divided_masses(&lattice, &breaking.shares, &breaking.whole_masses);
+        let masses = breaking.whole_masses.with_vertices(masses);
         let mut matching = Matching::new(&lattice, &masses, self.matching.regions.half_width());
         matching.set_terms_of(&self.matching);
         breaking.fracture.prepare(&lattice, &matching.layout);

@@ -11,11 +11,8 @@ use crate::dynamics::{
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
-use crate::lattice::{
-    Embedding, Lattice, LatticeError, LatticeOptions, Resolution, cell_shares, masses_of_shares,
-    vertex_masses,
-};
-use crate::matching::{Matching, Workspace};
+use crate::lattice::{Embedding, Lattice, LatticeError, LatticeOptions, Masses, Resolution, cell_shares};
+use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::{Mesh, Refine, Scale};
 use crate::skin::{Skin, SkinKind};
 use crate::state::{Placement, State};
@@ -98,11 +95,12 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the half-width of the regions in cells, at least 1. Larger regions make the body stiffer, and so does a
+    /// Sets the half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1.
+    /// Larger regions make the body stiffer, and so does a
     /// coarser lattice with the same half-width. Replaces a preset or Young's modulus; the default of the stiffness
     /// is then alpha = 1.
-    pub fn half_width(self, cells: usize) -> Self {
-        let elasticity = self.material.elasticity.with_region_size(RegionSize::Cells(cells));
+    pub fn half_width(self, cells: impl Into<HalfWidth>) -> Self {
+        let elasticity = self.material.elasticity.with_region_size(RegionSize::Cells(cells.into()));
         self.elasticity(elasticity)
     }
 
@@ -378,8 +376,8 @@ impl BodyBuilder {
         let mesh = surface.as_ref().map(|surface| &surface.mesh);
         let shares = self.fracture.is_some().then(|| cell_shares(&lattice, mesh));
         let masses = match &shares {
-            None => vertex_masses(&lattice, mesh),
-            Some(shares) => masses_of_shares(&lattice, shares),
+            None => Masses::new(&lattice, mesh),
+            Some(shares) => Masses::of_shares(&lattice, shares),
         };
         let matching = Matching::new(&lattice, &masses, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);

@@ -143,8 +143,7 @@ impl Display {
             let fitted = (&state.positions, &mut self.slot_rotations, body.get().shapes());
             let workspace = &mut self.matching_workspace;
             matching.fit(workspace, &executor, fitted, None, Purpose::Regions);
-            self.rotations.clear();
-            self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
+            matching.rotations_at_vertices(&self.slot_rotations, &mut self.rotations);
             self.correct(body, correction, &executor);
             // The scales of the scope `regional` would lead back to the same inverted cells.
             if !correction.is_regional() {

@@ -7,14 +7,14 @@ use crate::dynamics::{
     StiffnessFactors, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
-use crate::matching::{Matching, Workspace};
+use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::Interior;
 use crate::parallel::Executor;
 use crate::state::index_bounds;
 use crate::volume::MIN_VOLUME_FRACTION;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
-pub(super) const DEFAULT_HALF_WIDTH: usize = 2;
+pub(super) const DEFAULT_HALF_WIDTH: HalfWidth = HalfWidth::whole(2);
 
 /// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has none.
 const LEAST_SIZE: f64 = 0.1;
@@ -113,7 +113,7 @@ impl Body {
 
     /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, with regions of
     /// half-width `half_width`.
-    pub(crate) fn step_rate(&self, half_width: usize, modulus: f64) -> f64 {
+    pub(crate) fn step_rate(&self, half_width: HalfWidth, modulus: f64) -> f64 {
         1.0 / self.elastic_law(1.0).longest_step(half_width, modulus)
     }
 
@@ -157,11 +157,12 @@ impl Body {
     }
 
     /// Changes the half-width of the regions, and rebuilds them. Positions, velocities and momenta are unchanged.
-    pub(super) fn set_half_width(&mut self, half_width: usize) {
+    pub(super) fn set_half_width(&mut self, half_width: HalfWidth) {
         if half_width == self.half_width() {
             return;
         }
-        self.matching.set_half_width(&self.masses, half_width);
+        self.matching.set_half_width(&self.lattice, &self.masses, half_width);
+        self.pass_stiffness_factors();
         let Matching { layout, cascade, .. } = &self.matching;
         self.workspace = Workspace::default();
         // The division of the sums into tasks depends on the half-width.
@@ -219,15 +220,15 @@ impl Body {
 }
 
 /// Returns the half-width of the regions of a body outside a simulation, in cells: at most the extent of the lattice.
-pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent: usize) -> usize {
+pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent: usize) -> HalfWidth {
     let cells = match material.elasticity {
         Elasticity::Regions { size: RegionSize::Cells(cells), .. } => cells,
         Elasticity::Regions { size: RegionSize::Radius(radius), .. } => {
-            (radius / lattice.cell_size()).round() as usize
+            (radius / lattice.cell_size()).round().max(1.0).into()
         }
         _ => DEFAULT_HALF_WIDTH,
     };
-    cells.clamp(1, extent.max(1))
+    if cells.is_cell() { cells } else { HalfWidth::whole(cells.links().min(extent.max(1))) }
 }
 
 /// Returns the size L of a body: the cube root of the volume inside the mesh, or of the bounding box if the mesh is a sheet

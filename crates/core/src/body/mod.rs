@@ -73,8 +73,8 @@ use crate::dynamics::{
     StiffnessFactors,
 };
 use crate::flatten::FlattenTable;
-use crate::lattice::{Embedding, Lattice, Smoothing};
-use crate::matching::{Matching, Purpose, Workspace};
+use crate::lattice::{Embedding, Lattice, Masses, Smoothing};
+use crate::matching::{HalfWidth, Matching, Purpose, Workspace};
 use crate::mesh::{Mesh, Scale};
 use crate::parallel::Executor;
 use crate::skin::{Skin, SkinKind};
@@ -96,7 +96,7 @@ pub struct Body {
     material: Material,
     lattice: Lattice,
     /// Mass of each vertex in units of a full cell's mass.
-    masses: Vec<f32>,
+    masses: Masses,
     /// `None` for a bare lattice. Computed when it is needed: see `pieces`.
     surface: Option<OnceLock<Surface>>,
     skin: SkinKind,
@@ -195,8 +195,8 @@ impl Body {
         &self.material
     }
 
-    /// Returns the half-width of the regions in cells, at most the extent of the lattice.
-    pub fn half_width(&self) -> usize {
+    /// Returns the half-width of the regions, at most the extent of the lattice.
+    pub fn half_width(&self) -> HalfWidth {
         self.matching.regions.half_width()
     }
 
@@ -249,12 +249,15 @@ impl Body {
     }
 
     /// Returns the rotation of the region around each vertex, from the rest pose, as of the last step, shape
-    /// `(n, 3, 3)`.
+    /// `(n, 3, 3)`. If the regions are cells, it is the mean of those around the vertex.
     pub fn rotations(&self) -> Vec<Matrix3<f64>> {
-        self.by_vertex(|slot| {
-            let [x, y, z, w] = self.state.rotations.get(slot).map(f64::from);
+        let matrix = |quaternion: [f32; 4]| {
+            let [x, y, z, w] = quaternion.map(f64::from);
             UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
-        })
+        };
+        let mut rotations = Vec::new();
+        self.matching.rotations_at_vertices(&self.state.rotations, &mut rotations);
+        rotations.into_iter().map(matrix).collect()
     }
 
     /// Returns the masses, one per vertex: density x cell_size³ / 8 x the sum of the filled shares of the cells that
@@ -270,6 +273,11 @@ impl Body {
     /// others.
     pub fn fit_masses(&self) -> Vec<f64> {
         self.by_vertex(|slot| self.matching.regions.weights.get(slot)[0].into())
+    }
+
+    /// Returns the filled share of each cell: see [`Body::masses`].
+    pub fn cell_shares(&self) -> Vec<f64> {
+        (0..self.lattice.cells().len() as u32).map(|cell| self.masses.share(cell).into()).collect()
     }
 
     /// Returns the mass of a full cell.

@@ -20,7 +20,7 @@ impl Body {
         let mut plan = BodyPlan {
             name: self.name.clone(),
             lattice_bytes: self.lattice.memory()
-                + size_of_val(self.masses.as_slice())
+                + self.masses.bytes()
                 + self.stiffness_factors.as_ref().map_or(0, StiffnessFactors::bytes),
             state_bytes: self.state.bytes(),
             stages: Vec::new(),

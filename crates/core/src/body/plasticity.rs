@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::Body;
 use crate::dynamics::{Material, Plasticity};
-use crate::matching::{Shapes, bulk_of, symmetric};
+use crate::matching::{Matching, Shapes, bulk_of, symmetric};
 use crate::range::RangeError;
 use crate::simd::lanes::Lanes;
 
@@ -47,20 +47,37 @@ impl Body {
     }
 
     /// Returns the plastic strain of the region around each vertex, |S - 1| with the plastic shape S: 0 where the body
-    /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. See [`Plasticity`].
+    /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. If the regions are cells, it is the
+    /// mean of those around the vertex. See [`Plasticity`].
     pub fn plastic_strain(&self) -> Vec<f64> {
         let Some(strains) = &self.state.strains else { return vec![0.0; self.lattice.len()] };
-        self.by_vertex(|slot| symmetric(strains.get(slot)).norm())
+        let Matching { layout, regions, .. } = &self.matching;
+        let strain = |slot: u32| symmetric(strains.get(slot)).norm();
+        self.by_vertex(|slot| match self.half_width().is_cell() {
+            false => strain(slot),
+            true => {
+                let cells = regions.cells_around(layout, slot).map(|cell| (strain(cell), 1.0));
+                let (sum, count) = cells.fold((0.0, 0.0), |sums, cell| (sums.0 + cell.0, sums.1 + cell.1));
+                sum / f64::max(count, 1.0)
+            }
+        })
     }
 
-    /// Returns the plastic shape S of the region around each vertex, shape `(n, 3, 3)`: a symmetric matrix of
-    /// determinant 1, in the rest pose; the identity where the body has its rest shape, and everywhere without
-    /// plasticity. See [`Plasticity`].
+    /// Returns the plastic shape S of each region, shape `(n, 3, 3)` for the vertices, or `(m, 3, 3)` for the cells if the
+    /// regions are cells: a symmetric matrix of determinant 1, in the rest pose; the identity where the body has its rest
+    /// shape, and everywhere without plasticity. See [`Plasticity`].
     pub fn plastic_shapes(&self) -> Vec<Matrix3<f64>> {
         let strain = |slot| {
             self.state.strains.as_ref().map_or_else(Matrix3::zeros, |strains| symmetric(strains.get(slot)))
         };
-        self.by_vertex(|slot| Matrix3::identity() + strain(slot))
+        let (lattice, slots) = (&self.lattice, self.matching.layout.slots());
+        let shape = |slot: u32| Matrix3::identity() + strain(slot);
+        match self.half_width().is_cell() {
+            false => self.by_vertex(shape),
+            true => (0..lattice.cells().len() as u32)
+                .map(|cell| shape(slots[lattice.first_corner(cell) as usize]))
+                .collect(),
+        }
     }
 
     /// Resets the plastic shapes: from the next step on, the body returns to its rest shape. Without plasticity,

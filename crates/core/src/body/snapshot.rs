@@ -9,6 +9,7 @@ use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
 use crate::error::{Error, StateError};
 use crate::fracture::Cracks;
 use crate::lattice::{Embedding, Lattice, Layout};
+use crate::matching::HalfWidth;
 use crate::range::in_range;
 use crate::state::{State, Touches};
 use crate::volume::{self, Correction, VolumeError, VolumeOptions};
@@ -25,7 +26,7 @@ pub struct BodySnapshot {
     material: Material,
     /// Young's modulus that was fixed when the body joined a simulation.
     youngs_modulus: Option<f64>,
-    half_width: usize,
+    half_width: HalfWidth,
     /// One per lattice vertex.
     stiffness_factors: Option<Vec<f64>>,
     volume: VolumeOptions,
@@ -199,12 +200,12 @@ impl Body {
         if let Some(modulus) = youngs_modulus {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
         }
-        let (cells, limit) = (half_width as f64, self.extent.max(1));
+        let is_within = half_width.links() <= self.extent.max(1);
         in_range(
             "half_width",
-            cells,
-            (1..=limit).contains(&half_width),
-            "at least 1 and at most the extent",
+            half_width.cells(),
+            half_width.is_valid() && is_within,
+            "0.5, or at least 1 and at most the extent",
         )?;
         Ok(())
     }

@@ -25,7 +25,7 @@ use super::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::{Purpose, Regions, Shapes, Workspaces};
+use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -337,7 +337,8 @@ impl Body {
         }
         let fraction = material.region_damping_fraction(context.interval.dt) as f32;
         let shapes_velocities = (&state.rotations, state.strains.as_ref(), &mut state.velocities);
-        region_damping.apply(matching, workspace, executor, shapes_velocities, (fraction, None));
+        let shares = matching.regions.shares();
+        region_damping.apply(matching, workspace, executor, shapes_velocities, (fraction, shares));
     }
 
     /// Measures the motion before the step, and computes the reference motions of the damping.
@@ -427,11 +428,11 @@ impl Body {
 
         let stiffness_rate = alpha / dt;
         let sums_momenta = momentum.any_free();
-        let Regions { weights, factors, .. } = &matching.regions;
+        let (weights, factors) = (&matching.regions.weights, matching.regions.factors());
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
             weights,
-            factors: factors.as_ref(),
+            factors,
             positions: &state.positions,
             stiffness_rate: stiffness_rate as f32,
             velocity_change: velocity_change.map(|v| v as f32).into(),

@@ -17,6 +17,8 @@ pub(super) struct Parents {
     /// For copies that an event unites, near the front of a crack: triples of a vertex, a vertex before and the mass that it
     /// has from it, in masses of a full cell. Sorted.
     merged: Vec<(u32, u32, f64)>,
+    /// The first corner of each cell, before and after.
+    of_cells: Vec<(u32, u32)>,
 }
 
 impl Parents {
@@ -45,7 +47,8 @@ impl Parents {
             }
             is_same
         });
-        Self { first, merged: parts }
+        let of_cells = old_corners.iter().zip(&*new_corners).map(|(old, new)| (old[0], new[0])).collect();
+        Self { first, merged: parts, of_cells }
     }
 
     /// Returns all pairs of a vertex after an event and a vertex before.
@@ -78,6 +81,20 @@ impl Parents {
         }
         transferred
     }
+
+    /// Gives the first corners of the cells what they had before, for regions that are cells: copies of a vertex are the
+    /// first corners of different cells.
+    fn keep_cells<const N: usize>(
+        &self,
+        values: &Lanes<N>,
+        (before, after): (&Matching, &Matching),
+        transferred: &mut Lanes<N>,
+    ) {
+        let (old_slots, slots) = (before.layout.slots(), after.layout.slots());
+        for &(old, new) in self.of_cells.iter().filter(|_| after.regions.half_width().is_cell()) {
+            transferred.set(slots[new as usize], values.get(old_slots[old as usize]));
+        }
+    }
 }
 
 /// Scales a plastic shape S, the mean of several, to the determinant 1. Takes and returns S - 1.
@@ -105,12 +122,14 @@ pub(super) fn transfer(
         let quaternion = nalgebra::Vector4::from(rotations.get(slot));
         rotations.set(slot, quaternion.try_normalize(0.0).unwrap_or_else(nalgebra::Vector4::w).into());
     }
-    let strains = state.strains.as_ref().map(|strains| {
-        let mut strains = parents.transferred(strains, stages);
+    parents.keep_cells(&state.rotations, stages, &mut rotations);
+    let strains = state.strains.as_ref().map(|before| {
+        let mut strains = parents.transferred(before, stages);
         for &(vertex, ..) in &parents.merged {
             let slot = after.layout.slots()[vertex as usize];
             strains.set(slot, of_volume_one(strains.get(slot)));
         }
+        parents.keep_cells(before, stages, &mut strains);
         strains
     });
     let mut transferred = State {

@@ -248,7 +248,7 @@ mod tests {
             };
             let joints = (0..).zip(whole.joints().map(|(joint, _)| joint)).filter(is_slit);
             let lattice = whole.with_broken_joints(&joints.map(|(_, joint)| joint).collect::<Vec<_>>());
-            let mut matching = Matching::new(&lattice, &vec![1.0; lattice.len()], 1);
+            let mut matching = Matching::new(&lattice, &vec![1.0; lattice.len()].into(), 1.into());
             matching.set_spreads(true);
             (lattice, matching)
         };

@@ -16,7 +16,7 @@
 //! this one. Its strength k = 3 ν/(1 - 2 ν) limits alpha to 1.5/(1 + k): above it, the fastest modes of a thin body would
 //! gain energy. E is then at most min(1 + ν, 1.5 - 3 ν) times the one of alpha = 1 and ν = 0.
 
-use crate::matching::bulk_of;
+use crate::matching::{HalfWidth, bulk_of};
 
 /// The elastic law of shape matching: E = (1 + ν) ρ (alpha/dt²) h² w (w + 1)/3.
 ///
@@ -45,17 +45,17 @@ pub struct ElasticLaw {
 }
 
 impl ElasticLaw {
-    /// Computes Young's modulus, in scene units of force per area, of regions of half-width `half_width` >= 1 in cells
+    /// Computes Young's modulus, in scene units of force per area, of regions of half-width `half_width` in cells
     /// with the stiffness `alpha` per step, in (0, 1] and at most [`greatest_alpha`](Self::greatest_alpha).
-    pub fn modulus(&self, half_width: usize, alpha: f64) -> f64 {
-        alpha * self.greatest_modulus(half_width)
+    pub fn modulus(&self, half_width: impl Into<HalfWidth>, alpha: f64) -> f64 {
+        alpha * self.greatest_modulus(half_width.into())
     }
 
     /// Computes alpha for Young's modulus `modulus` > 0, in scene units of force per area, and regions of half-width
-    /// `half_width` >= 1 in cells. It exceeds [`greatest_alpha`](Self::greatest_alpha), and no body can have it, if the
+    /// `half_width` in cells. It exceeds [`greatest_alpha`](Self::greatest_alpha), and no body can have it, if the
     /// regions are too small or the step is too long.
-    pub fn alpha(&self, half_width: usize, modulus: f64) -> f64 {
-        modulus / self.greatest_modulus(half_width)
+    pub fn alpha(&self, half_width: impl Into<HalfWidth>, modulus: f64) -> f64 {
+        modulus / self.greatest_modulus(half_width.into())
     }
 
     /// Returns the greatest alpha with which steps are stable: 1, or 1.5/(1 + k) with k = 3 ν/(1 - 2 ν) if that is less.
@@ -69,27 +69,28 @@ impl ElasticLaw {
     }
 
     /// Returns Young's modulus at alpha = 1.
-    fn greatest_modulus(&self, half_width: usize) -> f64 {
-        (1.0 + self.poisson_ratio) * self.density * (self.cell_size / self.dt).powi(2) * moment(half_width)
+    fn greatest_modulus(&self, half_width: HalfWidth) -> f64 {
+        let square = (self.cell_size / self.dt).powi(2);
+        (1.0 + self.poisson_ratio) * self.density * square * half_width.moment()
     }
 
-    /// Returns the least half-width, from 1 to `limit`, for which alpha is at most the greatest one. Returns `limit` if
+    /// Returns the least whole half-width, from 1 to `limit`, for which alpha is at most the greatest one. Returns `limit` if
     /// alpha exceeds it for all of them.
-    pub(crate) fn least_half_width(&self, modulus: f64, limit: usize) -> usize {
+    pub(crate) fn least_half_width(&self, modulus: f64, limit: usize) -> HalfWidth {
         // The largest half-width is far below 2^53.
         let moment =
             modulus / (reach(self.poisson_ratio) * self.density * (self.cell_size / self.dt).powi(2));
         let root = half_width_of(3.0 * moment);
         // A rounding error of a whole number of cells must not give another cell.
         let least = (root * (1.0 - 1e-12)).ceil();
-        if least < limit as f64 { (least as usize).max(1) } else { limit }
+        HalfWidth::whole(if least < limit as f64 { (least as usize).max(1) } else { limit })
     }
 
     /// Returns the length of the longest step for which alpha is at most the greatest one with regions of half-width
     /// `half_width`. `dt` does not count.
-    pub(crate) fn longest_step(&self, half_width: usize, modulus: f64) -> f64 {
+    pub(crate) fn longest_step(&self, half_width: HalfWidth, modulus: f64) -> f64 {
         let density = reach(self.poisson_ratio) * self.density;
-        self.cell_size * (density * moment(half_width) / modulus).sqrt()
+        self.cell_size * (density * half_width.moment() / modulus).sqrt()
     }
 }
 
@@ -101,12 +102,6 @@ fn reach(poisson_ratio: f64) -> f64 {
 /// Returns the number w > 0 with w (w + 1) = `product`.
 pub(crate) fn half_width_of(product: f64) -> f64 {
     (product + 0.25).sqrt() - 0.5
-}
-
-/// Returns the second moment of a window of 2 w + 1 vertices, w (w + 1)/3.
-fn moment(half_width: usize) -> f64 {
-    let w = half_width as f64;
-    w * (w + 1.0) / 3.0
 }
 
 #[cfg(test)]
@@ -125,7 +120,7 @@ mod tests {
             assert_eq!(law.least_half_width(1.0001 * modulus, 2000), half_width + 1);
             assert_eq!(law.least_half_width(0.9999 * modulus, 2000), half_width);
             assert!((law.alpha(half_width, 0.3 * modulus) - 0.3 * greatest).abs() < 1e-12);
-            let longest = law.longest_step(half_width, modulus);
+            let longest = law.longest_step(half_width.into(), modulus);
             assert!((longest - law.dt).abs() < 1e-12 * law.dt);
         }
         let law = ElasticLaw { density: 700.0, cell_size: 0.1, dt: 1.0 / 240.0, poisson_ratio: 0.3 };

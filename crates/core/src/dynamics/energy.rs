@@ -103,7 +103,7 @@ impl EnergyLimiter {
 
     /// Sums over all vertices in f64, in storage order.
     fn sums(&self, regions: &Regions, positions: &Lanes<3>, velocities: &Lanes<3>) -> Sums {
-        let Regions { weights, factors, .. } = regions;
+        let (weights, factors) = (&regions.weights, regions.factors());
         let mut sums = Sums::default();
         let blocks = weights.blocks().iter().zip(positions.blocks()).zip(self.velocities_before.blocks());
         for (block, (((weights, x), before), v)) in blocks.zip(velocities.blocks()).enumerate() {

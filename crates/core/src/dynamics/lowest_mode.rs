@@ -64,7 +64,7 @@ pub(crate) fn lowest_eigenvalue(
     while diagonal.len() < MAX_ITERATIONS {
         next.copy_from(&current);
         // The result is (1 - K) current.
-        let all = (1.0, regions.factors.as_ref());
+        let all = (1.0, regions.factors());
         damper.apply(matching, &mut workspace, executor, (&rotations, None, &mut next), all);
         // K current = current - (1 - K) current. Rigid displacements are removed from (1 - K) current and not from the
         // difference, so that the eigenvalue of those that rounding adds is 1. It would be 0, and Lanczos' method

@@ -1,6 +1,7 @@
 //! Defines the material of a body.
 
 use super::plasticity::Plasticity;
+use crate::matching::HalfWidth;
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
 
@@ -11,9 +12,9 @@ const GREATEST_POISSON_RATIO: f64 = 0.47;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RegionSize {
-    /// Half-width of the regions in cells, at least 1. A body with a larger half-width is stiffer. At the
-    /// same half-width, a body with larger cells is stiffer.
-    Cells(usize),
+    /// Half-width of the regions in cells. A body with a larger half-width is stiffer. At the same half-width, a body
+    /// with larger cells is stiffer.
+    Cells(HalfWidth),
     /// Half-width of the regions as a length in scene units, > 0. It is rounded to a whole number of cells,
     /// at least one.
     Radius(f64),
@@ -164,7 +165,7 @@ impl Default for Elasticity {
 impl Elasticity {
     /// The default parameters of Rivers & James 2007: regions of half-width 2, and alpha = 1 per step.
     pub const REGIONS: Self =
-        Self::Regions { size: RegionSize::Cells(2), stiffness: Stiffness::PerStep(1.0) };
+        Self::Regions { size: RegionSize::Cells(HalfWidth::whole(2)), stiffness: Stiffness::PerStep(1.0) };
 
     /// Returns this elasticity with another size of the regions. Without regions, the stiffness is alpha = 1.
     #[must_use]
@@ -180,7 +181,7 @@ impl Elasticity {
     pub fn with_stiffness(self, stiffness: Stiffness) -> Self {
         match self {
             Self::Regions { size, .. } => Self::Regions { size, stiffness },
-            _ => Self::Regions { size: RegionSize::Cells(2), stiffness },
+            _ => Self::Regions { size: RegionSize::Cells(HalfWidth::whole(2)), stiffness },
         }
     }
 
@@ -193,9 +194,12 @@ impl Elasticity {
             }
             Self::Regions { size, stiffness } => {
                 match size {
-                    RegionSize::Cells(w) => {
-                        in_range("half_width", w as f64, w >= 1, "a whole number of cells, at least 1")
-                    }
+                    RegionSize::Cells(w) => in_range(
+                        "half_width",
+                        w.cells(),
+                        w.is_valid(),
+                        "0.5 or a whole number of cells, at least 1",
+                    ),
                     RegionSize::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
                 }?;
                 match stiffness {

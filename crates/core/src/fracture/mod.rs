@@ -242,7 +242,7 @@ impl Fracture {
         }
         let growing_in = |wanted: u32| growing.iter().filter(|(component, _)| *component == wanted).count();
         let [least, per_cell] = LEAST_DISTANCE;
-        let distance = least.max(per_cell * *half_width as u32);
+        let distance = least.max(per_cell * half_width.links() as u32);
         let joints = cells.iter().flat_map(|&cell| (0..3).map(move |axis| Joint { cell, axis }));
         for joint in joints.filter(|joint| lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()) {
             let stretch = greatest_stretch(&limits.deformation.gradient(gradients, joint));

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
 
 use crate::lattice::{Joint, Lattice, Layout};
+use crate::matching::HalfWidth;
 use crate::simd::lanes::{LANES, Lanes};
 
 /// The deformation of a body in a step, beside the gradients of its regions.
@@ -11,8 +12,7 @@ pub(crate) struct Deformation<'a> {
     pub(crate) layout: &'a Layout,
     /// Rotation of the region around each vertex: unit quaternions (x, y, z, w).
     pub(crate) rotations: &'a Lanes<4>,
-    /// Half-width of the regions in cells.
-    pub(crate) half_width: usize,
+    pub(crate) half_width: HalfWidth,
     /// Young's modulus in force, without the stiffness factors.
     pub(crate) modulus: f64,
     /// Stiffness factor of the region around each vertex, and the greatest factor in force; `None` if all are 1.
@@ -22,14 +22,19 @@ pub(crate) struct Deformation<'a> {
 }
 
 impl Deformation<'_> {
-    /// Returns the mean deformation gradient of the regions around the corners of a joint that holds. Regions whose
-    /// vertices lie in a plane, which occur at the fronts of cracks, have none.
+    /// Returns the mean deformation gradient of the regions around the corners of a joint that holds, or of its cells if the
+    /// regions are cells. Regions whose vertices lie in a plane, which occur at the fronts of cracks, have none.
     pub(super) fn gradient(&self, gradients: &Lanes<9>, joint: Joint) -> Matrix3<f64> {
         let Self { lattice, layout, .. } = self;
         let (mut sum, mut count) = (Matrix3::zeros(), 0.0);
-        for corner in lattice.joint_corners(joint) {
+        let [first, second] = self.cells_of(joint).map(|cell| lattice.first_corner(cell));
+        let vertices = match self.half_width.is_cell() {
+            true => [first, second, first, second],
+            false => lattice.joint_corners(joint),
+        };
+        for vertex in vertices {
             let gradient =
-                Matrix3::from_column_slice(&gradients.get(layout.slots()[corner as usize]).map(f64::from));
+                Matrix3::from_column_slice(&gradients.get(layout.slots()[vertex as usize]).map(f64::from));
             if gradient != Matrix3::zeros() {
                 sum += gradient;
                 count += 1.0;
@@ -63,15 +68,19 @@ impl Deformation<'_> {
 
     /// Returns whether pins or handles hold each corner of the cells of a joint.
     fn are_held(&self, joint: Joint) -> impl Iterator<Item = bool> {
-        let Self { lattice, held, .. } = self;
-        let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
-        let corners = [joint.cell, other].into_iter().flat_map(|cell| lattice.cell_corners(cell));
-        corners.map(|corner| held.get(corner as usize).copied().unwrap_or(false))
+        let corners = self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell));
+        corners.map(|corner| self.held.get(corner as usize).copied().unwrap_or(false))
+    }
+
+    /// Returns the two cells of a joint.
+    fn cells_of(&self, joint: Joint) -> [u32; 2] {
+        [joint.cell, self.lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell)]
     }
 }
 
-/// Finds the cells, in order, that have a corner whose region is stretched. The mean of gradients stretches no vector more
-/// than each of them, so that no other joint is stretched. `stretched` has a bit mask of the lanes of each block.
+/// Finds the cells, in order, that have a corner whose region is stretched; if the regions are cells, those that have a
+/// corner in common with the first corner of a stretched one. The mean of gradients stretches no vector more than each of
+/// them, so that no other joint is stretched. `stretched` has a bit mask of the lanes of each block.
 pub(super) fn cells_beside(deformation: &Deformation, stretched: &[u8], cells: &mut Vec<u32>) {
     let Deformation { lattice, layout, .. } = deformation;
     cells.clear();
@@ -98,7 +107,7 @@ pub(super) fn greatest_stretch(gradient: &Matrix3<f64>) -> Option<(f64, Vector3<
     stretch.is_finite().then(|| (stretch, eigen.eigenvectors.column(greatest).into_owned()))
 }
 
-/// The mean rotation of the regions around the corners of each cell.
+/// The mean rotation of the regions around the corners of each cell; its own if the regions are cells.
 #[derive(Clone, Debug)]
 pub(super) struct CellRotations(Vec<Vector4<f64>>);
 
@@ -113,11 +122,15 @@ impl CellRotations {
     }
 
     pub(super) fn compute(&mut self, deformation: &Deformation) {
-        let Deformation { lattice, layout, rotations, .. } = deformation;
+        let Deformation { lattice, layout, rotations, half_width, .. } = deformation;
         for (cell, mean) in (0..).zip(&mut self.0) {
-            let corners = lattice
-                .cell_corners(cell)
-                .map(|corner| Vector4::from(rotations.get(layout.slots()[corner as usize]).map(f64::from)));
+            let of_vertex =
+                |vertex: u32| Vector4::from(rotations.get(layout.slots()[vertex as usize]).map(f64::from));
+            if half_width.is_cell() {
+                *mean = of_vertex(lattice.first_corner(cell));
+                continue;
+            }
+            let corners = lattice.cell_corners(cell).map(of_vertex);
             // q and -q are the same rotation.
             let sum: Vector4<f64> = corners.iter().map(|q| q * q.dot(&corners[0]).signum()).sum();
             *mean = sum.try_normalize(0.0).unwrap_or_else(|| *Quaternion::identity().as_vector());

@@ -237,6 +237,19 @@ impl AxisLinks {
             .then(|| if is_lower { slot + stride } else { self.next(block) * LANES + lane - stride })
     }
 
+    /// Returns the slot of the previous vertex along the axis, if it is linked to the vertex.
+    pub(crate) fn previous_slot(&self, slot: usize) -> Option<usize> {
+        let (block, lane) = (slot / LANES, slot % LANES);
+        let stride = lane_stride(self.axis);
+        let (block, links, lane) = if LOWER[self.axis] >> lane & 1 == 0 {
+            (block, self.links[block], lane - stride)
+        } else {
+            let (previous, links) = self.previous(block);
+            (previous, links, lane + stride)
+        };
+        (links >> lane & 1 != 0).then_some(block * LANES + lane)
+    }
+
     /// Returns the memory of the links, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.links.len() + size_of_val(self.next.as_slice()) + size_of_val(self.previous.as_slice())
@@ -284,6 +297,8 @@ mod tests {
                     let is_linked = linked >> (2 * axis + 1) & 1 != 0;
                     let expected = next.filter(|_| is_linked).map(|next| slots[next] as usize);
                     assert_eq!(layout.axis(axis).next_slot(slots[vertex] as usize), expected);
+                    let back = expected.and_then(|next| layout.axis(axis).previous_slot(next));
+                    assert_eq!(back, expected.map(|_| slots[vertex] as usize));
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! The masses of the lattice vertices, by the share of each cell that the mesh fills.
 
+use std::ops::Deref;
+
 use nalgebra::{Point3, Vector3};
 
 use super::Lattice;
@@ -28,12 +30,62 @@ const MAX_ANGLES: f64 = 1e8;
 /// Number of cells at which the number of solid angles of a point is looked at.
 const COST_SAMPLES: usize = 16;
 
-/// Computes the mass of each vertex in units of a full cell's mass, shape `(n,)`: an eighth of the filled shares of its
-/// cells. See [`shares`].
-pub(crate) fn vertex_masses(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f32> {
-    match shares(lattice, mesh) {
-        None => lattice.occupied_cells.iter().map(|&cells| f32::from(cells) / 8.0).collect(),
-        Some(shares) => masses_of_shares(lattice, &shares),
+/// The masses of the vertices and cells of a lattice, in units of a full cell's mass. It is a slice of the masses of the
+/// vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Masses {
+    /// Mass of each vertex, shape `(n,)`: an eighth of the filled shares of its cells.
+    vertices: Vec<f32>,
+    /// Filled share of each cell, shape `(m,)`; `None` if all are 1. See [`shares`].
+    shares: Option<Vec<f32>>,
+}
+
+impl Masses {
+    /// Computes the masses of a lattice that covers `mesh`.
+    pub(crate) fn new(lattice: &Lattice, mesh: Option<&Mesh>) -> Self {
+        match shares(lattice, mesh) {
+            None => {
+                lattice.occupied_cells.iter().map(|&cells| f32::from(cells) / 8.0).collect::<Vec<_>>().into()
+            }
+            Some(shares) => Self::of_shares(lattice, &shares),
+        }
+    }
+
+    /// Computes the masses from the filled shares of the cells.
+    pub(crate) fn of_shares(lattice: &Lattice, shares: &[f64]) -> Self {
+        let is_full = shares.iter().all(|&share| share == 1.0);
+        let vertices = masses_of_shares(lattice, shares);
+        Self { vertices, shares: (!is_full).then(|| shares.iter().map(|&share| share as f32).collect()) }
+    }
+
+    /// Returns the masses with others of the vertices, for a lattice with the same cells.
+    pub(crate) fn with_vertices(&self, vertices: Vec<f32>) -> Self {
+        Self { vertices, shares: self.shares.clone() }
+    }
+
+    /// Returns the filled share of a cell.
+    pub(crate) fn share(&self, cell: u32) -> f32 {
+        self.shares.as_ref().map_or(1.0, |shares| shares[cell as usize])
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.vertices) + self.shares.as_ref().map_or(0, |shares| size_of_val(&**shares))
+    }
+}
+
+/// The masses of full cells.
+impl From<Vec<f32>> for Masses {
+    fn from(vertices: Vec<f32>) -> Self {
+        Self { vertices, shares: None }
+    }
+}
+
+impl Deref for Masses {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.vertices
     }
 }
 
@@ -73,7 +125,7 @@ fn shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Option<Vec<f64>> {
 /// The unit of shares that break apart: an eighth of it is 2^-23, so that sums up to 1 are exact in f32.
 const SHARE_UNIT: f64 = 1.0 / (1 << 20) as f64;
 
-/// Computes the mass of each vertex from the filled share of each cell: see [`vertex_masses`].
+/// Computes the mass of each vertex from the filled share of each cell: see [`Masses`].
 pub(crate) fn masses_of_shares(lattice: &Lattice, shares: &[f64]) -> Vec<f32> {
     let mut masses = vec![0.0; lattice.len()];
     for (corners, share) in lattice.corner_table().iter().zip(shares) {
@@ -384,11 +436,11 @@ mod tests {
     fn aligned_boxes_are_full_and_the_orientation_of_the_mesh_does_not_matter() {
         let mesh = cuboid([0.0; 3], [3.0, 2.0, 4.0]);
         let lattice = lattice_of(&mesh, 1.0);
-        let occupied = vertex_masses(&lattice, None);
-        assert_eq!(vertex_masses(&lattice, Some(&mesh)), occupied);
+        let occupied = Masses::new(&lattice, None);
+        assert_eq!(Masses::new(&lattice, Some(&mesh)), occupied);
         let faces: Vec<Vec<u32>> = mesh.faces().map(|face| face.iter().rev().copied().collect()).collect();
         let flipped = Mesh::new(mesh.vertices().iter().map(|&v| v.into()).collect(), &faces).unwrap();
-        assert_eq!(vertex_masses(&lattice, Some(&flipped)), occupied);
+        assert_eq!(Masses::new(&lattice, Some(&flipped)), occupied);
     }
 
     #[test]

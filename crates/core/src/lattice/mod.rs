@@ -52,7 +52,7 @@ pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
 pub use joints::Joint;
 pub(crate) use layout::{AxisLinks, Layout};
-pub(crate) use masses::{cell_shares, masses_of_shares, vertex_masses};
+pub(crate) use masses::{Masses, cell_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};
 pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};

@@ -249,7 +249,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     use super::*;
-    use crate::matching::{Matching, Purpose, Shapes, Workspace};
+    use crate::matching::{HalfWidth, Matching, Purpose, Shapes, Workspace};
     use crate::parallel::Executor;
     use crate::reference::{Naive, Regions};
     use crate::simd::lanes::Lanes;
@@ -395,8 +395,8 @@ mod tests {
                     (lattice.rest_position(vertex) + shift).map(|x| f64::from(x as f32))
                 })
                 .collect();
-            for half_width in 1..=7 {
-                let matching = Matching::new(&lattice, &masses, half_width);
+            for half_width in (1..=7).map(HalfWidth::from) {
+                let matching = Matching::new(&lattice, &masses.clone().into(), half_width);
                 let mut local = Lanes::zeros(matching.layout.blocks());
                 for (&slot, position) in matching.layout.slots().iter().zip(&positions) {
                     local.set(slot, position.coords.map(|x| x as f32).into());

@@ -14,7 +14,7 @@
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16};
 
 use super::cascade::{RegionTransform, VertexUpdate};
 use super::factors::Factors;
@@ -60,7 +60,7 @@ pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<4>,
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<&'a Factors>,
-    /// For each block of eight vertices, the bit mask of the lanes with a vertex.
+    /// For each block of eight regions, the bit mask of the lanes with a region.
     pub(crate) occupied: &'a [u8],
     /// Half-width of the regions in cells.
     pub(crate) half_width: f32,
@@ -210,9 +210,11 @@ pub(super) fn twice_trace<S: Simd>(a: &[f32x16<S>; 9], r: &[f32x16<S>; 9]) -> f3
 /// Multiplies the motion of each region of a block by the stiffness factor of the region.
 #[inline(always)]
 pub(crate) fn scale<S: Simd>(simd: S, factors: &Block<1>, motions: &mut Block<12>) {
-    let [factor] = load(simd, factors);
+    let ([factor], zero) = (load(simd, factors), f32x8::splat(simd, 0.0));
+    // The numbers of lanes without a region are anything.
+    let is_region = factor.simd_gt(zero);
     for row in motions {
-        (f32x8::load_array_ref(simd, row) * factor).store_array(row);
+        is_region.select(f32x8::load_array_ref(simd, row) * factor, zero).store_array(row);
     }
 }
 

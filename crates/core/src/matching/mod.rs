@@ -3,6 +3,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `half_width` | the half-width of the regions |
 //! | `regions` | the region weight m/n of each vertex; mass, rest centroid and rest inertia of a region |
 //! | `factors` | the stiffness factors of the regions, for a body whose stiffness varies |
 //! | `windows` | sums over windows of linked vertices along one axis |
@@ -21,6 +22,7 @@ mod cascade;
 mod factors;
 mod goals;
 mod gradients;
+mod half_width;
 mod plastic;
 mod regions;
 mod rotation;
@@ -33,6 +35,7 @@ pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Worksp
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use gradients::Gradients;
+pub use half_width::HalfWidth;
 pub(crate) use plastic::{Flow, shape};
 pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
@@ -43,7 +46,9 @@ pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;
 
-use crate::lattice::{Lattice, Layout};
+use nalgebra::Vector4;
+
+use crate::lattice::{Lattice, Layout, Masses};
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::Lanes;
 use bulk::FitBulk;
@@ -79,30 +84,23 @@ pub(crate) struct Matching {
 }
 
 impl Matching {
-    /// Creates the stage for regions of half-width `half_width` in cells, at least 1.
-    ///
-    /// `masses` has the mass of each vertex in units of a full cell's mass.
-    pub(crate) fn new(lattice: &Lattice, masses: &[f32], half_width: usize) -> Self {
-        Self::with_layout(masses, Layout::new(lattice), half_width)
+    /// Creates the stage for regions of half-width `half_width`.
+    pub(crate) fn new(lattice: &Lattice, masses: &Masses, half_width: HalfWidth) -> Self {
+        Self::with_layout((lattice, masses), Layout::new(lattice), half_width)
     }
 
-    /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
-    pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
-        let factors = self.regions.factors.take();
-        let renewed = Self::with_layout(masses, self.layout.clone(), half_width);
+    /// Changes the half-width of the regions, which removes their stiffness factors. `lattice` and `masses` must be those
+    /// of [`Matching::new`].
+    pub(crate) fn set_half_width(&mut self, lattice: &Lattice, masses: &Masses, half_width: HalfWidth) {
+        let renewed = Self::with_layout((lattice, masses), self.layout.clone(), half_width);
         let before = std::mem::replace(self, renewed);
-        if let Some(factors) = factors {
-            self.regions.set_factors(&self.layout, factors.regions);
-        }
         self.set_terms_of(&before);
     }
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
-        let factors = self.regions.factors.take();
         let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
-        self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
-        self.regions.factors = factors;
+        self.regions.set_masses(masses, &self.layout);
         self.set_terms(has_spreads, bulk);
     }
 
@@ -128,14 +126,14 @@ impl Matching {
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
     pub(crate) fn set_factors(&mut self, factors: Option<&[f32]>) {
-        self.regions.factors = None;
-        if let Some(factors) = factors {
+        let regions = factors.map(|factors| {
             let mut regions = Lanes::zeros(self.layout.blocks());
             for (&slot, &factor) in self.layout.slots().iter().zip(factors) {
                 regions.set(slot, [factor]);
             }
-            self.regions.set_factors(&self.layout, regions);
-        }
+            regions
+        });
+        self.regions.set_factors(&self.layout, regions);
     }
 
     /// Returns whether the regions have their rest spreads: see [`Matching::set_spreads`].
@@ -143,8 +141,8 @@ impl Matching {
         self.regions.inverse_spreads.is_some()
     }
 
-    fn with_layout(masses: &[f32], layout: Layout, half_width: usize) -> Self {
-        let regions = Regions::new(masses, &layout, half_width);
+    fn with_layout((lattice, masses): (&Lattice, &Masses), layout: Layout, half_width: HalfWidth) -> Self {
+        let regions = Regions::new(lattice, masses, &layout, half_width);
         let cascade = Cascade::new(&layout, half_width);
         Self { layout, regions, cascade }
     }
@@ -201,9 +199,9 @@ impl Matching {
         let unconverged = AtomicUsize::new(0);
         let fit = FitRotations {
             constants: &self.regions.constants,
-            factors: self.regions.factors.as_ref(),
-            occupied: self.layout.occupied(),
-            half_width: self.regions.half_width() as f32,
+            factors: self.regions.factors(),
+            occupied: self.regions.occupied(&self.layout),
+            half_width: self.regions.half_width().cells() as f32,
             unconverged: &unconverged,
             potential,
         };
@@ -256,6 +254,16 @@ impl Matching {
         }
     }
 
+    /// Writes, for each lattice vertex, the quaternion of the rotation of its region: of the cells around it their mean.
+    pub(crate) fn rotations_at_vertices(&self, rotations: &Lanes<4>, vertices: &mut Vec<[f32; 4]>) {
+        let Self { layout, regions, .. } = self;
+        vertices.clear();
+        vertices.extend(layout.slots().iter().map(|&slot| match regions.half_width().is_cell() {
+            false => rotations.get(slot),
+            true => mean_rotation(regions.cells_around(layout, slot).map(|cell| rotations.get(cell))),
+        }));
+    }
+
     /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
@@ -273,4 +281,12 @@ impl Matching {
     pub(crate) fn bytes(&self) -> usize {
         self.layout.bytes() + self.regions.bytes() + self.cascade.bytes()
     }
+}
+
+/// Returns the mean of quaternions of which none is far from the others; the identity without any.
+fn mean_rotation(mut quaternions: impl Iterator<Item = [f32; 4]>) -> [f32; 4] {
+    let Some(first) = quaternions.next().map(Vector4::from) else { return [0.0, 0.0, 0.0, 1.0] };
+    // q and -q are the same rotation.
+    let sum = quaternions.map(Vector4::from).fold(first, |sum, q| sum + q * q.dot(&first).signum());
+    sum.try_normalize(0.0).unwrap_or(first).into()
 }

@@ -4,8 +4,9 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::factors::Factors;
+use super::half_width::HalfWidth;
 use super::spreads::InverseSpreads;
-use crate::lattice::Layout;
+use crate::lattice::{Lattice, Layout, Masses};
 use crate::simd::lanes::{LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
@@ -16,6 +17,9 @@ use crate::simd::lanes::{LANES, Lanes};
 /// So Σ m g = Σ m x for the positions x and the goal positions g, and shape matching conserves linear
 /// momentum.
 ///
+/// The regions of half-width 1/2 are the cells: a corner has the weight 1 in its cell, and a cell of the filled share f the
+/// factor f/8. So n of a vertex is its mass, the sum of the factors of its cells, and Σ m g = Σ m x here too.
+///
 /// Arrays are indexed by slot, the index of a vertex in the storage order ([`Lanes`]).
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
@@ -23,28 +27,48 @@ pub(crate) struct Regions {
     /// turns a sum over the regions that contain the vertex into a mean. Zero in lanes without a vertex.
     pub(crate) weights: Lanes<2>,
     /// 1/M and d of the region around each vertex: M = Σ m/n is the mass of the region, and d its rest
-    /// centroid relative to its center vertex, in cells. Zero in lanes without a vertex.
+    /// centroid relative to its center vertex, in cells. Zero in lanes without a region.
     pub(crate) constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
-    pub(crate) factors: Option<Factors>,
+    factors: Option<Factors>,
+    /// `None` unless the regions are cells.
+    cells: Option<Cells>,
     /// `None` if the body is neither plastic nor can break, and has no volume term.
     pub(crate) inverse_spreads: Option<InverseSpreads>,
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
-    half_width: usize,
+    half_width: HalfWidth,
+}
+
+/// What regions that are cells have beside the constants.
+#[derive(Clone, Debug)]
+struct Cells {
+    /// The mask of each block: bit `l` is set iff lane `l` has a cell.
+    occupied: Vec<u8>,
+    /// f/8 of each cell with the filled share f.
+    shares: Factors,
 }
 
 impl Regions {
-    /// Creates the regions of half-width `half_width`, in cells.
-    ///
-    /// `masses` has the mass of each lattice vertex in units of a full cell's mass.
-    pub(crate) fn new(masses: &[f32], layout: &Layout, half_width: usize) -> Self {
+    /// Creates the regions of half-width `half_width`.
+    pub(crate) fn new(lattice: &Lattice, masses: &Masses, layout: &Layout, half_width: HalfWidth) -> Self {
+        if half_width.is_cell() {
+            let mut cells = Self::of_windows(masses, layout, half_width);
+            cells.keep_cells(lattice, masses, layout);
+            return cells;
+        }
+        Self::of_windows(masses, layout, half_width)
+    }
+
+    /// Creates the regions of the windows of all vertices. `masses` has the mass of each lattice vertex in units of a full
+    /// cell's mass.
+    fn of_windows(masses: &[f32], layout: &Layout, half_width: HalfWidth) -> Self {
         let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
         for (&slot, &m) in layout.slots().iter().zip(masses) {
             mass[slot as usize] = f64::from(m);
         }
-        let region_counts = windows.region_counts(&mass);
+        let region_counts = if half_width.is_cell() { mass.clone() } else { windows.region_counts(&mass) };
 
         let (mut weights, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
         let mut m_over_n = mass.clone();
@@ -61,28 +85,99 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, factors: None, inverse_spreads: None, bulk: 0.0, half_width }
+        Self { weights, constants, factors: None, cells: None, inverse_spreads: None, bulk: 0.0, half_width }
     }
 
-    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex.
-    pub(super) fn set_factors(&mut self, layout: &Layout, factors: Lanes<1>) {
-        let mut field = vec![0.0; layout.blocks() * LANES];
-        for &slot in layout.slots() {
-            field[slot as usize] = f64::from(factors.get(slot)[0]);
+    /// Removes the windows that are no cells, and gives the others their filled shares.
+    fn keep_cells(&mut self, lattice: &Lattice, masses: &Masses, layout: &Layout) {
+        let (mut shares, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
+        let mut occupied = vec![0; layout.blocks()];
+        for cell in 0..lattice.cells().len() as u32 {
+            let slot = layout.slots()[lattice.first_corner(cell) as usize];
+            shares.set(slot, [masses.share(cell) / 8.0]);
+            constants.set(slot, self.constants.get(slot));
+            occupied[slot as usize / LANES] |= 1 << (slot as usize % LANES);
         }
+        self.constants = constants;
+        self.cells = Some(Cells { occupied, shares: self.factors_of(layout, shares) });
+    }
+
+    /// Changes the masses of the vertices in the fits, and keeps the stiffness factors. Cells have no other masses than
+    /// their own.
+    pub(super) fn set_masses(&mut self, masses: &[f32], layout: &Layout) {
+        if self.cells.is_some() {
+            return;
+        }
+        let factors = self.factors.take();
+        *self = Self { factors, ..Self::of_windows(masses, layout, self.half_width) };
+    }
+
+    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; that of a cell is the mean of
+    /// those of its corners. `None` removes them.
+    pub(super) fn set_factors(&mut self, layout: &Layout, factors: Option<Lanes<1>>) {
+        self.factors = factors.map(|mut factors| {
+            if let Some(cells) = &self.cells {
+                let windows = LineWindows::new(layout, self.half_width);
+                let field = field_of(layout, |slot| factors.get(slot)[0].into());
+                let (sums, counts) = (windows.sums(&field), windows.sums(&field_of(layout, |_| 1.0)));
+                for &slot in layout.slots() {
+                    let mean = sums[slot as usize] / counts[slot as usize];
+                    factors.set(slot, [(mean * f64::from(cells.shares.of_region(slot))) as f32]);
+                }
+            }
+            self.factors_of(layout, factors)
+        });
+    }
+
+    /// Returns the factors of regions with their sums at the vertices.
+    fn factors_of(&self, layout: &Layout, regions: Lanes<1>) -> Factors {
+        let field = field_of(layout, |slot| regions.get(slot)[0].into());
         let sums = LineWindows::new(layout, self.half_width).sums_over_regions(field);
         let mut vertices = Lanes::zeros(layout.blocks());
-        for &slot in layout.slots() {
+        // A vertex is in no region if no link joins it to the first corner of a cell: see `lattice::charts`.
+        for &slot in layout.slots().iter().filter(|&&slot| sums[slot as usize] > 0.0) {
             let (sum, [_, inverse_count]) = (sums[slot as usize], self.weights.get(slot));
             vertices.set(slot, [(sum * f64::from(inverse_count)) as f32, (1.0 / sum) as f32]);
         }
-        self.factors = Some(Factors { regions: factors, vertices });
+        Factors { regions, vertices }
+    }
+
+    /// Returns the factors with which the regions count in goal positions: the stiffness factors, times f/8 of cells. `None`
+    /// if all are 1.
+    pub(crate) fn factors(&self) -> Option<&Factors> {
+        self.factors.as_ref().or(self.shares())
+    }
+
+    /// Returns the factors with which the regions count where their stiffness does not: f/8 of cells. `None` if all are 1.
+    pub(crate) fn shares(&self) -> Option<&Factors> {
+        self.cells.as_ref().map(|cells| &cells.shares)
+    }
+
+    /// Returns the mask of the lanes with a region of each block.
+    pub(crate) fn occupied<'a>(&'a self, layout: &'a Layout) -> &'a [u8] {
+        self.cells.as_ref().map_or(layout.occupied(), |cells| &cells.occupied)
+    }
+
+    /// Iterates over the slots of the cells around the vertex in a slot, if the regions are cells.
+    pub(crate) fn cells_around<'a>(
+        &'a self,
+        layout: &'a Layout,
+        slot: u32,
+    ) -> impl Iterator<Item = u32> + 'a {
+        let before = move |slot: Option<u32>, axis: usize| {
+            slot.and_then(|slot| layout.axis(axis).previous_slot(slot as usize)).map(|slot| slot as u32)
+        };
+        // The order of the adjoint passes, from their last one back.
+        let firsts = (0..8).filter_map(move |k| {
+            (0..3).fold(Some(slot), |slot, axis| if k >> axis & 1 == 0 { slot } else { before(slot, axis) })
+        });
+        firsts.filter(|&slot| is_set(self.occupied(layout), slot))
     }
 
     /// Returns, as the second number of each vertex, what turns a sum over the regions that contain the vertex into a
-    /// mean: 1/n, or 1/S with stiffness factors.
+    /// mean: 1/n, or 1/S with factors.
     pub(crate) fn mean_weights(&self) -> &Lanes<2> {
-        self.factors.as_ref().map_or(&self.weights, |factors| &factors.vertices)
+        self.factors().map_or(&self.weights, |factors| &factors.vertices)
     }
 
     /// Returns the factor of the mass of each vertex in the fits: 1 of a free vertex, and of a constrained one
@@ -94,12 +189,13 @@ impl Regions {
     /// d + w. Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w)
     /// times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more
     /// the regions at the hold would be stiffer than the others, and with less the body would slip out of its hold. A
-    /// layer of a region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together.
+    /// layer of a region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together. Cells need no such
+    /// factor: a hold acts on their corners.
     ///
     /// `constrained` has one entry per vertex, or none if no vertex is constrained.
     pub(crate) fn hold_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
         let mut factors = vec![1.0; layout.slots().len()];
-        if !constrained.contains(&true) {
+        if !constrained.contains(&true) || self.half_width.is_cell() {
             return factors;
         }
         let mut field = vec![0.0; layout.blocks() * LANES];
@@ -110,33 +206,34 @@ impl Regions {
         let vertices = layout.slots().iter().zip(constrained).zip(&mut factors);
         for ((&slot, _), factor) in vertices.filter(|((_, is_constrained), _)| **is_constrained) {
             let regions = 1.0 / f64::from(self.weights.get(slot)[1]);
-            let factor_of_layer = self.half_width as f64 * regions.powf(2.0 / 3.0) / counts[slot as usize];
+            let factor_of_layer = self.half_width.cells() * regions.powf(2.0 / 3.0) / counts[slot as usize];
             *factor = factor_of_layer.max(2.0) as f32;
         }
         factors
     }
 
-    /// Returns the stiffness factor of the region around the vertex in a slot.
+    /// Returns the factor of the region around the vertex in a slot; 0 without a region.
     fn factor(&self, slot: u32) -> f64 {
-        self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
+        self.factors().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
     }
 
     /// Returns the mass of the vertex in a slot in the fits, in units of a full cell's mass, times its stiffness
     /// factor: the strength with which its regions pull it to its goal position.
     pub(crate) fn pull(&self, slot: u32) -> f64 {
-        let factor = self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.vertices.get(slot)[0]));
+        let factor = self.factors().map_or(1.0, |factors| f64::from(factors.vertices.get(slot)[0]));
         f64::from(self.weights.get(slot)[0]) * factor
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let factors = self.factors.as_ref().map_or(0, Factors::bytes);
+        let factors = self.factors.as_ref().map_or(0, Factors::bytes)
+            + self.cells.as_ref().map_or(0, |cells| cells.shares.bytes() + cells.occupied.len());
         let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, InverseSpreads::bytes);
         self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads
     }
 
-    /// Returns the half-width of the regions, in cells.
-    pub(crate) fn half_width(&self) -> usize {
+    /// Returns the half-width of the regions.
+    pub(crate) fn half_width(&self) -> HalfWidth {
         self.half_width
     }
 
@@ -144,7 +241,7 @@ impl Regions {
     /// offset of the vertex from the rest centroid of the region, in cells, and s the factor of the region.
     pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
         let [xx, yy, zz, ..] = self.second_moments(layout);
-        let spread = layout.slots().iter().map(|&slot| {
+        let spread = self.slots(layout).map(|&slot| {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let i = slot as usize;
             self.factor(slot) * (xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass)
@@ -203,7 +300,13 @@ impl Regions {
             };
             self.factor(slot) * (spread + rest_spread - 2.0 * product + mass[i] * (change + volume))
         };
-        layout.slots().iter().map(misfit_of).sum()
+        self.slots(layout).map(misfit_of).sum()
+    }
+
+    /// Iterates over the slots that have a region.
+    fn slots<'a>(&'a self, layout: &'a Layout) -> impl Iterator<Item = &'a u32> {
+        let occupied = self.occupied(layout);
+        layout.slots().iter().filter(move |&&slot| is_set(occupied, slot))
     }
 
     /// Computes the second moments of each region, by slot of its center vertex: Σ m/n times xx, yy, zz, xy,
@@ -247,7 +350,7 @@ impl Regions {
     fn inverses(&self, layout: &Layout, matrix: impl Fn(Matrix3<f64>) -> Matrix3<f64>) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
-        for &slot in layout.slots() {
+        for &slot in self.slots(layout) {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
             let spread = spread(moments, Vector3::new(x, y, z));
@@ -256,6 +359,18 @@ impl Regions {
         }
         lanes
     }
+}
+
+/// Returns whether the bit of a slot is set in the masks of the blocks.
+fn is_set(masks: &[u8], slot: u32) -> bool {
+    masks[slot as usize / LANES] >> (slot as usize % LANES) & 1 != 0
+}
+
+/// Returns an array by slot with a value in each slot that has a vertex, and 0 elsewhere.
+fn field_of(layout: &Layout, value: impl Fn(u32) -> f64) -> Vec<f64> {
+    let mut field = vec![0.0; layout.blocks() * LANES];
+    layout.slots().iter().for_each(|&slot| field[slot as usize] = value(slot));
+    field
 }
 
 /// Returns W/t of the [volume term](super::bulk) of a region, from A and the rest spread C; 0 if C has no inverse.
@@ -285,16 +400,17 @@ pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
 /// Window sums in f64 over arrays by slot, for constants that are computed once.
 ///
 /// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
-/// links along this axis. A line is a maximal sequence of linked vertices along an axis.
+/// links along this axis; that of a cell the vertex and the next one. A line is a maximal sequence of linked vertices along
+/// an axis.
 struct LineWindows {
     /// Lines of each axis, the result of [`lines`].
     axes: [(Vec<u32>, Vec<usize>); 3],
-    half_width: usize,
+    half_width: HalfWidth,
 }
 
 impl LineWindows {
     /// Finds the lines along each axis.
-    fn new(layout: &Layout, half_width: usize) -> Self {
+    fn new(layout: &Layout, half_width: HalfWidth) -> Self {
         Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width }
     }
 
@@ -310,7 +426,9 @@ impl LineWindows {
     /// Computes, for each vertex, the sum over the regions that contain it of the value of `field` at the center vertex
     /// of the region.
     fn sums_over_regions(&self, field: Vec<f64>) -> Vec<f64> {
-        (0..3).rev().fold(field, |field, axis| self.moment(axis, 0, &field))
+        let is_cell = self.half_width.is_cell();
+        let reach = if is_cell { [1, 0] } else { [self.half_width.links(); 2] };
+        (0..3).rev().fold(field, |field, axis| self.moment_within(reach, 0.0, (axis, 0), &field))
     }
 
     /// Computes Σ f of each region, where f is the value of `field` at a vertex.
@@ -338,6 +456,21 @@ impl LineWindows {
     /// Computes Σ iᵖ f over the window of each vertex along `axis`, where f is a value of `field`, i is the
     /// signed number of links from the center of the window, and p = `power` is 0, 1 or 2.
     fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
+        match self.half_width.is_cell() {
+            true => self.moment_within([0, 1], 0.5, (axis, power), field),
+            false => self.moment_within([self.half_width.links(); 2], 0.0, (axis, power), field),
+        }
+    }
+
+    /// As [`Self::moment`], for windows that reach some numbers of links back and forth from a vertex, with their centers
+    /// `shift` links further than the vertex.
+    fn moment_within(
+        &self,
+        [back, forth]: [usize; 2],
+        shift: f64,
+        (axis, power): (usize, usize),
+        field: &[f64],
+    ) -> Vec<f64> {
         let (slots, starts) = &self.axes[axis];
         let mut out = vec![0.0; field.len()];
         // Prefix sums of f, j f and j² f along a line, where j is the index of a vertex in the line.
@@ -352,10 +485,10 @@ impl LineWindows {
                 sums.push(sum);
             }
             for (center, &slot) in line.iter().enumerate() {
-                let before = sums[center.saturating_sub(self.half_width)];
-                let up_to = sums[line.len().min(center + self.half_width + 1)];
+                let before = sums[center.saturating_sub(back)];
+                let up_to = sums[line.len().min(center + forth + 1)];
                 let [s, sj, sjj] = [0, 1, 2].map(|p| up_to[p] - before[p]);
-                let c = center as f64;
+                let c = center as f64 + shift;
                 out[slot as usize] = match power {
                     0 => s,
                     1 => sj - c * s,

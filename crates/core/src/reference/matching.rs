@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Naive, Regions};
 use crate::lattice::Lattice;
+use crate::matching::HalfWidth;
 
 /// Computes the goal positions (Rivers & James 2007, Eqs. (5) and (6)).
 ///
@@ -13,7 +14,7 @@ use crate::lattice::Lattice;
 /// `sum m_i g_i = sum m_i x_i`, where x_i are the positions.
 ///
 /// * `positions`: one per lattice vertex, in the unit of the lattice's cell size.
-/// * `half_width`: half-width of the regions, in cells.
+/// * `half_width`: half-width of the regions, in cells: 0.5, so that each region is a cell, or a whole number.
 ///
 /// # Panics
 ///
@@ -21,14 +22,14 @@ use crate::lattice::Lattice;
 pub fn goals(
     lattice: &Lattice,
     positions: &[Vector3<f64>],
-    half_width: usize,
+    half_width: impl Into<HalfWidth>,
     regions: Regions,
 ) -> Vec<Vector3<f64>> {
     let naive = Naive::new(lattice, half_width, regions);
     naive.goals(&naive.motions(positions))
 }
 
-/// Computes the rotation of the region of each vertex.
+/// Computes the rotation of each region: of each vertex, or of each cell if the half-width is 1/2.
 ///
 /// # Panics
 ///
@@ -36,7 +37,7 @@ pub fn goals(
 pub fn rotations(
     lattice: &Lattice,
     positions: &[Vector3<f64>],
-    half_width: usize,
+    half_width: impl Into<HalfWidth>,
     regions: Regions,
 ) -> Vec<Matrix3<f64>> {
     let motions = Naive::new(lattice, half_width, regions).motions(positions);
@@ -52,7 +53,7 @@ pub fn rotations(
 ///
 /// This is the region damping of Rivers & James 2007, section 5, except for the lever arms: they are the
 /// lever arms in the rest shape rotated by R_r, not the lever arms in the current shape. The inertia of a
-/// region is then constant except for its rotation, and is never singular for `half_width >= 1`.
+/// region is then constant except for its rotation, and is never singular.
 ///
 /// * `positions`, `velocities`: one per lattice vertex, in the unit of the lattice's cell size.
 /// * `damping`: 0 keeps the velocities, 1 replaces them by u_i.
@@ -64,7 +65,7 @@ pub fn damped_velocities(
     lattice: &Lattice,
     positions: &[Vector3<f64>],
     velocities: &[Vector3<f64>],
-    half_width: usize,
+    half_width: impl Into<HalfWidth>,
     regions: Regions,
     damping: f64,
 ) -> Vec<Vector3<f64>> {

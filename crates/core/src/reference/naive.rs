@@ -8,19 +8,22 @@ use super::{Regions, Weights, flowed, region, rotation, weights};
 use crate::body::Body;
 use crate::dynamics::Plasticity;
 use crate::lattice::Lattice;
+use crate::matching::HalfWidth;
 
 /// The reference method on one lattice, with the data that repeated evaluations need.
 #[derive(Clone, Debug)]
 pub struct Naive<'a> {
     lattice: &'a Lattice,
-    half_width: usize,
+    half_width: HalfWidth,
     regions: Regions,
     weights: Weights,
+    /// The filled share of each cell. `None` if all are 1.
+    shares: Option<Vec<f64>>,
     /// The stiffness factor of the region around each vertex. `None` if all are 1.
     factors: Option<Vec<f64>>,
     /// Poisson's ratio.
     poisson_ratio: f64,
-    /// The plastic shape of the region around each vertex. `None` if all are the identity.
+    /// The plastic shape of each region. `None` if all are the identity.
     shapes: Option<Vec<Matrix3<f64>>>,
     /// The vertices of each region. `None` if they are found again at each use.
     listed: Option<Vec<Vec<u32>>>,
@@ -67,11 +70,12 @@ impl RegionMotion {
 }
 
 impl<'a> Naive<'a> {
-    /// Prepares the method for regions of half-width `half_width`, in cells.
+    /// Prepares the method for regions of half-width `half_width`: one around each vertex, or each cell if it is 1/2.
     ///
     /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are those of a bare
     /// lattice, unless [`Naive::with_masses`] sets them.
-    pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
+    pub fn new(lattice: &'a Lattice, half_width: impl Into<HalfWidth>, regions: Regions) -> Self {
+        let half_width = half_width.into();
         let weights = weights(lattice, half_width, regions);
         let poisson_ratio = 0.0;
         Self {
@@ -79,6 +83,7 @@ impl<'a> Naive<'a> {
             half_width,
             regions,
             weights,
+            shares: None,
             factors: None,
             poisson_ratio,
             shapes: None,
@@ -105,7 +110,9 @@ impl<'a> Naive<'a> {
     /// If the body has another number of lattice vertices.
     #[must_use]
     pub fn with_material_of(self, body: &Body) -> Self {
-        let naive = self.with_masses(body.fit_masses()).with_poisson_ratio(body.material().poisson_ratio());
+        let mut naive =
+            self.with_masses(body.fit_masses()).with_poisson_ratio(body.material().poisson_ratio());
+        naive.shares = Some(body.cell_shares());
         match body.stiffness_factors() {
             Some(factors) => naive.with_factors(factors.to_vec()),
             None => naive,
@@ -140,12 +147,11 @@ impl<'a> Naive<'a> {
         Self { poisson_ratio, ..self }
     }
 
-    /// Uses plastic shapes: `shapes` has the plastic shape of the region around each vertex, a symmetric matrix of
-    /// determinant 1, as [`Body::plastic_shapes`](crate::Body::plastic_shapes).
+    /// Uses plastic shapes: `shapes` has the plastic shape of each region, a symmetric matrix of determinant 1, as [`Body::plastic_shapes`](crate::Body::plastic_shapes).
     ///
     /// # Panics
     ///
-    /// If the number of shapes is not the number of lattice vertices.
+    /// If the number of shapes is not the number of regions.
     #[must_use]
     pub fn with_shapes(mut self, shapes: Vec<Matrix3<f64>>) -> Self {
         self.set_shapes(shapes);
@@ -156,9 +162,9 @@ impl<'a> Naive<'a> {
     ///
     /// # Panics
     ///
-    /// If the number of shapes is not the number of lattice vertices.
+    /// If the number of shapes is not the number of regions.
     pub fn set_shapes(&mut self, shapes: Vec<Matrix3<f64>>) {
-        assert_eq!(shapes.len(), self.lattice.len(), "`shapes` must match the lattice vertices");
+        assert_eq!(shapes.len(), self.region_count(), "`shapes` must match the regions");
         self.shapes = Some(shapes);
     }
 
@@ -169,9 +175,37 @@ impl<'a> Naive<'a> {
         motions.iter().map(flowed).collect()
     }
 
-    /// Returns the stiffness factor of the region around a vertex.
-    fn factor(&self, vertex: u32) -> f64 {
-        self.factors.as_ref().map_or(1.0, |factors| factors[vertex as usize])
+    /// Returns the number of regions: of the vertices, or of the cells.
+    fn region_count(&self) -> usize {
+        if self.half_width.is_cell() { self.lattice.cells().len() } else { self.lattice.len() }
+    }
+
+    fn regions(&self) -> std::ops::Range<u32> {
+        0..self.region_count() as u32
+    }
+
+    /// Returns the stiffness factor of a region: that of its center vertex, or the mean of those of the corners of a cell.
+    fn factor(&self, region: u32) -> f64 {
+        let Some(factors) = &self.factors else { return 1.0 };
+        match self.half_width.is_cell() {
+            true => self.members(region).iter().map(|&corner| factors[corner as usize]).sum::<f64>() / 8.0,
+            false => factors[region as usize],
+        }
+    }
+
+    /// Returns the factor with which a region counts in means, beside its stiffness: an eighth of the filled share of a
+    /// cell.
+    fn share(&self, region: u32) -> f64 {
+        match (self.half_width.is_cell(), &self.shares) {
+            (true, Some(shares)) => shares[region as usize] / 8.0,
+            (true, None) => 0.125,
+            (false, _) => 1.0,
+        }
+    }
+
+    /// Returns the weight of a vertex in its regions: m_i / n_i, or 1 in cells.
+    fn weight(&self, vertex: u32) -> f64 {
+        if self.half_width.is_cell() { 1.0 } else { self.weights.of(vertex) }
     }
 
     /// Returns the stiffness factor of each vertex, by which alpha is multiplied: the mean factor of the regions that
@@ -181,9 +215,14 @@ impl<'a> Naive<'a> {
             return vec![1.0; self.lattice.len()];
         }
         let mut sums = vec![0.0; self.lattice.len()];
-        for vertex in self.vertices() {
-            for &i in self.members(vertex).iter() {
-                sums[i as usize] += self.factor(vertex) / self.weights.counts[i as usize] as f64;
+        for region in self.regions() {
+            for &i in self.members(region).iter() {
+                let i = i as usize;
+                let whole = match self.half_width.is_cell() {
+                    true => self.weights.masses[i],
+                    false => self.weights.counts[i] as f64,
+                };
+                sums[i] += self.factor(region) * self.share(region) / whole;
             }
         }
         sums
@@ -191,7 +230,7 @@ impl<'a> Naive<'a> {
 
     /// Stores the regions. This takes up to `4 (2 w + 1)^3` bytes per lattice vertex for the half-width w.
     pub fn listed(self) -> Self {
-        let listed = self.vertices().map(|vertex| self.members(vertex).into_owned()).collect();
+        let listed = self.regions().map(|region| self.members(region).into_owned()).collect();
         Self { listed: Some(listed), ..self }
     }
 
@@ -200,15 +239,12 @@ impl<'a> Naive<'a> {
         &self.weights
     }
 
-    fn vertices(&self) -> std::ops::Range<u32> {
-        0..self.lattice.len() as u32
-    }
-
-    /// Returns the vertices of the region around `vertex`, sorted.
-    fn members(&self, vertex: u32) -> Cow<'_, [u32]> {
+    /// Returns the vertices of a region; those of a vertex are sorted.
+    fn members(&self, number: u32) -> Cow<'_, [u32]> {
         match &self.listed {
-            Some(listed) => Cow::Borrowed(&listed[vertex as usize]),
-            None => Cow::Owned(region(self.lattice, vertex, self.half_width, self.regions)),
+            Some(listed) => Cow::Borrowed(&listed[number as usize]),
+            None if self.half_width.is_cell() => Cow::Owned(self.lattice.cell_corners(number).to_vec()),
+            None => Cow::Owned(region(self.lattice, number, self.half_width, self.regions)),
         }
     }
 
@@ -217,33 +253,32 @@ impl<'a> Naive<'a> {
         Vector3::from(self.lattice.indices()[vertex as usize].map(f64::from)) * self.lattice.cell_size()
     }
 
-    /// Computes the motion of the region around each vertex: matches the region's rest shape to the
-    /// positions.
+    /// Computes the motion of each region: matches the region's rest shape to the positions.
     ///
     /// # Panics
     ///
     /// If the number of positions is not the number of lattice vertices.
     pub fn motions(&self, positions: &[Vector3<f64>]) -> Vec<RegionMotion> {
         assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
-        let shape = |vertex: u32| {
-            self.shapes.as_ref().map_or_else(Matrix3::identity, |shapes| shapes[vertex as usize])
+        let shape = |region: u32| {
+            self.shapes.as_ref().map_or_else(Matrix3::identity, |shapes| shapes[region as usize])
         };
-        self.vertices().map(|vertex| self.motion(&self.members(vertex), shape(vertex), positions)).collect()
+        self.regions().map(|region| self.motion(&self.members(region), shape(region), positions)).collect()
     }
 
     /// Computes the motion of the region with the vertices `members` and a plastic shape.
     fn motion(&self, members: &[u32], shape: Matrix3<f64>, positions: &[Vector3<f64>]) -> RegionMotion {
-        let mass: f64 = members.iter().map(|&i| self.weights.of(i)).sum();
+        let mass: f64 = members.iter().map(|&i| self.weight(i)).sum();
         let mean = |value: &dyn Fn(u32) -> Vector3<f64>| -> Vector3<f64> {
-            members.iter().map(|&i| value(i) * self.weights.of(i)).sum::<Vector3<f64>>() / mass
+            members.iter().map(|&i| value(i) * self.weight(i)).sum::<Vector3<f64>>() / mass
         };
         let rest_centroid = mean(&|i| self.rest(i));
         let centroid = mean(&|i| positions[i as usize]);
         let (mut moments, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
         for &i in members {
             let y = self.rest(i) - rest_centroid;
-            moments += (positions[i as usize] - centroid) * y.transpose() * self.weights.of(i);
-            spread += y * y.transpose() * self.weights.of(i);
+            moments += (positions[i as usize] - centroid) * y.transpose() * self.weight(i);
+            spread += y * y.transpose() * self.weight(i);
         }
         // The spread is singular only for a region of one vertex, which has no gradient.
         let inverse = spread.try_inverse().unwrap_or_else(Matrix3::zeros);
@@ -266,16 +301,17 @@ impl<'a> Naive<'a> {
     ///
     /// # Panics
     ///
-    /// If the number of motions is not the number of lattice vertices.
+    /// If the number of motions is not the number of regions.
     pub fn goals(&self, motions: &[RegionMotion]) -> Vec<Vector3<f64>> {
-        self.means(motions, self.factors.as_deref(), |&motion, _| move |rest| motion.goal(rest))
+        let factor = |region| self.factor(region) * self.share(region);
+        self.means(motions, factor, |&motion, _| move |rest| motion.goal(rest))
     }
 
     /// Damps velocities as [`damped_velocities`](super::damped_velocities) does, with given motions.
     ///
     /// # Panics
     ///
-    /// If the number of motions or velocities is not the number of lattice vertices.
+    /// If the number of motions is not the number of regions, or that of velocities not the number of lattice vertices.
     pub fn damped_velocities(
         &self,
         motions: &[RegionMotion],
@@ -283,39 +319,42 @@ impl<'a> Naive<'a> {
         damping: f64,
     ) -> Vec<Vector3<f64>> {
         assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
-        let means = self.means(motions, None, |&motion, members| {
-            let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
-            let mut inertia = Matrix3::zeros();
-            for &i in members {
-                let (m, d, v) = (self.weights.of(i), motion.arm(self.rest(i)), velocities[i as usize]);
-                momentum += v * m;
-                angular += d.cross(&v) * m;
-                inertia += (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * m;
-            }
-            // The inertia is singular only for a region of one vertex, which has no angular velocity.
-            let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * angular);
-            move |rest| momentum / motion.mass + spin.cross(&motion.arm(rest))
-        });
+        let means = self.means(
+            motions,
+            |region| self.share(region),
+            |&motion, members| {
+                let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
+                let mut inertia = Matrix3::zeros();
+                for &i in members {
+                    let (m, d, v) = (self.weight(i), motion.arm(self.rest(i)), velocities[i as usize]);
+                    momentum += v * m;
+                    angular += d.cross(&v) * m;
+                    inertia += (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * m;
+                }
+                // The inertia is singular only for a region of one vertex, which has no angular velocity.
+                let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * angular);
+                move |rest| momentum / motion.mass + spin.cross(&motion.arm(rest))
+            },
+        );
         velocities.iter().zip(&means).map(|(v, mean)| v + (mean - v) * damping).collect()
     }
 
-    /// Computes, for each vertex, the mean of a value over the regions that contain it, weighted by the `factors` of
-    /// the regions.
+    /// Computes, for each vertex, the mean of a value over the regions that contain it, weighted by the `factor` of each.
     ///
     /// `value`: returns, for the motion and the vertices of a region, the value as a function of the rest
     /// position.
     fn means<V: Fn(Vector3<f64>) -> Vector3<f64>>(
         &self,
         motions: &[RegionMotion],
-        factors: Option<&[f64]>,
+        factor: impl Fn(u32) -> f64,
         value: impl Fn(&RegionMotion, &[u32]) -> V,
     ) -> Vec<Vector3<f64>> {
-        assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
-        let mut means = vec![(Vector3::zeros(), 0.0); motions.len()];
-        for (vertex, motion) in self.vertices().zip(motions) {
-            let members = self.members(vertex);
+        assert_eq!(motions.len(), self.region_count(), "`motions` must match the regions");
+        let mut means = vec![(Vector3::zeros(), 0.0); self.lattice.len()];
+        for (region, motion) in self.regions().zip(motions) {
+            let members = self.members(region);
             let value = value(motion, &members);
-            let factor = factors.map_or(1.0, |factors| factors[vertex as usize]);
+            let factor = factor(region);
             for &i in members.iter() {
                 let (sum, weight) = &mut means[i as usize];
                 *sum += value(self.rest(i)) * factor;
@@ -335,17 +374,17 @@ impl<'a> Naive<'a> {
     ///
     /// # Panics
     ///
-    /// If the number of motions or positions is not the number of lattice vertices.
+    /// If the number of motions is not the number of regions, or that of positions not the number of lattice vertices.
     pub fn matching_energy(&self, motions: &[RegionMotion], positions: &[Vector3<f64>]) -> f64 {
-        assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
+        assert_eq!(motions.len(), self.region_count(), "`motions` must match the regions");
         assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
-        let of_region = |(vertex, motion): (u32, &RegionMotion)| -> f64 {
-            let members = self.members(vertex);
+        let of_region = |(region, motion): (u32, &RegionMotion)| -> f64 {
+            let members = self.members(region);
             let distance = |i: u32| positions[i as usize] - motion.rigid_goal(self.rest(i));
-            let sum: f64 = members.iter().map(|&i| self.weights.of(i) * distance(i).norm_squared()).sum();
-            self.factor(vertex) * (sum + 2.0 * motion.mass * motion.volume_energy)
+            let sum: f64 = members.iter().map(|&i| self.weight(i) * distance(i).norm_squared()).sum();
+            self.factor(region) * self.share(region) * (sum + 2.0 * motion.mass * motion.volume_energy)
         };
-        self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
+        self.regions().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
 
     /// Computes the energy of a body whose velocities change by `alpha * (g - x)` times the stiffness factor of the

@@ -1,6 +1,7 @@
 //! Finds the regions: the sets of lattice vertices for shape matching, one around each vertex.
 
 use crate::lattice::Lattice;
+use crate::matching::HalfWidth;
 
 /// The shape of a region around its vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,15 +15,23 @@ pub enum Regions {
     BreadthFirst,
 }
 
-/// Returns the vertices of the region around `vertex`, sorted.
+/// Returns the vertices of the region around `vertex`, sorted, of windows of at least three vertices.
 ///
 /// In a full box both shapes are the cube with `2 w + 1` vertices along each edge. They differ near concave
 /// corners and gaps.
 ///
 /// # Panics
 ///
-/// If there is no such vertex.
-pub fn region(lattice: &Lattice, vertex: u32, half_width: usize, regions: Regions) -> Vec<u32> {
+/// If there is no such vertex, or if the half-width is 1/2: those regions belong to cells.
+pub fn region(
+    lattice: &Lattice,
+    vertex: u32,
+    half_width: impl Into<HalfWidth>,
+    regions: Regions,
+) -> Vec<u32> {
+    let half_width = half_width.into();
+    assert!(!half_width.is_cell(), "regions of half-width 1/2 are cells: see `Lattice::cell_corners`");
+    let half_width = half_width.links();
     let mut members = match regions {
         Regions::Staircase => staircase(lattice, vertex, half_width),
         Regions::BreadthFirst => breadth_first(lattice, vertex, half_width),
@@ -96,8 +105,13 @@ impl Weights {
 }
 
 /// Computes the mass of each vertex of a bare lattice and the number of regions that contain it.
-pub fn weights(lattice: &Lattice, half_width: usize, regions: Regions) -> Weights {
+pub fn weights(lattice: &Lattice, half_width: impl Into<HalfWidth>, regions: Regions) -> Weights {
+    let half_width = half_width.into();
     let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
+    if half_width.is_cell() {
+        let counts = lattice.occupied_cells().iter().map(|&cells| cells.into()).collect();
+        return Weights { masses, counts };
+    }
     let mut counts = vec![0; lattice.len()];
     for vertex in 0..lattice.len() as u32 {
         for member in region(lattice, vertex, half_width, regions) {

@@ -170,7 +170,7 @@ fn material_rate(body: &Body, modulus: f64) -> f64 {
     let cells = REGION_FRACTION * body.size() / cell_size;
     // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
     let half_width = half_width_of(cells * cells).floor().max(2.0);
-    body.step_rate(half_width as usize, body.factor_range().1 * modulus)
+    body.step_rate(half_width.into(), body.factor_range().1 * modulus)
 }
 
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
@@ -180,7 +180,7 @@ fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
     let modulus_without = modulus / (1.0 + poisson_ratio);
     let product = 1.5 * MAX_SLIP * least * modulus_without / (density * gravity * body.size());
     let half_width = half_width_of(product).floor().max(1.0);
-    if half_width.is_finite() { body.step_rate(half_width as usize, greatest * modulus) } else { 0.0 }
+    if half_width.is_finite() { body.step_rate(half_width.into(), greatest * modulus) } else { 0.0 }
 }
 
 /// Returns the steps per second at which the layer where a body touches those above it moves little under their weight.

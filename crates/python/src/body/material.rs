@@ -1,5 +1,6 @@
 //! Defines the material of `supple.Body` as properties that can be set between steps.
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
@@ -7,7 +8,7 @@ use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, S
 use super::Body;
 use super::plastic::read_plastic;
 use super::quantities::need_simulation;
-use crate::argument::{self, Settings, count, number};
+use crate::argument::{self, Settings, half_width, number};
 use crate::error;
 
 /// Reads the material from the arguments of `supple.Body`. Mutually exclusive arguments must have been checked.
@@ -16,7 +17,7 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
     let preset = settings.read("material", preset)?.map(Elasticity::Preset);
     let modulus = settings.number("youngs_modulus")?.map(Elasticity::YoungsModulus);
     let mut elasticity = preset.or(modulus).unwrap_or(default.elasticity);
-    let cells = settings.count("half_width", 1)?.map(RegionSize::Cells);
+    let cells = settings.read("half_width", half_width)?.map(RegionSize::Cells);
     let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
     if let Some(size) = cells.or(radius) {
         elasticity = elasticity.with_region_size(size);
@@ -99,19 +100,24 @@ impl Body {
         self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
     }
 
-    /// Half-width of the regions in cells, at most the extent of the lattice.
+    /// Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
+    /// extent of the lattice.
     ///
     /// It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
     /// Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
     /// simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
     #[getter]
-    fn half_width(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py, supple::Body::half_width)
+    fn half_width<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let half_width = self.read(py, supple::Body::half_width)?;
+        match half_width.whole_cells() {
+            Some(cells) => cells.into_bound_py_any(py),
+            None => half_width.cells().into_bound_py_any(py),
+        }
     }
 
     #[setter]
     fn set_half_width(&self, py: Python<'_>, half_width: &Bound<'_, PyAny>) -> PyResult<()> {
-        let cells = count(half_width, "half_width", 1)?;
+        let cells = argument::half_width(half_width, "half_width")?;
         self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
     }
 

@@ -1,12 +1,11 @@
 //! Keeps the regions and the stiffness of a body on lattices and with steps other than those of the scene.
 
-use supple::{BodyRef, ElasticLaw, Elasticity, Material, Stiffness};
+use supple::{BodyRef, ElasticLaw, Elasticity, HalfWidth, Material, Stiffness};
 
 /// The regions, the lattice and the stiffness of a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
-    /// Half-width in cells.
-    pub(super) half_width: usize,
+    pub(super) half_width: HalfWidth,
     cell_size: f64,
     /// Number of lattice vertices.
     pub(super) vertices: usize,
@@ -49,19 +48,28 @@ impl Grid {
 
     /// Returns the half-width that gives the same radius of the regions on a lattice with `refinement` times
     /// as many cells per length.
-    pub(super) fn refined(self, refinement: f64) -> usize {
-        ((self.half_width as f64 * refinement).round() as usize).max(1)
+    pub(super) fn refined(self, refinement: f64) -> HalfWidth {
+        self.nearest(self.half_width.cells() * refinement)
+    }
+
+    /// Returns the half-width nearest to a number of cells: at least 1, or 0.5 for a body whose regions are cells.
+    pub(super) fn nearest(self, cells: f64) -> HalfWidth {
+        if self.half_width.is_cell() && cells < 0.75 {
+            HalfWidth::CELL
+        } else {
+            cells.round().max(1.0).into()
+        }
     }
 
     /// Returns the refinement closest to `refinement` for which the radius of the regions is a whole number
     /// of cells.
     pub(super) fn effective_refinement(self, refinement: f64) -> f64 {
-        self.refined(refinement) as f64 / self.half_width as f64
+        self.refined(refinement).cells() / self.half_width.cells()
     }
 
     /// Returns the edge of a cell of the lattice with [`effective_refinement`](Self::effective_refinement).
     pub(super) fn refined_cell_size(self, refinement: f64) -> f64 {
-        self.cell_size * self.half_width as f64 / self.refined(refinement) as f64
+        self.cell_size * self.half_width.cells() / self.refined(refinement).cells()
     }
 
     /// Returns alpha in steps of `dt` seconds on a lattice with `refinement` times as many cells per length, as a fraction

@@ -4,6 +4,7 @@
 //! methods of volume preservation; steps, half-width and sums are varied one at a time around the unchanged
 //! scene.
 
+use supple::HalfWidth;
 use supple::reference::Regions;
 
 use super::physical::Physical;
@@ -97,7 +98,7 @@ impl Matrix {
 
 /// Returns the values in ascending order. Of several values that give the same half-widths, only the first is
 /// kept.
-fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<usize>) -> Vec<f64> {
+fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<HalfWidth>) -> Vec<f64> {
     let mut kept: Vec<f64> = Vec::new();
     for &value in values {
         if !kept.iter().any(|&other| widths(other) == widths(value)) {

@@ -101,7 +101,7 @@ impl<'a> Motion<'a> {
 /// Returns an upper bound of the number of visits in one evaluation of the naive sums. A visit is a pair of a
 /// region and a vertex in it.
 pub(super) fn visits(simulation: &Simulation) -> f64 {
-    let of_body = |body: &Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
+    let of_body = |body: &Body| body.lattice().len() as f64 * (2.0 * body.half_width().cells() + 1.0).powi(3);
     simulation.bodies().iter().map(of_body).sum()
 }
 

@@ -1,8 +1,8 @@
 //! Converts the materials of a scene to physical units, which do not depend on the lattice and the steps.
 
 use supple::{
-    Body, Damping, Elasticity, Material, Preservation, RegionDamping, RegionSize, Resolution, VolumeMeasure,
-    VolumeOptions,
+    Body, Damping, Elasticity, HalfWidth, Material, Preservation, RegionDamping, RegionSize, Resolution,
+    VolumeMeasure, VolumeOptions,
 };
 use supple_io::counted;
 use supple_io::run::{Prepared, RunError, prepare};
@@ -42,9 +42,9 @@ impl Physical {
     }
 
     /// Returns the half-widths of all bodies, in cells.
-    pub(super) fn half_widths(&self, refinement: f64, region_factor: f64) -> Vec<usize> {
-        let width = |grid: &Grid| (grid.refined(refinement) as f64 * region_factor).round() as usize;
-        self.grids.iter().map(|grid| width(grid).max(1)).collect()
+    pub(super) fn half_widths(&self, refinement: f64, region_factor: f64) -> Vec<HalfWidth> {
+        let width = |grid: &Grid| grid.nearest(grid.refined(refinement).cells() * region_factor);
+        self.grids.iter().map(width).collect()
     }
 
     /// Returns the name of a point, which is unique in a study. It contains the effective refinement: one
@@ -100,7 +100,7 @@ impl Physical {
         let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
             let of_body = grid.vertices as f64 * grid.effective_refinement(dynamics.refinement).powi(3);
-            (vertices + of_body, visits + of_body * (2.0 * width as f64 + 1.0).powi(3))
+            (vertices + of_body, visits + of_body * (2.0 * width.cells() + 1.0).powi(3))
         })
     }
 

@@ -23,7 +23,7 @@ pub struct Point {
     /// Edge of a cell, in scene units.
     pub cell_size: f64,
     /// Half-width of the regions, in cells.
-    pub half_width: usize,
+    pub half_width: f64,
     /// Radius of the regions relative to the scene's; a value other than 1 is another material.
     pub region_factor: f64,
     /// Steps per frame.

@@ -100,7 +100,10 @@ impl Report {
 /// Returns the points that `is_selected` accepts, from coarse to fine.
 fn sorted(report: &Report, is_selected: impl Fn(&&Point) -> bool) -> Vec<&Point> {
     let mut points: Vec<&Point> = report.points.iter().filter(is_selected).collect();
-    points.sort_by_key(|point| (point.lattice_vertices, point.half_width, point.substeps));
+    points.sort_by(|a, b| {
+        let widths = a.half_width.total_cmp(&b.half_width);
+        a.lattice_vertices.cmp(&b.lattice_vertices).then(widths).then(a.substeps.cmp(&b.substeps))
+    });
     points
 }
 

@@ -147,7 +147,8 @@ impl<'a> Initial<'a> {
             lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
         let (momenta, magnitudes) = now.momenta(&masses);
         let shape = shape_distance(&masses, &rest, &now.x);
-        let list_entries = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
+        let list_entries =
+            lattice.len() * lattice.len().min((2 * body.half_width().cells().ceil() as usize + 1).pow(3));
         let energy = (system == System::Isolated && list_entries <= MAX_LIST_ENTRIES)
             .then(|| Energy::new(body, lattice, dt, &now));
         Self { rest, masses, momenta, magnitudes, shape, energy }

@@ -7,6 +7,10 @@
 //! offset of a vertex from the center vertex, in links. The sums of a region are S = Σ f, Sx = Σ i f,
 //! Sy = Σ j f and Sz = Σ k f, where f is the region weight times the vector of a vertex.
 //!
+//! The regions of half-width 1/2 are the cells. The sums of a cell have the place of its first corner; in place of the center
+//! vertex stands the center of the cell, so that i, j and k of its corners are -1/2 and 1/2. A window of a forward pass has
+//! the vertex in its place and the next one, and one of an adjoint pass the vertex before it.
+//!
 //! FastLSM (Rivers & James 2007, section 4) sums moments about the origin. Here moments are about the center
 //! of each window. This avoids cancellation, and needs 54 window sums per vertex instead of 72. Each line
 //! below that begins with x, y or z is a pass along this axis. W is the plain and W' the offset-weighted
@@ -39,6 +43,7 @@ pub(crate) use workspace::{Workspace, Workspaces};
 
 use fearless_simd::{Simd, dispatch};
 
+use super::half_width::HalfWidth;
 use super::windows::{Method, Weighted, Window};
 use crate::lattice::Layout;
 use crate::parallel::{CHUNK, Executor, Split};
@@ -92,7 +97,7 @@ pub(crate) enum Purpose {
 /// the buffers of the cascade.
 #[derive(Clone, Debug)]
 pub(crate) struct Cascade {
-    half_width: usize,
+    half_width: HalfWidth,
     /// How the windows along x, y and z are summed.
     methods: [Method; 3],
     strips: Strips,
@@ -103,8 +108,8 @@ pub(crate) struct Cascade {
 }
 
 impl Cascade {
-    /// Creates the cascade for regions of half-width `half_width`, in cells, at least 1.
-    pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
+    /// Creates the cascade for regions of half-width `half_width`.
+    pub(crate) fn new(layout: &Layout, half_width: HalfWidth) -> Self {
         let plane_of = plane_of(layout);
         let methods = [0, 1, 2].map(|axis| {
             let restart = |block: usize, position: usize| match axis {
@@ -126,7 +131,7 @@ impl Cascade {
                 task_blocks.push(blocks.end);
             }
         }
-        let strips = Strips::new(layout, half_width);
+        let strips = Strips::new(layout, half_width.links());
         Self { half_width, methods, strips, task_planes, task_blocks }
     }
 
@@ -150,7 +155,7 @@ impl Cascade {
     }
 
     fn window<'a, const AXIS: usize>(&'a self, layout: &'a Layout) -> Window<'a, AXIS> {
-        Window { axis: layout.axis(AXIS), half_width: self.half_width, method: &self.methods[AXIS] }
+        Window { axis: layout.axis(AXIS), half_width: self.half_width.links(), method: &self.methods[AXIS] }
     }
 
     /// Returns the memory of the strips and of the tables of the windows, in bytes.

@@ -7,6 +7,8 @@
 //! computes, for the window of each vertex, the plain sum W(f) = Σ f and the offset-weighted sum
 //! W'(f) = Σ i f.
 //!
+//! The windows of a cell have two vertices, at i = -1/2 and i = 1/2 from their center: see [`cascade`](super::cascade).
+//!
 //! Values are stored in blocks of 2 × 2 × 2 vertices, one vertex in each lane. So the vertices at an even offset from
 //! those of a block are another block, and the vertices at an odd offset are the upper half of a block and the lower
 //! half of the next one.
@@ -29,15 +31,18 @@ use std::ops::Range;
 
 use fearless_simd::{Simd, SimdBase, f32x8};
 
+use super::half_width::HalfWidth;
 use crate::lattice::{AxisLinks, Layout};
 use crate::simd::lanes::{Block, load};
 use narrow::{NARROW, NarrowWindows};
 use running::Slide;
-use terms::{Adjoint, Forward, Running, RunningAdjoint, Terms};
+use terms::{Adjoint, Forward, PairTerms, Running, RunningAdjoint};
 
 /// How the windows along an axis are summed.
 #[derive(Clone, Debug)]
 pub(super) enum Method {
+    /// Windows of the two vertices of a cell.
+    Pairs(Vec<NarrowWindows>),
     /// Narrow windows, vertex by vertex.
     Narrow(Vec<NarrowWindows>),
     /// Wide windows, by running sums: for each block, the vertices that enter and leave them.
@@ -52,10 +57,14 @@ impl Method {
     pub(super) fn new(
         layout: &Layout,
         axis: usize,
-        half_width: usize,
+        half_width: HalfWidth,
         restart: impl Fn(usize, usize) -> bool,
     ) -> Self {
         let links = layout.axis(axis);
+        if half_width.is_cell() {
+            return Self::Pairs(narrow::windows(axis, links, 1));
+        }
+        let half_width = half_width.links();
         if half_width <= NARROW {
             return Self::Narrow(narrow::windows(axis, links, half_width));
         }
@@ -71,7 +80,7 @@ impl Method {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         match self {
-            Self::Narrow(windows) => size_of_val(windows.as_slice()),
+            Self::Pairs(windows) | Self::Narrow(windows) => size_of_val(windows.as_slice()),
             Self::Running(slides) => size_of_val(slides.as_slice()),
             Self::Direct => 0,
         }
@@ -83,7 +92,7 @@ impl Method {
 pub(super) struct Window<'a, const AXIS: usize> {
     /// Links between vertices along the axis.
     pub(super) axis: &'a AxisLinks,
-    /// Largest number of links from the center of a window, in each direction.
+    /// Largest number of links from the place of a window to its vertices.
     pub(super) half_width: usize,
     pub(super) method: &'a Method,
 }
@@ -217,11 +226,16 @@ impl<const AXIS: usize> Window<'_, AXIS> {
         out: &mut [Block<OUT>],
     ) where
         S: Simd,
-        Sums: Terms<S>,
+        Sums: PairTerms<S>,
         Continued: Running<S> + Into<Sums>,
     {
         let Self { axis, half_width, method } = self;
         match method {
+            Method::Pairs(windows) => {
+                for (block, out) in blocks.zip(out) {
+                    narrow::pair_sums::<S, Sums, AXIS>(simd, windows, block, &row).store(out);
+                }
+            }
             Method::Narrow(windows) => {
                 for (block, out) in blocks.zip(out) {
                     narrow::sums::<S, Sums, AXIS>(simd, windows, half_width, block, &row).store(out);

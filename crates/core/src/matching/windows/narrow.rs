@@ -3,7 +3,7 @@
 
 use fearless_simd::{Simd, f32x8};
 
-use super::terms::Terms;
+use super::terms::{PairTerms, Terms};
 use crate::lattice::AxisLinks;
 use crate::simd::lanes::{between, bits_between};
 
@@ -62,6 +62,36 @@ fn lanes_before(number: usize, axis: &AxisLinks, half_width: usize, block: usize
         *lanes = linked;
     }
     lanes
+}
+
+/// Computes the sums of windows of two vertices, those of a cell. The window of a forward pass has the vertex in its place
+/// and the next one, that of an adjoint pass the one before. `windows` are those of the half-width 1.
+#[inline(always)]
+pub(super) fn pair_sums<S: Simd, T: PairTerms<S>, const AXIS: usize>(
+    simd: S,
+    windows: &[NarrowWindows],
+    block: usize,
+    row: &impl Fn(usize, usize) -> f32x8<S>,
+) -> T {
+    let NarrowWindows { next, previous, after, before } = windows[block];
+    let (linked, lower, upper, offset) = match T::IS_ADJOINT {
+        true => (before[0], previous as usize, block, -0.5),
+        false => (after[0], block, next as usize, 0.5),
+    };
+    let mut sums = T::single(
+        simd,
+        -offset,
+        #[inline(always)]
+        |c| row(block, c),
+    );
+    sums.add(
+        simd,
+        linked,
+        offset,
+        #[inline(always)]
+        |c| between::<S, AXIS>(simd, row(lower, c), row(upper, c)),
+    );
+    sums
 }
 
 /// Computes the window sums of a block. `row(block, c)` is component `c` of the eight vertices of a block.

@@ -20,6 +20,16 @@ pub(super) trait Terms<S: Simd>: Copy {
     fn store(self, rows: &mut [Row]);
 }
 
+/// The sums of windows of two vertices, those of a cell: the center of a window is halfway between them.
+pub(super) trait PairTerms<S: Simd>: Terms<S> {
+    /// Whether the windows are those of an adjoint pass: the vertex in the place of a window is then its upper one, and
+    /// otherwise its lower one.
+    const IS_ADJOINT: bool;
+
+    /// Returns the sums of windows that contain only one vertex, at `offset` links from the center.
+    fn single(simd: S, offset: f32, row: impl Fn(usize) -> f32x8<S>) -> Self;
+}
+
 /// Running sums: sums that continue from the windows of a block to the windows of the next block on the axis.
 pub(super) trait Running<S: Simd>: Terms<S> {
     /// Creates sums from the rows that [`Terms::store`] has written; `row(c)` is row `c`.
@@ -112,6 +122,19 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     }
 }
 
+impl<S: Simd, const N: usize> PairTerms<S> for Forward<S, N> {
+    const IS_ADJOINT: bool = false;
+
+    #[inline(always)]
+    fn single(simd: S, offset: f32, row: impl Fn(usize) -> f32x8<S>) -> Self {
+        let mut sums = Self::center(simd, row);
+        for c in 0..3 {
+            sums.weighted[c] = sums.plain[c] * offset;
+        }
+        sums
+    }
+}
+
 impl<S: Simd, const N: usize> Running<S> for Forward<S, N> {
     #[inline(always)]
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
@@ -162,6 +185,19 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
     #[inline(always)]
     fn store(self, rows: &mut [Row]) {
         store(self.sums, rows);
+    }
+}
+
+impl<S: Simd, const IN: usize, const OUT: usize> PairTerms<S> for Adjoint<S, IN, OUT> {
+    const IS_ADJOINT: bool = true;
+
+    #[inline(always)]
+    fn single(simd: S, offset: f32, row: impl Fn(usize) -> f32x8<S>) -> Self {
+        let mut sums = Self::center(simd, &row);
+        for c in 0..3 {
+            sums.sums[c] = row(IN - 3 + c).mul_add(f32x8::splat(simd, -offset), sums.sums[c]);
+        }
+        sums
     }
 }
 

@@ -6,12 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::preset;
 use super::ranges::{
-    count, fraction, not_negative, plastic_limit, poisson_ratio, positive, positive_fraction,
+    fraction, half_width, not_negative, plastic_limit, poisson_ratio, positive, positive_fraction,
 };
-use supple::{Damping, Elasticity, Material, Plasticity, Preset, RegionDamping, RegionSize, Stiffness};
-
-/// Largest half-width of a region, in cells. Lattices have fewer cells in each direction.
-const MAX_HALF_WIDTH: u32 = 1_000_000;
+use supple::{
+    Damping, Elasticity, HalfWidth, Material, Plasticity, Preset, RegionDamping, RegionSize, Stiffness,
+};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Material", default, bound = "")]
@@ -159,9 +158,17 @@ struct PlasticKeys {
 #[serde(remote = "RegionSize")]
 enum RegionSizeKeys {
     #[serde(rename = "half_width")]
-    Cells(#[serde(deserialize_with = "count::<_, _, 1, MAX_HALF_WIDTH>")] usize),
+    Cells(#[serde(serialize_with = "plain", deserialize_with = "half_width")] HalfWidth),
     #[serde(rename = "stiffness_radius")]
     Radius(#[serde(deserialize_with = "positive")] f64),
+}
+
+/// Serializes a whole number without a point.
+fn plain<S: Serializer>(half_width: &HalfWidth, serializer: S) -> Result<S::Ok, S::Error> {
+    match half_width.whole_cells() {
+        Some(cells) => serializer.serialize_u64(cells as u64),
+        None => serializer.serialize_f64(half_width.cells()),
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -25,6 +25,8 @@ ranges! {
     stiffness_factor(f64, x): x > 0.0 && x <= 100.0, "in (0, 100]";
     plastic_limit(f64, x): x > 0.0 && x <= 2.0, "in (0, 2]";
     break_angle(f64, x): x > 0.0 && x <= 180.0, "in (0, 180]";
+    half_width(f64, w): w == 0.5 || (w.fract() == 0.0 && (1.0..=1e6).contains(&w)),
+        "0.5 or a whole number from 1 to 1000000";
     ratio(f64, x): (0.0..=0.47).contains(&x), "in [0, 0.47]";
     noise(f64, x): (0.0..=0.5).contains(&x), "in [0, 0.5]";
     fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
