@@ -159,8 +159,9 @@ pub(crate) fn pulled(
     let window = TimeWindow::default();
     let pin = Pin { selection: layer(0.0), window };
     let handle = Handle { selection: layer(end), motion: keys.into(), window };
-    let body = body(&lattice, half_width, ratio).damping_ratio(1.0).pin(pin).handle(handle);
-    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / 240.0);
+    let body = body(&lattice, half_width, ratio).damping_rate(4.0).pin(pin).handle(handle);
+    let builder =
+        Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / 240.0).sleep(false);
     let mut simulation = builder.build().unwrap();
     simulation.steps(6 * 240);
     simulation
