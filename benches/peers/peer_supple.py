@@ -11,12 +11,12 @@ from shapes import Points
 
 
 class Peer:
-    """supple with its default settings, but for sleep."""
+    """supple with its default settings, but for sleep and the accuracy."""
 
     PACKAGE = "supple"
     SETTINGS = (
-        'youngs_modulus, fps=60, substeps="auto", volume="auto" (the volume of the mesh, exact), damping_ratio=0.2: '
-        "all defaults but the modulus (docs/materials.md, docs/study.md). Held points by pin() and handle()."
+        'youngs_modulus, accuracy="fast", fps=60, substeps="auto", volume="auto" (the volume of the mesh, exact), '
+        "damping_ratio=0.2: all defaults but the modulus and the accuracy (docs/materials.md, docs/study.md). Held points by pin() and handle()."
     )
 
     def __init__(self, task: Task) -> None:
@@ -30,6 +30,7 @@ class Peer:
                 name=f"body_{index}",
                 cell_size=shape.cell_size,
                 youngs_modulus=task.youngs_modulus,
+                accuracy="fast",
                 density=task.density,
                 friction=FRICTION,
                 self_contact=task.self_contact,

@@ -75,7 +75,7 @@ def row(label: str, mesh: supple.Mesh, height: float, softness: float, options: 
     """Drop a body, and print its row."""
     ground = mesh.vertices[:, 1].min() - 0.02
     velocity = (0, -np.sqrt(2 * 9.81 * height), 0)
-    body = supple.Body(mesh, lattice_vertices=1000, material="jelly", velocity=velocity, **options)
+    body = supple.Body(mesh, lattice_vertices=1000, material="jelly", accuracy="fast", velocity=velocity, **options)
     sim = supple.Simulation([body], fps=60, colliders=[supple.Plane((0, ground, 0), (0, 1, 0))], threads=1)
     body.youngs_modulus = body.youngs_modulus / softness
     before: list[int] = []

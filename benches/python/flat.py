@@ -117,7 +117,7 @@ def simulate(
     mesh: supple.Mesh, vertices: int, skin: Skin, squeeze: float | None, material: Material
 ) -> Iterator[tuple[supple.Simulation, list[tuple[float, float]]]]:
     """Iterate over the simulation before each frame, with the height and normal of each plane after it."""
-    body = supple.Body(mesh, lattice_vertices=vertices, material=material, skin=skin)
+    body = supple.Body(mesh, lattice_vertices=vertices, material=material, accuracy="fast", skin=skin)
     if squeeze is None:
         ground = supple.Plane((0, -0.52, 0), (0, 1, 0))
         sim = supple.Simulation([body], fps=60, colliders=[ground], threads=1)

@@ -71,6 +71,7 @@ class BodyPanel(PhysicsPanel):
         if settings.material == "CUSTOM":
             column.prop(settings, "youngs_modulus")
             column.prop(settings, "poisson_ratio")
+        column.prop(settings, "accuracy")
         column.prop(settings, "density")
         row = column.row(heading="Damping")
         row.prop(settings, "use_damping_ratio", text="")

@@ -39,6 +39,12 @@ MATERIALS = [
     ("CUSTOM", "Young's Modulus", "The stiffness is a number"),
 ]
 
+ACCURACIES = [
+    ("FAST", "Fast", "The fewest steps"),
+    ("BALANCED", "Balanced", "Exact for small lattices, fast for large ones"),
+    ("EXACT", "Exact", "Each cell by itself: nothing folds at what holds or presses it"),
+]
+
 RESOLUTIONS = [
     ("VERTICES", "Lattice Vertices", "Number of simulated vertices, whatever the size of the object"),
     ("CELL_SIZE", "Cell Size", "Edge of the cells of the lattice; parts closer than a cell move together"),
@@ -147,6 +153,13 @@ class SoftBodySettings(PropertyGroup):
         default=0.0,
         min=0.0,
         max=0.47,
+        override=OVERRIDABLE,
+    )
+    accuracy: EnumProperty(
+        name="Accuracy",
+        description="How closely the body follows the material: the more exact, the more steps",
+        items=ACCURACIES,
+        default="BALANCED",
         override=OVERRIDABLE,
     )
     density: FloatProperty(

@@ -40,6 +40,7 @@ __version__: str
 _Float = TypeVar("_Float", np.float32, np.float64)
 _Path: TypeAlias = str | os.PathLike[str]
 _Material: TypeAlias = Literal["jelly", "flesh", "rubber", "firm"]
+_Accuracy: TypeAlias = Literal["fast", "balanced", "exact"]
 _Skin: TypeAlias = Literal["linear", "smooth"]
 _Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
 _Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
@@ -317,10 +318,11 @@ class Body:
         join: bool = True,
         material: _Material | None = "rubber",
         youngs_modulus: float | None = None,
-        half_width: int | None = None,
+        half_width: float | None = None,
         stiffness_radius: float | None = None,
         stiffness: float | None = None,
         frequency: float | None = None,
+        accuracy: _Accuracy = "balanced",
         poisson_ratio: float | None = None,
         damping_ratio: float | None = None,
         damping_rate: float | None = None,
@@ -375,7 +377,7 @@ class Body:
     @youngs_modulus.setter
     def youngs_modulus(self, value: float) -> None: ...
     @property
-    def half_width(self) -> int:
+    def half_width(self) -> float:
         """Half-width of the regions in cells, at most the extent of the lattice.
 
         It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
@@ -383,7 +385,7 @@ class Body:
         simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
         """
     @half_width.setter
-    def half_width(self, value: int) -> None: ...
+    def half_width(self, value: float) -> None: ...
     @property
     def stiffness_radius(self) -> float | None:
         """Half-width of the regions as a length, > 0; None unless it is set. Settable; replaces half_width, material
@@ -513,6 +515,11 @@ class Body:
         """
     @frequency.setter
     def frequency(self, value: float) -> None: ...
+    @property
+    def accuracy(self) -> _Accuracy:
+        """"""
+    @accuracy.setter
+    def accuracy(self, value: _Accuracy) -> None: ...
     @property
     def poisson_ratio(self) -> float:
         """Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable; None
@@ -1232,7 +1239,7 @@ def rotations(a: ArrayLike) -> NDArray[np.float64]:
 def reference_goals(
     lattice: Lattice,
     positions: ArrayLike,
-    half_width: int,
+    half_width: float,
     regions: Literal["staircase", "breadth_first"] = "staircase",
 ) -> NDArray[np.float64]:
     """Compute goal positions by naive sums in float64. The function is slow; it is the reference for Body.goals.

@@ -156,7 +156,9 @@ class _Panel:
             if changed:
                 body.frequency = max(frequency, 0.1)
         if body.stiffness is not None or body.frequency is not None:
-            changed, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_MAX_HALF_WIDTH)
+            changed, half_width = imgui.SliderInt(
+                "half-width [cells]", max(int(body.half_width), 1), v_min=1, v_max=_MAX_HALF_WIDTH
+            )
             if changed:
                 body.half_width = max(half_width, 1)
         is_on = body.volume_options["measure"] != "off"

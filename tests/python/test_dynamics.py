@@ -154,6 +154,8 @@ def test_half_width_can_be_set(block):
     assert (body.half_width, body.stiffness_radius) == (3, None)
     body.stiffness_radius = 1.0
     assert (body.half_width, body.stiffness_radius) == (2, 1.0)
+    body.half_width = 0.5
+    assert (body.half_width, len(body.rotations)) == (0.5, len(block))
     body.half_width = 100
     assert body.half_width == 4
     for value in (0, -1):
@@ -182,7 +184,7 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
     ("settings", "error", "message"),
     [
         ({"half_width": 0}, ValueError, "half_width = 0 is out of range: it must be a whole number, at least 1"),
-        ({"half_width": 1.5}, TypeError, "half_width must be a whole number, not float"),
+        ({"half_width": 1.5}, ValueError, "half_width = 1.5 is out of range: it must be 0.5 or a whole number"),
         ({"half_width": True}, TypeError, "half_width must be a whole number, not bool"),
         (
             {"half_width": 10**30},

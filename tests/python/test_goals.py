@@ -19,7 +19,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("half_width", [1, 2, 3, 5])
+@pytest.mark.parametrize("half_width", [0.5, 1, 2, 3, 5])
 def test_goals_equal_the_reference(name, half_width):
     lattice = supple.Lattice.from_cells(SHAPES[name], cell_size=0.25, join=False)
     body = supple.Body(lattice, half_width=half_width)

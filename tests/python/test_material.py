@@ -298,3 +298,40 @@ def test_a_body_that_is_stretched_becomes_narrower():
     # Stretched by 10 %.
     assert widths[0] == pytest.approx(1, abs=1e-3)
     assert widths[1] == pytest.approx(1 - 0.45 * 0.1, abs=0.005)
+
+
+def test_accuracy_chooses_the_regions(block, bust, tmp_path):
+    bodies = {name: supple.Body(block, youngs_modulus=1e5, accuracy=name) for name in ("fast", "balanced", "exact")}
+    sims = {name: supple.Simulation([body], fps=30, substeps="auto") for name, body in bodies.items()}
+    assert sims["fast"].steps_per_frame < sims["exact"].steps_per_frame
+    widths = {name: sim.bodies[0].half_width for name, sim in sims.items()}
+    assert widths["fast"] >= 1
+    assert widths["balanced"] == widths["exact"] == 0.5  # a small body
+    assert supple.Body(block).accuracy == "balanced"
+    body = bodies["exact"]
+    body.accuracy = "fast"
+    sims["exact"].step()
+    assert (body.accuracy, body.half_width >= 1) == ("fast", True)
+    with pytest.raises(ValueError, match='accuracy is "best"'):
+        body.accuracy = "best"
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[[body]]\nmesh = '{bust}'\naccuracy = 'exact'\n", encoding="utf-8")
+    assert supple.load_scene(path).bodies[0].accuracy == "exact"
+    with pytest.raises(supple.SceneError, match='accuracy` is "best"; it must be one of "fast", "balanced", "exact"'):
+        supple.load_scene(path, overrides={"body.bust.accuracy": "best"})
+
+
+def test_a_bar_of_one_cell_bends_and_stretches_as_a_thick_one():
+    """Stretched by 2 % between handles, the force is E A times the strain at every thickness."""
+    for cells in (1, 2, 4):
+        lattice = supple.Lattice.from_cells(np.ones((cells, cells, 8 * cells), bool))
+        body = supple.Body(lattice, youngs_modulus=1e4, accuracy="exact", damping_ratio=1, density=1)
+        z = lattice.rest_positions[:, 2]
+        body.pin(vertices=z == 0)
+        shift = 0.02 * 8 * cells
+        body.handle(vertices=z == 8 * cells, keys=[(0, (0, 0, 0)), (1, (0, 0, shift))])
+        sim = supple.Simulation([body], fps=30, substeps="auto", gravity=(0, 0, 0), sleep=False)
+        sim.advance(frames=240)
+        assert body.half_width == 0.5
+        force = body.holds[0].force[2]
+        assert abs(force) == pytest.approx(1e4 * cells**2 * 0.02, rel=0.01)

@@ -134,7 +134,7 @@ fn the_material_in_force_is_described() {
         format!("  steps       {steps} per frame (auto: for the stiffness of block)\n"),
         format!("  material    rubber, Young's modulus {modulus:.3e}\n"),
         format!(
-            "wave speed {:.2}, lowest frequency {frequency:.2} Hz, damping ratio 0.2000 (",
+            "wave speed {:.2}, lowest frequency {frequency:.3} Hz, damping ratio 0.2000 (",
             (modulus / 1e3).sqrt()
         ),
     ] {

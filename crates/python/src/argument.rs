@@ -61,15 +61,18 @@ pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyR
 
 /// Reads a half-width of regions: 0.5 or a whole number, at least 1.
 pub(crate) fn half_width(value: &Bound<'_, PyAny>, name: &str) -> PyResult<HalfWidth> {
-    if value.extract::<f64>().is_ok_and(|cells| cells == 0.5) {
-        return Ok(HalfWidth::CELL);
+    let error = match count(value, name, 1) {
+        Ok(cells) => return Ok(cells.into()),
+        Err(error) => error,
+    };
+    let is_number = error.is_instance_of::<PyTypeError>(value.py()) && !value.is_instance_of::<PyBool>();
+    match number(value, name).map(HalfWidth::from) {
+        Ok(half_width) if is_number && half_width.is_valid() => Ok(half_width),
+        Ok(half_width) if is_number => Err(PyValueError::new_err(format!(
+            "{name} = {half_width} is out of range: it must be 0.5 or a whole number, at least 1"
+        ))),
+        _ => Err(error),
     }
-    count(value, name, 1).map(HalfWidth::from).map_err(|error| {
-        match error.is_instance_of::<PyTypeError>(value.py()) {
-            true => wrong_type(value, name, "0.5 or a whole number"),
-            false => error,
-        }
-    })
 }
 
 /// Reads a whole number, at least `minimum`, that fits into 32 bits.

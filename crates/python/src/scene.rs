@@ -98,6 +98,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
             }
         }
     }
+    settings.set_item("accuracy", data.material.accuracy.name())?;
     if let Some(ratio) = data.material.poisson_ratio {
         settings.set_item("poisson_ratio", ratio)?;
     }

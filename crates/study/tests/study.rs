@@ -88,7 +88,7 @@ fn figures_satisfy_their_bounds() {
     let (report, outcome) = study.run(&mut ()).unwrap();
     assert_eq!(outcome, Outcome::Finished);
     let base = on(&report, Axis::Base)[0];
-    assert_eq!((base.method.as_str(), base.half_width, base.substeps), ("mesh global", 2, 4));
+    assert_eq!((base.method.as_str(), base.half_width.cells(), base.substeps), ("mesh global", 2.0, 4));
     assert!((base.alpha - 0.6).abs() < 1e-12);
     assert_eq!(report.points.iter().filter(|point| point.finest).count(), 1);
     for point in &report.points {

@@ -43,6 +43,7 @@ def body_options(found: Object, scene: Scene, bodies: list[Object]) -> dict[str,
         options["poisson_ratio"] = settings.poisson_ratio
     else:
         options["material"] = settings.material.lower()
+    options["accuracy"] = settings.accuracy.lower()
     if settings.use_damping_ratio:
         options["damping_ratio"] = settings.damping_ratio
     return options

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, SimulationBuilder,
-    Substeps, TimeWindow, Touched,
+    Accuracy, Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation,
+    SimulationBuilder, Substeps, TimeWindow, Touched,
 };
 
 use supple_tests::{block, sphere, surface_of};
@@ -82,7 +82,8 @@ fn collision_keeps_momenta_and_adds_no_energy() {
             // The velocities are f32: each has a relative rounding error of 6e-8.
             assert!((now.0 - p).norm() < 1e-7 * mv, "{friction} {damping}: {}", (now.0 - p).norm() / mv);
             assert!((now.1 - l).norm() < 1e-6 * mvr, "{friction} {damping}: {}", (now.1 - l).norm() / mvr);
-            assert!(now.4 < 1.0001 * energy, "{friction} {damping}: energy {}", now.4 / energy);
+            // Positions and velocities are half a step apart, so that the energy at the end of a step varies.
+            assert!(now.4 < 1.0005 * energy, "{friction} {damping}: energy {}", now.4 / energy);
         }
         assert!(touched);
         let [left, right] = [0, 1].map(|body| sim.bodies()[body].center_of_mass().x);
@@ -251,7 +252,13 @@ fn bodies_that_slide_on_another_one_bounce_off_each_other() {
         sim = sim.body(floor);
         for side in [-1.0, 1.0] {
             let x = side * (0.56 + f64::from(phase) / 600.0);
-            let body = cube(5).youngs_modulus(1e6).restitution(1.0).friction(0.0).damping_ratio(1.0);
+            // Wide regions, so that the layer that bounces has a share of the mass.
+            let body = cube(5)
+                .youngs_modulus(1e6)
+                .accuracy(Accuracy::Fast)
+                .restitution(1.0)
+                .friction(0.0)
+                .damping_ratio(1.0);
             let body = body.translate([x, 0.626, 0.0]).velocity([-side, 0.0, 0.0]);
             sim = sim.body(body.build().unwrap());
         }
@@ -528,7 +535,9 @@ fn bodies_that_touch_themselves_slide_on_ice_without_falling_asleep() {
 
 #[test]
 fn a_cut_body_falls_asleep_where_friction_stops_it() {
-    let [_, (_, halves)] = stacks();
+    let [_, (_, mut halves)] = stacks();
+    // Regions of one cell let vertices at the edges of the cut jump to and fro by 5e-4 cells a step.
+    halves.set_accuracy(Accuracy::Fast);
     let mut sim = on_floor(halves, 0.5);
     let mut frame = 0;
     while !sim.bodies()[0].is_asleep() {

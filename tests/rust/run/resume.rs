@@ -343,6 +343,9 @@ fn auto_substeps_follow_frequency_and_speed() {
     assert_eq!(chosen(&[still, stiffness, handle], 0.1), (4, Motion));
 }
 
+/// The widest regions.
+const FAST: &str = "body.cube.accuracy=fast";
+
 #[test]
 fn auto_substeps_follow_the_material() {
     // alpha <= 1 with regions of w (w + 1) = 6 needs steps of at most h sqrt(2 rho/E).
@@ -352,22 +355,44 @@ fn auto_substeps_follow_the_material() {
     for (modulus, cell_size) in [(1e5, 0.1), (1e6, 0.1), (1e6, 0.2)] {
         let text = format!("body.cube.youngs_modulus={modulus}");
         let expected = (needed(modulus, cell_size), StepReason::Material);
-        assert_eq!(chosen(&[still, &text], cell_size), expected, "{modulus}, {cell_size}");
+        assert_eq!(chosen(&[FAST, still, &text], cell_size), expected, "{modulus}, {cell_size}");
     }
     // The material of a preset depends on gravity: E = k rho L max(g, 8 L) with L = 1 and k = 300.
     for (gravity, effective) in [(0.0, 8.0), (9.81, 9.81), (40.0, 40.0)] {
         let text = format!("simulation.gravity=[0, {gravity}, 0]");
         let expected = (needed(300.0 * 1000.0 * effective, 0.1), StepReason::Material);
-        assert_eq!(chosen(&[&text], 0.1), expected, "{gravity}");
+        assert_eq!(chosen(&[FAST, &text], 0.1), expected, "{gravity}");
     }
     // A soft body on small cells would slip on the ground: 2 w (w + 1)/3 rho g L/E <= 1/2 allows w = 1 only, which
     // needs steps of at most h sqrt(2/3 rho/E), while the limit of the length of the regions, 0.15 L, allows w = 2.
     let (modulus, slip) = (5e4, (5e4_f64 / (2.0 / 3.0 * 1000.0)).sqrt() / (0.05 * 30.0));
     let text = format!("body.cube.youngs_modulus={modulus}");
     assert_eq!(
-        chosen(&["simulation.gravity=[0, -9.81, 0]", &text], 0.05),
+        chosen(&[FAST, "simulation.gravity=[0, -9.81, 0]", &text], 0.05),
         (slip.ceil() as u32, StepReason::Slip)
     );
+}
+
+/// Regions of one cell need steps of at most h/2 sqrt(rho/E), whatever the frame rate and the ground; `balanced` has them where
+/// a second costs at most 0.05 s, at 20 ns per vertex and step, and otherwise the least that does.
+#[test]
+fn accuracy_chooses_the_regions_and_the_steps() {
+    let ground = "simulation.gravity=[0, -9.81, 0]";
+    let needed = |modulus: f64, cell_size: f64, moment: f64| {
+        ((modulus / 1000.0 / moment).sqrt() / (cell_size * 30.0)).ceil() as u32
+    };
+    let steps = |accuracy: &str, modulus: f64, cell_size: f64| {
+        let keys = [format!("body.cube.accuracy={accuracy}"), format!("body.cube.youngs_modulus={modulus}")];
+        chosen(&[&keys[0], &keys[1], ground], cell_size).0
+    };
+    for modulus in [5e4, 1e6] {
+        for cell_size in [0.1, 0.05] {
+            assert_eq!(steps("exact", modulus, cell_size), needed(modulus, cell_size, 0.25));
+        }
+    }
+    // 1,331 vertices, 200 steps a second; 9,261 vertices, 400 steps a second of one cell, or 245 of w = 1.
+    assert_eq!(steps("balanced", 1e5, 0.1), needed(1e5, 0.1, 0.25));
+    assert_eq!(steps("balanced", 1e5, 0.05), needed(1e5, 0.05, 2.0 / 3.0));
 }
 
 #[test]

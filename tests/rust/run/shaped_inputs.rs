@@ -109,7 +109,7 @@ fn mirrored_colliders_hold_bodies_like_scaled_ones() {
     let height = |scale: &str| {
         scene(folder.path(), "").unwrap();
         let text = format!(
-            "[simulation]\nframes = 30\ngravity = [0, 0, -9.81]\n[[body]]\nname = \"prism\"\nmesh = \"prism.obj\"\n\
+            "[simulation]\nframes = 120\ngravity = [0, 0, -9.81]\n[[body]]\nname = \"prism\"\nmesh = \"prism.obj\"\n\
              object = \"prism\"\ncell_size = 0.5\ntranslate = [0, 0, 2]\n[[collider]]\nmesh = \"slab.obj\"\nscale = {scale}\n"
         );
         let slab = "v -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nv -9 -9 1\nv 9 -9 1\nv 9 9 1\nv -9 9 1\n\
@@ -117,7 +117,7 @@ fn mirrored_colliders_hold_bodies_like_scaled_ones() {
         fs::write(folder.path().join("slab.obj"), slab).unwrap();
         let scene = Scene::parse(&text, "scene.toml", folder.path(), &[]).unwrap();
         let mut simulation = prepare(&scene).unwrap().simulation;
-        simulation.advance(30);
+        simulation.advance(120);
         simulation.bodies()[0].center_of_mass().z
     };
     // A mirrored slab lies below the plane z = 0, and another one above it.

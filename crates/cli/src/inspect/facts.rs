@@ -1,7 +1,7 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Mesh, Plan, Preservation, Shape, StepReason};
+use supple::{Body, HalfWidth, Lattice, Mesh, Plan, Preservation, Shape, StepReason};
 use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};

@@ -3,7 +3,9 @@
 use std::f64::consts::TAU;
 
 use serde::Serialize;
-use supple::{BodyRef, BreakLimit, Damping, Elasticity, FractureOptions, Plasticity};
+use supple::{
+    Body, BodyRef, BreakLimit, Damping, ElasticLaw, Elasticity, FractureOptions, HalfWidth, Plasticity,
+};
 use supple_io::counted;
 
 use crate::terminal::number;
@@ -19,6 +21,11 @@ pub(super) struct MaterialFacts {
     /// Young's modulus in force, less than the specified one if the steps are too long for it.
     pub(super) youngs_modulus_in_force: f64,
     pub(super) poisson_ratio: f64,
+    /// How the half-width is chosen; `None` if the elasticity is that of regions.
+    pub(super) accuracy: Option<&'static str>,
+    /// Half-widths and the steps per second with which they reach the specified Young's modulus in all parts; empty if the
+    /// elasticity is that of regions.
+    pub(super) step_rates: Vec<(HalfWidth, f64)>,
     /// Shear modulus in force, E/(2 (1 + nu)).
     pub(super) shear_modulus: f64,
     /// Bulk modulus in force, E/(3 (1 - 2 nu)).
@@ -127,12 +134,29 @@ impl FractureFacts {
     }
 }
 
+/// Returns the steps per second with which regions of half-width 0.5, 1, 2 and 3 reach Young's modulus `modulus`.
+fn step_rates(body: &Body, modulus: f64) -> Vec<(HalfWidth, f64)> {
+    let material = body.material();
+    let law = ElasticLaw {
+        density: material.density,
+        cell_size: body.lattice().cell_size(),
+        dt: 1.0,
+        poisson_ratio: material.poisson_ratio(),
+    };
+    let greatest =
+        body.stiffness_factors().map_or(1.0, |factors| factors.iter().copied().fold(0.0, f64::max));
+    let rate =
+        |half_width: HalfWidth| (law.alpha(half_width, greatest * modulus) / law.greatest_alpha()).sqrt();
+    [0.5, 1.0, 2.0, 3.0].map(HalfWidth::from).map(|half_width| (half_width, rate(half_width))).into()
+}
+
 impl MaterialFacts {
     /// Collects the facts about the material of a body in a simulation; `None` outside a simulation.
     pub(super) fn new(body: BodyRef<'_>) -> Option<Self> {
         let material = body.material();
         let (in_force, lowest_frequency) = (body.youngs_modulus()?, body.lowest_frequency()?);
         let specified = body.softened().map_or(in_force, |softened| softened.specified / softened.factor);
+        let has_modulus = !matches!(material.elasticity, Elasticity::Regions { .. });
         let (angular_frequency, poisson_ratio) = (TAU * lowest_frequency, material.poisson_ratio());
         let (damping_ratio, damping_rate) = match material.damping() {
             Damping::Ratio(ratio) => (ratio, ratio * angular_frequency),
@@ -143,12 +167,11 @@ impl MaterialFacts {
                 Elasticity::Preset(preset) => Some(preset.name()),
                 _ => None,
             },
-            youngs_modulus: match material.elasticity {
-                Elasticity::Regions { .. } => None,
-                _ => Some(specified),
-            },
+            youngs_modulus: has_modulus.then_some(specified),
             youngs_modulus_in_force: in_force,
             poisson_ratio,
+            accuracy: has_modulus.then(|| material.accuracy.name()),
+            step_rates: if has_modulus { step_rates(&body, specified) } else { Vec::new() },
             shear_modulus: in_force / (2.0 * (1.0 + poisson_ratio)),
             bulk_modulus: in_force / (3.0 * (1.0 - 2.0 * poisson_ratio)),
             wave_speed: (in_force / material.density).sqrt(),
@@ -158,6 +181,13 @@ impl MaterialFacts {
             plastic: PlasticFacts::new(body),
             fracture: FractureFacts::new(body, in_force),
         })
+    }
+
+    /// Returns why the regions have their half-width, and the steps of others; `None` if the elasticity is that of regions.
+    pub(super) fn regions(&self) -> Option<String> {
+        let rates: Vec<String> =
+            self.step_rates.iter().map(|(half_width, rate)| format!("{half_width}: {rate:.0}")).collect();
+        Some(format!("accuracy {}; steps per second by half-width: {}", self.accuracy?, rates.join(", ")))
     }
 
     /// Returns the facts as three lines.

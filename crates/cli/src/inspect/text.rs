@@ -6,6 +6,7 @@ use supple_io::counted;
 
 use super::contact::{ContactFacts, OverlapFacts, TouchingFacts};
 use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MeshFacts};
+use super::material::MaterialFacts;
 use super::placed::{FollowFacts, SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
 
@@ -126,7 +127,15 @@ impl Page {
                 &format!("friction {friction}, restitution {restitution}, {samples}, {bytes}"),
             );
         }
-        self.entry("half-width", &counted(body.half_width, "cell"));
+        let half_width = match body.half_width.whole_cells() {
+            Some(cells) => counted(cells, "cell"),
+            None => format!("{} cells, so that each region is a cell", body.half_width),
+        };
+        let why = body.material.as_ref().and_then(MaterialFacts::regions);
+        self.entry(
+            "half-width",
+            &why.map_or_else(|| half_width.clone(), |why| format!("{half_width}; {why}")),
+        );
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
         self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {

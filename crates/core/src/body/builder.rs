@@ -6,7 +6,7 @@ use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
-    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
+    Accuracy, Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
     RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
@@ -123,6 +123,12 @@ impl BodyBuilder {
     pub fn frequency(self, hertz: f64) -> Self {
         let elasticity = self.material.elasticity.with_stiffness(Stiffness::Frequency(hertz));
         self.elasticity(elasticity)
+    }
+
+    /// Sets how the half-width of the regions is chosen for a material or Young's modulus.
+    pub fn accuracy(mut self, accuracy: Accuracy) -> Self {
+        self.material.accuracy = accuracy;
+        self
     }
 
     /// Sets Poisson's ratio, in [0, 0.47]: see [`Material::poisson_ratio`].

@@ -3,8 +3,8 @@
 
 use super::{Body, Surface};
 use crate::dynamics::{
-    Damping, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionSize, Stiffness,
-    StiffnessFactors, lowest_eigenvalue,
+    Accuracy, Damping, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionSize,
+    Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching, Workspace};
@@ -15,6 +15,14 @@ use crate::volume::MIN_VOLUME_FRACTION;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
 pub(super) const DEFAULT_HALF_WIDTH: HalfWidth = HalfWidth::whole(2);
+
+/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
+const REGION_FRACTION: f64 = 0.15;
+
+/// Time that a step takes for a lattice vertex, in seconds, by which [`Accuracy::Balanced`] chooses: a step of regions of one
+/// cell takes 10 to 15 ns on a core of 2020, and contacts as much again. It is a fixed number, so that a body has the same
+/// regions on every machine.
+const TIME_PER_VERTEX: f64 = 2e-8;
 
 /// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has none.
 const LEAST_SIZE: f64 = 0.1;
@@ -43,9 +51,37 @@ impl Body {
         self.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.youngs_modulus {
             let greatest = modulus * self.factor_range().1;
-            self.set_half_width(self.elastic_law(dt).least_half_width(greatest, self.extent));
+            let least = self.elastic_law(dt).least_half_width(greatest, self.extent);
+            let chosen = self.chosen_half_width(modulus);
+            let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
+            self.set_half_width(match self.material.accuracy {
+                Accuracy::Fast => least,
+                _ if is_reached(chosen) => chosen,
+                _ => least,
+            });
         }
         self.limit_stiffness_factors(dt);
+    }
+
+    /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`, if the
+    /// steps are short enough: see [`step_rate`](Self::step_rate).
+    pub(crate) fn chosen_half_width(&self, modulus: f64) -> HalfWidth {
+        let cells = REGION_FRACTION * self.size / self.lattice.cell_size();
+        // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
+        let widest = half_width_of(cells * cells).floor().max(2.0);
+        let greatest = self.factor_range().1 * modulus;
+        let share = |half_width: HalfWidth| {
+            self.step_rate(half_width, greatest) * self.lattice.len() as f64 * TIME_PER_VERTEX
+        };
+        match self.material.accuracy {
+            Accuracy::Fast => widest.into(),
+            Accuracy::Exact => HalfWidth::CELL,
+            Accuracy::Balanced => {
+                let mut half_widths =
+                    std::iter::once(HalfWidth::CELL).chain((1..=widest as usize).map(HalfWidth::from));
+                half_widths.find(|&half_width| share(half_width) <= Accuracy::BUDGET).unwrap_or(widest.into())
+            }
+        }
     }
 
     /// Calls [`fix_elasticity`](Self::fix_elasticity) if the elasticity was changed after the body joined.

@@ -4,7 +4,8 @@ use super::Body;
 use super::elasticity::initial_half_width;
 use super::zones::check_stiffness;
 use crate::dynamics::{
-    Damping, ElasticDamper, Elasticity, Material, RegionDamper, RegionDamping, RegionSize, Stiffness,
+    Accuracy, Damping, ElasticDamper, Elasticity, Material, RegionDamper, RegionDamping, RegionSize,
+    Stiffness,
 };
 use crate::lattice::Lattice;
 use crate::range::{RangeError, in_range};
@@ -47,6 +48,14 @@ impl Body {
         self.youngs_modulus = None;
         self.update_shapes();
         Ok(())
+    }
+
+    /// Sets how the half-width of the regions is chosen, from the next step on. In a simulation, the regions are fixed as if
+    /// the body joined the simulation at the next step. With the elasticity of regions, nothing else changes.
+    pub fn set_accuracy(&mut self, accuracy: Accuracy) {
+        self.material.accuracy = accuracy;
+        self.wake();
+        self.youngs_modulus = None;
     }
 
     /// Sets the size of the regions, from the next step on: see [`Elasticity::with_region_size`].

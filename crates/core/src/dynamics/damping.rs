@@ -58,7 +58,7 @@ impl RegionDamper {
     ) {
         let Matching { layout, regions, cascade } = matching;
         let Regions { constants, weights, .. } = regions;
-        let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
+        let field = Weighted { weights: regions.vector_weights(), vectors: velocities.blocks() };
         let inverse_inertia = &self.inverse_inertia;
         let spreads = regions.inverse_spreads.as_ref().filter(|_| self.bulk != 0.0);
         let bulk = spreads.map(|spreads| (spreads, self.bulk));

@@ -12,6 +12,8 @@
 //! derivative of the deformation. The length R = h √(w (w + 1)) is the radius of the regions. E is the product of
 //! ρ/(3 dt²), alpha and R², so that alpha <= 1 is possible only if R >= dt √(3 E/ρ), for cells of any size.
 //!
+//! Regions of one cell are those of w = 1/2: two vertices along each axis. Their law is exact for every even deformation.
+//!
 //! With Poisson's ratio ν, the volume term of the regions leaves the shear modulus the same, so that E is (1 + ν) times
 //! this one. Its strength k = 3 ν/(1 - 2 ν) limits alpha to 1.5/(1 + k): above it, the fastest modes of a thin body would
 //! gain energy. E is then at most min(1 + ν, 1.5 - 3 ν) times the one of alpha = 1 and ν = 0.

@@ -93,6 +93,39 @@ pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
     gravity.max(8.0 * size)
 }
 
+/// How closely a body with a material or Young's modulus follows the elastic law, by the half-width of its regions: smaller
+/// regions need more steps.
+///
+/// The half-width is the one chosen here, or the least one that reaches Young's modulus if the steps are longer. It depends
+/// on the body alone and not on the frame rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Accuracy {
+    /// The widest regions, of up to 0.15 of the size of the body and at least 2 cells: the fewest steps. Layers of cells
+    /// that are held or touched strain more than the others, and thin parts bend less.
+    Fast,
+    /// The least half-width with which a second takes at most [`Accuracy::BUDGET`] seconds of one core, by an estimate; at
+    /// most that of `Fast`.
+    #[default]
+    Balanced,
+    /// Regions of one cell.
+    Exact,
+}
+
+impl Accuracy {
+    /// All values with their names.
+    pub const NAMED: [(&'static str, Self); 3] =
+        [("fast", Self::Fast), ("balanced", Self::Balanced), ("exact", Self::Exact)];
+
+    /// The share of the time of one core that [`Accuracy::Balanced`] may take.
+    pub const BUDGET: f64 = 0.05;
+
+    /// Returns the name.
+    pub fn name(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+}
+
 /// The elasticity of a body: how strongly it resists deformation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -133,6 +166,8 @@ pub struct Material {
     /// default, is the one of the elasticity, 0: the body keeps its width. Steps are stable up to alpha = 1.5/(1 + k) with
     /// k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see [`ElasticLaw`](crate::ElasticLaw).
     pub poisson_ratio: Option<f64>,
+    /// How the half-width of the regions is chosen for a material or Young's modulus; default [`Accuracy::Balanced`].
+    pub accuracy: Accuracy,
     /// Damping; `None`, the default, is the damping ratio of the preset, and without a preset 0.2.
     pub damping: Option<Damping>,
     /// Region damping; default 0.
@@ -148,6 +183,7 @@ impl Default for Material {
         Self {
             elasticity: Elasticity::default(),
             poisson_ratio: None,
+            accuracy: Accuracy::default(),
             damping: None,
             region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,

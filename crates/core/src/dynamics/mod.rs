@@ -62,7 +62,7 @@ pub(crate) use integration::{Accelerate, Advance, add_rigid};
 pub use interpolation::Interpolation;
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;
-pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
+pub use material::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
 pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};

@@ -34,6 +34,88 @@ pub(crate) struct Layout {
     lines: Vec<u32>,
     /// First line of each plane, then the number of lines.
     planes: Vec<u32>,
+    /// The cells whose corners links do not all join; none in a lattice without broken joints.
+    loose: LooseCells,
+}
+
+/// A cell of which links do not join all corners to the first one: see `charts`.
+#[derive(Clone, Debug)]
+pub(crate) struct LooseCell {
+    /// Slot of the first corner.
+    pub(crate) slot: u32,
+    /// Slots of the corners.
+    pub(crate) corners: [u32; 8],
+    /// Index among the loose cells.
+    pub(crate) number: u32,
+}
+
+/// The loose cells of a layout.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LooseCells {
+    /// Sorted by slot.
+    cells: Vec<LooseCell>,
+    /// The slot of each corner, the index of its cell and its number in the cell. Sorted.
+    corners: Vec<(u32, u32, u8)>,
+}
+
+impl LooseCells {
+    /// Finds the loose cells of a lattice.
+    fn new(lattice: &Lattice, slots: &[u32], axes: &[AxisLinks; 3]) -> Self {
+        let mut cells: Vec<LooseCell> = (0..lattice.cells().len() as u32)
+            .map(|cell| {
+                let corners = lattice.cell_corners(cell).map(|corner| slots[corner as usize]);
+                LooseCell { slot: corners[0], corners, number: 0 }
+            })
+            .filter(|cell| !cell.is_linked(axes))
+            .collect();
+        cells.sort_unstable_by_key(|cell| cell.slot);
+        (0..).zip(&mut cells).for_each(|(number, cell)| cell.number = number);
+        let mut corners: Vec<(u32, u32, u8)> = cells
+            .iter()
+            .flat_map(|cell| (0..).zip(cell.corners).map(|(k, corner)| (corner, cell.number, k)))
+            .collect();
+        corners.sort_unstable();
+        Self { cells, corners }
+    }
+
+    /// Returns the cells whose sums are stored in a range of blocks.
+    pub(crate) fn of_blocks(&self, blocks: Range<usize>) -> &[LooseCell] {
+        let at = |block: usize| self.cells.partition_point(|cell| (cell.slot as usize) < block * LANES);
+        if self.cells.is_empty() { &[] } else { &self.cells[at(blocks.start)..at(blocks.end)] }
+    }
+
+    /// Returns the corners whose vertices are in a range of blocks.
+    pub(crate) fn corners_of_blocks(&self, blocks: Range<usize>) -> &[(u32, u32, u8)] {
+        let at = |block: usize| self.corners.partition_point(|(slot, ..)| (*slot as usize) < block * LANES);
+        &self.corners[at(blocks.start)..at(blocks.end)]
+    }
+
+    /// Returns the slots of the cells that have the vertex in a slot as a corner.
+    pub(crate) fn around(&self, slot: u32) -> impl Iterator<Item = u32> + '_ {
+        let first = self.corners.partition_point(|(corner, ..)| *corner < slot);
+        let own = self.corners[first..].iter().take_while(move |(corner, ..)| *corner == slot);
+        own.map(|&(_, number, _)| self.cells[number as usize].slot)
+    }
+
+    /// Returns all cells.
+    pub(crate) fn all(&self) -> &[LooseCell] {
+        &self.cells
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(self.cells.as_slice()) + size_of_val(self.corners.as_slice())
+    }
+}
+
+impl LooseCell {
+    /// Returns whether links along z, then y, then x lead from the first corner to all others, as in the sums over windows.
+    fn is_linked(&self, axes: &[AxisLinks; 3]) -> bool {
+        let next = |slot: u32, axis: usize| axes[axis].next_slot(slot as usize).map(|slot| slot as u32);
+        self.corners.iter().enumerate().all(|(k, &corner)| {
+            let along = |slot, &axis: &usize| if k >> axis & 1 == 0 { Some(slot) } else { next(slot, axis) };
+            [2, 1, 0].iter().try_fold(self.slot, along) == Some(corner)
+        })
+    }
 }
 
 impl Layout {
@@ -68,7 +150,7 @@ impl Layout {
             axis_links
         });
         let (lines, planes) = lines_and_planes(&keys);
-        Self { slots, occupied, axes, lines, planes }
+        Self { slots, occupied, axes, lines, planes, loose: LooseCells::default() }
     }
 
     /// Builds the layout of a lattice with broken joints.
@@ -92,7 +174,13 @@ impl Layout {
         let axes = [0, 1, 2].map(|axis| AxisLinks::of_slots(axis, lattice, (&slots, blocks.len())));
         let keys: Vec<BlockKey> = blocks.into_iter().map(|(key, _)| key).collect();
         let (lines, planes) = lines_and_planes(&keys);
-        Self { slots, occupied, axes, lines, planes }
+        let loose = LooseCells::new(lattice, &slots, &axes);
+        Self { slots, occupied, axes, lines, planes, loose }
+    }
+
+    /// Returns the cells whose corners links do not all join.
+    pub(crate) fn loose_cells(&self) -> &LooseCells {
+        &self.loose
     }
 
     /// Returns the number of blocks.
@@ -107,6 +195,7 @@ impl Layout {
             + self.axes.iter().map(AxisLinks::bytes).sum::<usize>()
             + size_of_val(self.lines.as_slice())
             + size_of_val(self.planes.as_slice())
+            + self.loose.bytes()
     }
 
     /// Returns the slot of each lattice vertex.

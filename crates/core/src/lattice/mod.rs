@@ -51,7 +51,7 @@ pub use embedding::{CellPoints, Embedding};
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
 pub use joints::Joint;
-pub(crate) use layout::{AxisLinks, Layout};
+pub(crate) use layout::{AxisLinks, Layout, LooseCell, LooseCells};
 pub(crate) use masses::{Masses, cell_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};

@@ -395,7 +395,7 @@ mod tests {
                     (lattice.rest_position(vertex) + shift).map(|x| f64::from(x as f32))
                 })
                 .collect();
-            for half_width in (1..=7).map(HalfWidth::from) {
+            for half_width in std::iter::once(HalfWidth::CELL).chain((1..=7).map(HalfWidth::from)) {
                 let matching = Matching::new(&lattice, &masses.clone().into(), half_width);
                 let mut local = Lanes::zeros(matching.layout.blocks());
                 for (&slot, position) in matching.layout.slots().iter().zip(&positions) {

@@ -51,6 +51,20 @@ impl<V> Means<V> {
         }
         Self { mean, central, d }
     }
+
+    /// As [`Means::new`] for cells: d = 0.
+    #[inline(always)]
+    fn of_cells<S: Simd>(simd: S, inverse_mass: V, sums: [V; 12]) -> Self
+    where
+        V: SimdFloat<S, Element = f32>,
+    {
+        let mut central = [inverse_mass; 9];
+        for i in 0..9 {
+            central[i] = sums[3 + i] * inverse_mass;
+        }
+        let mean = [sums[0] * inverse_mass, sums[1] * inverse_mass, sums[2] * inverse_mass];
+        Self { mean, central, d: [V::splat(simd, 0.0); 3] }
+    }
 }
 
 /// The region transform that fits a rigid motion to each region. Its memory is the rotation quaternion, which
@@ -58,6 +72,8 @@ impl<V> Means<V> {
 pub(crate) struct FitRotations<'a> {
     /// 1/M and d of each region.
     pub(crate) constants: &'a Lanes<4>,
+    /// Whether the regions are cells, which have the same constants.
+    pub(crate) are_cells: bool,
     /// `None` if the stiffness does not vary.
     pub(crate) factors: Option<&'a Factors>,
     /// For each block of eight regions, the bit mask of the lanes with a region.
@@ -122,6 +138,11 @@ impl FitRotations<'_> {
         sums: &[Block<12>],
     ) -> (f32x16<S>, Means<f32x16<S>>) {
         let [first, second] = pair.blocks;
+        if self.are_cells {
+            let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
+            let inverse_mass = f32x16::splat(simd, 0.125);
+            return (inverse_mass, Means::of_cells(simd, inverse_mass, moments));
+        }
         let constants = self.constants.blocks();
         let constants = load_two(simd, [&constants[first], &constants[second]]);
         let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
@@ -174,8 +195,8 @@ impl FitRotations<'_> {
         g: [f32x16<S>; 9],
         sums: &mut [Block<12>],
     ) {
-        let mut b = d;
-        for row in 0..3 {
+        let mut b = if self.are_cells { mean } else { d };
+        for row in (0..3).filter(|_| !self.are_cells) {
             b[row] = mean[row] - g[row].mul_add(d[0], g[3 + row].mul_add(d[1], g[6 + row] * d[2]));
         }
         let motions = [b[0], b[1], b[2], g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8]];

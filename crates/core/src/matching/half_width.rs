@@ -17,7 +17,7 @@ use std::fmt;
 /// assert_eq!(HalfWidth::CELL.cells(), 0.5);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct HalfWidth(f64);
 
@@ -45,8 +45,8 @@ impl HalfWidth {
         self == Self::CELL
     }
 
-    /// Returns whether this is a half-width.
-    pub(crate) fn is_valid(self) -> bool {
+    /// Returns whether this is a half-width: 1/2, or a whole number of at least 1.
+    pub fn is_valid(self) -> bool {
         self.is_cell() || (self.0 >= 1.0 && self.0.fract() == 0.0)
     }
 
@@ -59,6 +59,17 @@ impl HalfWidth {
     /// Returns the second moment w (w + 1)/3 of a window, in squared cells.
     pub(crate) fn moment(self) -> f64 {
         self.0 * (self.0 + 1.0) / 3.0
+    }
+}
+
+/// A number; in text a whole one has no point.
+#[cfg(feature = "serde")]
+impl serde::Serialize for HalfWidth {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.whole_cells().filter(|_| serializer.is_human_readable()) {
+            Some(cells) => serializer.serialize_u64(cells as u64),
+            None => serializer.serialize_f64(self.0),
+        }
     }
 }
 

@@ -30,7 +30,7 @@ mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
-pub(crate) use bulk::bulk_of;
+pub(crate) use bulk::{PATIENCE, bulk_of};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
@@ -196,20 +196,21 @@ impl Matching {
         (potential, gradients): (Option<&PotentialSums>, Option<Gradients>),
         purpose: Purpose,
     ) -> usize {
-        let unconverged = AtomicUsize::new(0);
+        let (unconverged, inverted) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let fit = FitRotations {
             constants: &self.regions.constants,
+            are_cells: self.regions.half_width().is_cell(),
             factors: self.regions.factors(),
             occupied: self.regions.occupied(&self.layout),
             half_width: self.regions.half_width().cells() as f32,
             unconverged: &unconverged,
             potential,
         };
-        let (parallel, quaternions) = ((workspace, executor), rotations.blocks_mut());
-        let bulk = self.regions.bulk;
+        let (parallel, quaternions) = ((&mut *workspace, executor), rotations.blocks_mut());
+        let bulk = if self.regions.leaves_out_volume { 0.0 } else { self.regions.bulk };
         match (shapes, &self.regions.inverse_spreads) {
-            (Shapes::Rest, Some(inverse_spreads)) if bulk != 0.0 => {
-                let fit = FitBulk { fit, inverse_spreads, bulk };
+            (Shapes::Rest, Some(inverse_spreads)) if self.regions.bulk != 0.0 => {
+                let fit = FitBulk { fit, inverse_spreads, bulk, inverted: &inverted };
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Rest, _) | (_, None) => {
@@ -225,6 +226,7 @@ impl Matching {
                 self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }
         }
+        workspace.inverted = inverted.into_inner();
         unconverged.into_inner()
     }
 
@@ -237,8 +239,9 @@ impl Matching {
         gradients: Option<Gradients>,
         purpose: Purpose,
     ) {
-        let Self { layout, regions: Regions { weights, constants, inverse_spreads, .. }, cascade } = self;
-        let field = Weighted { weights: weights.blocks(), vectors: positions.blocks() };
+        let Self { layout, regions, cascade } = self;
+        let Regions { constants, inverse_spreads, .. } = regions;
+        let field = Weighted { weights: regions.vector_weights(), vectors: positions.blocks() };
         match (gradients, inverse_spreads) {
             (Some(Gradients { values, stretched, least }), Some(inverse_spreads)) => {
                 let fit = MeasureGradients { fit, constants, inverse_spreads, least };

@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::factors::Factors;
 use super::half_width::HalfWidth;
 use super::spreads::InverseSpreads;
-use crate::lattice::{Lattice, Layout, Masses};
-use crate::simd::lanes::{LANES, Lanes};
+use crate::lattice::{Lattice, Layout, LooseCell, Masses};
+use crate::simd::lanes::{Block, LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
 /// [`cascade`](super::cascade) defines which vertices a region contains.
@@ -37,8 +37,13 @@ pub(crate) struct Regions {
     pub(crate) inverse_spreads: Option<InverseSpreads>,
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
+    /// Whether fits leave the volume term out: see [`PATIENCE`](super::PATIENCE).
+    pub(crate) leaves_out_volume: bool,
     half_width: HalfWidth,
 }
+
+/// 1/M and d of a cell.
+const CELL: [f32; 4] = [0.125, 0.0, 0.0, 0.0];
 
 /// What regions that are cells have beside the constants.
 #[derive(Clone, Debug)]
@@ -76,7 +81,7 @@ impl Regions {
             let inverse_count = (1.0 / region_counts[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
             // The product is rounded to f32, as in the window sums of a step.
-            m_over_n[slot as usize] = f64::from(m * inverse_count);
+            m_over_n[slot as usize] = if half_width.is_cell() { 1.0 } else { f64::from(m * inverse_count) };
             weights.set(slot, [m, inverse_count]);
         }
         let [masses, sx, sy, sz] = windows.first_moments(&m_over_n);
@@ -85,7 +90,16 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, factors: None, cells: None, inverse_spreads: None, bulk: 0.0, half_width }
+        Self {
+            weights,
+            constants,
+            factors: None,
+            cells: None,
+            inverse_spreads: None,
+            bulk: 0.0,
+            leaves_out_volume: false,
+            half_width,
+        }
     }
 
     /// Removes the windows that are no cells, and gives the others their filled shares.
@@ -95,7 +109,7 @@ impl Regions {
         for cell in 0..lattice.cells().len() as u32 {
             let slot = layout.slots()[lattice.first_corner(cell) as usize];
             shares.set(slot, [masses.share(cell) / 8.0]);
-            constants.set(slot, self.constants.get(slot));
+            constants.set(slot, CELL);
             occupied[slot as usize / LANES] |= 1 << (slot as usize % LANES);
         }
         self.constants = constants;
@@ -134,12 +148,17 @@ impl Regions {
         let field = field_of(layout, |slot| regions.get(slot)[0].into());
         let sums = LineWindows::new(layout, self.half_width).sums_over_regions(field);
         let mut vertices = Lanes::zeros(layout.blocks());
-        // A vertex is in no region if no link joins it to the first corner of a cell: see `lattice::charts`.
-        for &slot in layout.slots().iter().filter(|&&slot| sums[slot as usize] > 0.0) {
+        for &slot in layout.slots() {
             let (sum, [_, inverse_count]) = (sums[slot as usize], self.weights.get(slot));
             vertices.set(slot, [(sum * f64::from(inverse_count)) as f32, (1.0 / sum) as f32]);
         }
         Factors { regions, vertices }
+    }
+
+    /// Returns m and 1/n of each vertex, the weights of vectors in sums over regions. `None` if the regions are cells, in
+    /// which all weights are 1.
+    pub(crate) fn vector_weights(&self) -> Option<&[Block<2>]> {
+        self.cells.is_none().then(|| self.weights.blocks())
     }
 
     /// Returns the factors with which the regions count in goal positions: the stiffness factors, times f/8 of cells. `None`
@@ -171,7 +190,9 @@ impl Regions {
         let firsts = (0..8).filter_map(move |k| {
             (0..3).fold(Some(slot), |slot, axis| if k >> axis & 1 == 0 { slot } else { before(slot, axis) })
         });
-        firsts.filter(|&slot| is_set(self.occupied(layout), slot))
+        let linked = firsts.filter(|&slot| is_set(self.occupied(layout), slot));
+        let loose = layout.loose_cells().around(slot).filter(move |_| self.cells.is_some());
+        linked.chain(loose)
     }
 
     /// Returns, as the second number of each vertex, what turns a sum over the regions that contain the vertex into a
@@ -320,7 +341,8 @@ impl Regions {
         let mut m_over_n = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
             let [m, inverse_count] = self.weights.get(slot);
-            m_over_n[slot as usize] = f64::from(m * inverse_count);
+            let weight = if self.half_width.is_cell() { 1.0 } else { m * inverse_count };
+            m_over_n[slot as usize] = f64::from(weight);
         }
         m_over_n
     }
@@ -402,16 +424,19 @@ pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
 /// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
 /// links along this axis; that of a cell the vertex and the next one. A line is a maximal sequence of linked vertices along
 /// an axis.
-struct LineWindows {
+struct LineWindows<'a> {
     /// Lines of each axis, the result of [`lines`].
     axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: HalfWidth,
+    /// The cells whose corners links do not all join; none unless the windows are those of cells.
+    loose: &'a [LooseCell],
 }
 
-impl LineWindows {
+impl<'a> LineWindows<'a> {
     /// Finds the lines along each axis.
-    fn new(layout: &Layout, half_width: HalfWidth) -> Self {
-        Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width }
+    fn new(layout: &'a Layout, half_width: HalfWidth) -> Self {
+        let loose = if half_width.is_cell() { layout.loose_cells().all() } else { &[] };
+        Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width, loose }
     }
 
     /// Computes n, the number of regions that contain each vertex. `mass` is positive in slots with a vertex.
@@ -425,32 +450,48 @@ impl LineWindows {
 
     /// Computes, for each vertex, the sum over the regions that contain it of the value of `field` at the center vertex
     /// of the region.
-    fn sums_over_regions(&self, field: Vec<f64>) -> Vec<f64> {
+    fn sums_over_regions(&self, mut field: Vec<f64>) -> Vec<f64> {
         let is_cell = self.half_width.is_cell();
         let reach = if is_cell { [1, 0] } else { [self.half_width.links(); 2] };
-        (0..3).rev().fold(field, |field, axis| self.moment_within(reach, 0.0, (axis, 0), &field))
+        let taken: Vec<f64> =
+            self.loose.iter().map(|cell| std::mem::take(&mut field[cell.slot as usize])).collect();
+        let mut sums =
+            (0..3).rev().fold(field, |field, axis| self.moment_within(reach, 0.0, (axis, 0), &field));
+        for (cell, value) in self.loose.iter().zip(taken) {
+            cell.corners.iter().for_each(|&corner| sums[corner as usize] += value);
+        }
+        sums
     }
 
     /// Computes Σ f of each region, where f is the value of `field` at a vertex.
     fn sums(&self, field: &[f64]) -> Vec<f64> {
-        (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, 0, &field))
+        self.moments([0; 3], field)
     }
 
     /// Computes Σ f, Σ i f, Σ j f and Σ k f of each region, where f is the value of `field` at a vertex and
     /// (i, j, k) is the offset of the vertex from the center vertex.
     fn first_moments(&self, field: &[f64]) -> [Vec<f64>; 4] {
-        let (s, sx) = (self.moment(0, 0, field), self.moment(0, 1, field));
-        let (s, sx, sy) = (self.moment(1, 0, &s), self.moment(1, 0, &sx), self.moment(1, 1, &s));
-        [self.moment(2, 0, &s), self.moment(2, 0, &sx), self.moment(2, 0, &sy), self.moment(2, 1, &s)]
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|powers| self.moments(powers, field))
     }
 
     /// Computes the sums of f times ii, jj, kk, ij, ik and jk of each region, with f and (i, j, k) as in
     /// [`Self::first_moments`].
     fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
-        let sums = |powers: [usize; 3]| {
-            (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field))
-        };
-        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(sums)
+        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]]
+            .map(|powers| self.moments(powers, field))
+    }
+
+    /// Computes the sum of f times powers of i, j and k of each region.
+    fn moments(&self, powers: [usize; 3], field: &[f64]) -> Vec<f64> {
+        let mut moments = (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field));
+        for cell in self.loose {
+            let term = |(k, &corner): (usize, &u32)| {
+                let offset = |axis: usize| ((k >> axis & 1) as f64 - 0.5).powi(powers[axis] as i32);
+                field[corner as usize] * offset(0) * offset(1) * offset(2)
+            };
+            moments[cell.slot as usize] = cell.corners.iter().enumerate().map(term).sum();
+        }
+        moments
     }
 
     /// Computes Σ iᵖ f over the window of each vertex along `axis`, where f is a value of `field`, i is the

@@ -30,9 +30,6 @@ use crate::dynamics::{Motion, half_width_of};
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;
 
-/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
-const REGION_FRACTION: f64 = 0.15;
-
 /// Greatest slip of a held layer in cells.
 const MAX_SLIP: f64 = 0.5;
 
@@ -164,17 +161,17 @@ impl Needs {
     }
 }
 
-/// Returns the steps per second at which a body reaches its greatest Young's modulus with regions of limited length.
+/// Returns the steps per second at which a body reaches its greatest Young's modulus with the regions of its accuracy.
 fn material_rate(body: &Body, modulus: f64) -> f64 {
-    let cell_size = body.lattice().cell_size();
-    let cells = REGION_FRACTION * body.size() / cell_size;
-    // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
-    let half_width = half_width_of(cells * cells).floor().max(2.0);
-    body.step_rate(half_width.into(), body.factor_range().1 * modulus)
+    body.step_rate(body.chosen_half_width(modulus), body.factor_range().1 * modulus)
 }
 
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
 fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
+    // A hold or contact acts on the corners of a cell.
+    if body.chosen_half_width(modulus).is_cell() {
+        return 0.0;
+    }
     let (least, greatest) = body.factor_range();
     let (density, poisson_ratio) = (body.material().density, body.material().poisson_ratio());
     let modulus_without = modulus / (1.0 + poisson_ratio);

@@ -65,6 +65,8 @@ pub(crate) struct State {
     /// which Newton's method fails to converge for the rotation of a region. The energy can grow only in such
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
+    /// Number of steps for which some cells have been inside out, of a body whose regions are cells with a volume term.
+    pub(crate) tangled_steps: u32,
     pub(crate) supports: Supports,
     pub(crate) touches: Touches,
     pub(crate) escapes: Escapes,
@@ -107,6 +109,7 @@ impl State {
             fitted: true,
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
+            tangled_steps: 0,
             supports: Supports::default(),
             touches: Touches::default(),
             escapes: Escapes::default(),

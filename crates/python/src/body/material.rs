@@ -3,7 +3,7 @@
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
+use supple::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 
 use super::Body;
 use super::plastic::read_plastic;
@@ -34,6 +34,7 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
     Ok(Material {
         elasticity,
         poisson_ratio: settings.number("poisson_ratio")?,
+        accuracy: settings.read("accuracy", accuracy)?.unwrap_or_default(),
         damping: ratio.or(damping_rate),
         region_damping: fraction.or(rate).unwrap_or(default.region_damping),
         density: settings.number("density")?.unwrap_or(default.density),
@@ -44,6 +45,11 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
 /// Reads the name of a material.
 fn preset(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Preset> {
     argument::choice(value, name, &Preset::NAMED)
+}
+
+/// Reads how the half-width of the regions is chosen.
+fn accuracy(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Accuracy> {
+    argument::choice(value, name, &Accuracy::NAMED)
 }
 
 #[pymethods]
@@ -98,6 +104,18 @@ impl Body {
     fn set_poisson_ratio(&self, py: Python<'_>, ratio: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let ratio = ratio.map(|ratio| number(ratio, "poisson_ratio")).transpose()?;
         self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
+    }
+
+    /// How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable.
+    #[getter]
+    fn accuracy(&self, py: Python<'_>) -> PyResult<&'static str> {
+        self.read(py, |body| body.material().accuracy.name())
+    }
+
+    #[setter]
+    fn set_accuracy(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let accuracy = accuracy(value, "accuracy")?;
+        self.with(py, |body| body.set_accuracy(accuracy))
     }
 
     /// Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the

@@ -69,11 +69,15 @@ use crate::rotation::rotate_once;
 ///     What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
 ///     Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
 ///     the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
-/// half_width : int, default 2; or stiffness_radius : float
-///     In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or as a
-///     length, > 0. Larger regions are stiffer.
+/// half_width : 0.5 or int, default 2; or stiffness_radius : float
+///     In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or 0.5 for
+///     regions of one cell; or as a length, > 0. Larger regions are stiffer.
 /// stiffness : float, default 1; or frequency : float
 ///     Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+/// accuracy : str, default "balanced"
+///     How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
+///     steps), "balanced" (the least half-width with which a second of a scene takes at most 0.05 seconds, by an estimate),
+///     or "exact" (regions of one cell: layers that are held or touched strain as the others do).
 /// poisson_ratio : float
 ///     In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0: it keeps its width.
 ///     Steps are shorter for large ones: 2.6 times as many at 0.45.
@@ -140,7 +144,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, poisson_ratio=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, ElasticLaw, Lattice, Material, Mesh, Preservation, Simulation,
+    Accuracy, Body, BodyBuilder, Collider, ElasticLaw, Lattice, Material, Mesh, Preservation, Simulation,
     SimulationBuilder, Substeps,
 };
 use supple_io::obj::Document;
@@ -20,13 +20,14 @@ pub(super) const FPS: f64 = 60.0;
 /// The mesh of the example scenes, a bust, so that an installed program needs no file.
 const BUST: &[u8] = include_bytes!("bust.obj");
 
-/// Creates a builder of a bar of 1 x 1 x `length` with its lower end at z = 0, and `cells` cells per unit of length.
+/// Creates a builder of a bar of 1 x 1 x `length` with its lower end at z = 0, and `cells` cells per unit of length. Its
+/// regions are the widest.
 pub(super) fn bar(cells: i32, length: i32) -> Result<BodyBuilder, supple::Error> {
     let block: Vec<_> = (0..length * cells)
         .flat_map(|z| (0..cells).flat_map(move |y| (0..cells).map(move |x| [x, y, z])))
         .collect();
     let lattice = Lattice::from_cells(&block, 1.0 / f64::from(cells), Point3::origin(), false)?;
-    Ok(Body::from_lattice(lattice).volume(Preservation::Off))
+    Ok(Body::from_lattice(lattice).volume(Preservation::Off).accuracy(Accuracy::Fast))
 }
 
 /// Returns the number of lattice vertices of the bar [`bar`].
@@ -54,7 +55,7 @@ pub(super) fn turned_bar(cells: i32, length: i32, turn: &Matrix3<f64>) -> Result
     let corners = (0..8).map(|k| (turn * Vector3::from(corner(k))).into()).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let body = Body::builder(Mesh::new(corners, &quads)?).cell_size(1.0 / f64::from(cells));
-    Ok(body.volume(Preservation::Off))
+    Ok(body.volume(Preservation::Off).accuracy(Accuracy::Fast))
 }
 
 /// Returns a ball of the radius 1/2 about the origin: a cube of 60 x 60 quads per side, projected. A ball of larger

@@ -1,6 +1,7 @@
 //! Defines the results of a measured point of a study, and finds the Pareto fronts.
 
 use serde::{Deserialize, Serialize};
+use supple::HalfWidth;
 
 use super::flight::Free;
 use super::setting::Axis;
@@ -23,7 +24,7 @@ pub struct Point {
     /// Edge of a cell, in scene units.
     pub cell_size: f64,
     /// Half-width of the regions, in cells.
-    pub half_width: f64,
+    pub half_width: HalfWidth,
     /// Radius of the regions relative to the scene's; a value other than 1 is another material.
     pub region_factor: f64,
     /// Steps per frame.

@@ -163,7 +163,7 @@ impl Points {
             sums: setting.dynamics.sums.name().to_owned(),
             lattice_vertices: bodies.iter().map(|body| body.lattice().len()).sum(),
             cell_size: first.lattice().cell_size(),
-            half_width: first.half_width().cells(),
+            half_width: first.half_width(),
             region_factor: setting.dynamics.region_factor,
             substeps: setting.dynamics.substeps,
             alpha: alpha(&first, dt),

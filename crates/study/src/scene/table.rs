@@ -101,7 +101,7 @@ impl Report {
 fn sorted(report: &Report, is_selected: impl Fn(&&Point) -> bool) -> Vec<&Point> {
     let mut points: Vec<&Point> = report.points.iter().filter(is_selected).collect();
     points.sort_by(|a, b| {
-        let widths = a.half_width.total_cmp(&b.half_width);
+        let widths = a.half_width.cells().total_cmp(&b.half_width.cells());
         a.lattice_vertices.cmp(&b.lattice_vertices).then(widths).then(a.substeps.cmp(&b.substeps))
     });
     points

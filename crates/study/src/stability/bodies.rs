@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Mass, Momenta};
-use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Material, Selection, Simulation};
+use supple::{Body, BodyBuilder, Collider, Error, HalfWidth, Key, Lattice, Material, Selection, Simulation};
 
 /// Returns the cells of a block with `size` cells along x, y and z.
 pub(super) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
@@ -17,7 +17,7 @@ pub(super) fn two_blocks(offset: [i32; 3]) -> Vec<[i32; 3]> {
 }
 
 /// Creates a builder for a body of cells of edge 1 with regions of half-width `half_width`.
-pub(super) fn of_cells(cells: &[[i32; 3]], half_width: usize) -> Result<BodyBuilder, Error> {
+pub(super) fn of_cells(cells: &[[i32; 3]], half_width: impl Into<HalfWidth>) -> Result<BodyBuilder, Error> {
     of_sized_cells(cells, 1.0, half_width)
 }
 
@@ -25,7 +25,7 @@ pub(super) fn of_cells(cells: &[[i32; 3]], half_width: usize) -> Result<BodyBuil
 pub(super) fn of_sized_cells(
     cells: &[[i32; 3]],
     cell_size: f64,
-    half_width: usize,
+    half_width: impl Into<HalfWidth>,
 ) -> Result<BodyBuilder, Error> {
     let lattice = Lattice::from_cells(cells, cell_size, Point3::origin(), false)?;
     Ok(Body::from_lattice(lattice).material(Material::fast_lsm()).half_width(half_width))

@@ -5,6 +5,7 @@ use std::ops::Range;
 use fearless_simd::Simd;
 
 use super::VertexUpdate;
+use super::loose::Loose;
 use super::plane::Scratch;
 use crate::lattice::Layout;
 use crate::matching::windows::{Source, Window};
@@ -22,6 +23,8 @@ pub(super) struct AdjointX<'a, U> {
     pub(super) x: Window<'a, 0>,
     /// Output of the adjoint y pass for all blocks.
     pub(super) source: &'a [Block<6>],
+    /// `None` if there are no loose cells.
+    pub(super) loose: Option<Loose<'a>>,
     pub(super) update: &'a U,
 }
 
@@ -47,6 +50,9 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
                 let batch = first..blocks.end.min(first + BATCH);
                 let region_sums = &mut region_sums[..batch.len()];
                 self.x.adjoint(simd, batch.clone(), source, &mut scratch.running_adjoint_x, region_sums);
+                if let Some(loose) = &self.loose {
+                    loose.spread(first, region_sums);
+                }
                 let memory = &mut memory[batch.start - first_block..batch.end - first_block];
                 self.update.apply(simd, first, region_sums, memory, tallies);
             }

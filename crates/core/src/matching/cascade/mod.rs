@@ -30,11 +30,15 @@
 //! The first three passes are the forward passes. The last three passes are their exact adjoint: at each
 //! vertex, they compute the sum of the fields of all regions that contain the vertex.
 //!
+//! At the front of a crack, links do not join all corners of a cell. If the regions are cells, the sums of such a cell are
+//! those of its eight corners nevertheless ([`loose`]).
+//!
 //! A plane is the set of blocks with the same x. Only the passes along x read other planes. So all passes
 //! except the adjoint x pass run plane by plane, in scratch memory that stays in the cache ([`plane`]). The
 //! output of the adjoint y pass, six numbers per vertex, is stored for the adjoint x pass.
 
 mod adjoint_x;
+mod loose;
 mod plane;
 mod workspace;
 
@@ -50,6 +54,7 @@ use crate::parallel::{CHUNK, Executor, Split};
 use crate::simd::lanes::Block;
 use crate::simd::level;
 use adjoint_x::AdjointX;
+use loose::Loose;
 use plane::{PlanePasses, Strips, Windows};
 
 /// The function that is applied to the sums of each region: the fit of a rotation or of a rigid velocity. `Memory` is
@@ -105,6 +110,8 @@ pub(crate) struct Cascade {
     task_planes: Vec<usize>,
     /// First block of each task, then the number of blocks.
     task_blocks: Vec<usize>,
+    /// Number of loose cells; 0 unless the regions are cells.
+    loose: usize,
 }
 
 impl Cascade {
@@ -132,14 +139,21 @@ impl Cascade {
             }
         }
         let strips = Strips::new(layout, half_width.links());
-        Self { half_width, methods, strips, task_planes, task_blocks }
+        let loose = if half_width.is_cell() { layout.loose_cells().all().len() } else { 0 };
+        Self { half_width, methods, strips, task_planes, task_blocks, loose }
     }
 
     /// Returns the sizes of the buffers of the cascade.
     pub(crate) fn sizes(&self) -> Sizes {
         let blocks = self.task_blocks[self.tasks()];
         let [plane, strip] = self.strips.largest;
-        Sizes { blocks, plane, strip, has_running: self.methods.each_ref().map(Method::is_running) }
+        let has_running = self.methods.each_ref().map(Method::is_running);
+        Sizes { blocks, plane, strip, has_running, loose: self.loose }
+    }
+
+    /// Returns the loose cells with their motions, if there are any.
+    fn loose<'a>(&self, layout: &'a Layout, workspace: &'a Workspace) -> Option<Loose<'a>> {
+        (self.loose > 0).then(|| Loose { cells: layout.loose_cells(), motions: &workspace.loose })
     }
 
     /// Returns buffers for one thread.
@@ -195,6 +209,7 @@ impl Cascade {
             windows: self.windows(layout),
             field,
             transform,
+            loose: self.loose(layout, workspace),
             purpose,
         };
         let out = match purpose {
@@ -222,7 +237,8 @@ impl Cascade {
         tallies: &mut [U::Tally],
     ) {
         let source = workspace.adjoint_y.blocks();
-        let pass = AdjointX { layout, x: self.window(layout), source, update };
+        let loose = self.loose(layout, workspace);
+        let pass = AdjointX { layout, x: self.window(layout), source, loose, update };
         executor.tasks(&self.task_blocks, (memory, (), tallies), |task, memory, (), tallies| {
             let mut scratch = workspace.scratch(executor);
             let planes = self.task_planes[task]..self.task_planes[task + 1];

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 
+use super::loose::Loose;
 use super::{Purpose, RegionTransform};
 use crate::lattice::Layout;
 use crate::matching::windows::{RunningSums, Source, Weighted, Window};
@@ -84,6 +85,8 @@ pub(crate) struct Sizes {
     pub(super) strip: usize,
     /// Whether there are running sums along x, y and z.
     pub(super) has_running: [bool; 3],
+    /// Number of loose cells.
+    pub(super) loose: usize,
 }
 
 impl Sizes {
@@ -94,6 +97,7 @@ impl Sizes {
             plane: self.plane.max(other.plane),
             strip: self.strip.max(other.strip),
             has_running: [0, 1, 2].map(|axis| self.has_running[axis] || other.has_running[axis]),
+            loose: self.loose.max(other.loose),
         }
     }
 }
@@ -169,6 +173,8 @@ pub(super) struct PlanePasses<'a, T> {
     /// Input of the x pass.
     pub(super) field: Weighted<'a>,
     pub(super) transform: &'a T,
+    /// `None` if there are no loose cells.
+    pub(super) loose: Option<Loose<'a>>,
     pub(super) purpose: Purpose,
 }
 
@@ -212,7 +218,13 @@ impl<T> PlanePasses<'_, T> {
                     let sums = output(after_z, blocks.clone(), start);
                     running_z.begin_plane(start);
                     z.forward(simd, blocks.clone(), source(after_y, start), running_z, sums);
+                    if let Some(loose) = &self.loose {
+                        loose.gather(self.field, start, sums);
+                    }
                     self.transform.apply(simd, start, sums, memory.take_front(blocks.len()));
+                    if let Some(loose) = &self.loose {
+                        loose.take(start, sums);
+                    }
                     if self.purpose == Purpose::Vertices {
                         let out = output(adjoint_z, blocks.clone(), base);
                         running_adjoint_z.begin_plane(start);

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::Purpose;
+use super::loose::Motion;
 use super::plane::{Scratch, Sizes};
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
@@ -14,6 +15,10 @@ pub(crate) struct Workspace {
     pub(super) adjoint_y: Lanes<6>,
     /// Scratch memory of each thread.
     scratch: Vec<Mutex<Scratch>>,
+    /// Motions of loose cells.
+    pub(super) loose: Vec<Motion>,
+    /// Number of regions inside out in the last fit with a volume term and without plastic shapes.
+    pub(crate) inverted: usize,
 }
 
 impl Workspace {
@@ -25,6 +30,9 @@ impl Workspace {
         if self.scratch.len() < threads {
             self.scratch.resize_with(threads, Mutex::default);
         }
+        if self.loose.len() < sizes.loose {
+            self.loose.resize_with(sizes.loose, Motion::default);
+        }
         for scratch in &mut self.scratch {
             scratch.get_mut().unwrap_or_else(PoisonError::into_inner).grow(sizes);
         }
@@ -33,7 +41,7 @@ impl Workspace {
     /// Returns the memory of the buffers, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let scratch = self.scratch.iter().map(|scratch| locked(scratch).bytes());
-        self.adjoint_y.bytes() + scratch.sum::<usize>()
+        self.adjoint_y.bytes() + scratch.sum::<usize>() + size_of_val(self.loose.as_slice())
     }
 
     /// Locks the scratch memory of the calling thread.

@@ -117,8 +117,8 @@ impl<const N: usize> Source<'_, N> {
 /// and n is the number of regions that contain the vertex.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
-    /// m and 1/n of each vertex.
-    pub(crate) weights: &'a [Block<2>],
+    /// m and 1/n of each vertex; `None` in cells, where f = p.
+    pub(crate) weights: Option<&'a [Block<2>]>,
     /// p of each vertex, such as its position or its velocity.
     pub(crate) vectors: &'a [Block<3>],
 }
@@ -127,8 +127,14 @@ impl Weighted<'_> {
     /// Returns component `c` of f of the eight vertices of a block.
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let [mass, inverse_count] = load(simd, &self.weights[block]);
-        f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * inverse_count)
+        let vector = f32x8::load_array_ref(simd, &self.vectors[block][c]);
+        match self.weights {
+            Some(weights) => {
+                let [mass, inverse_count] = load(simd, &weights[block]);
+                vector * (mass * inverse_count)
+            }
+            None => vector,
+        }
     }
 }
 

@@ -4,12 +4,13 @@ use serde::de::Deserializer;
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::preset;
 use super::ranges::{
     fraction, half_width, not_negative, plastic_limit, poisson_ratio, positive, positive_fraction,
 };
+use super::{accuracy, preset};
 use supple::{
-    Damping, Elasticity, HalfWidth, Material, Plasticity, Preset, RegionDamping, RegionSize, Stiffness,
+    Accuracy, Damping, Elasticity, HalfWidth, Material, Plasticity, Preset, RegionDamping, RegionSize,
+    Stiffness,
 };
 
 #[derive(Serialize, Deserialize)]
@@ -19,6 +20,8 @@ pub(in crate::scene) struct MaterialKeys {
     elasticity: Elasticity,
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "poisson_ratio")]
     poisson_ratio: Option<f64>,
+    #[serde(with = "accuracy")]
+    accuracy: Accuracy,
     #[serde(rename = "@damping", with = "damping", skip_serializing_if = "Option::is_none")]
     damping: Option<Damping>,
     #[serde(rename = "@region_damping", with = "RegionDampingKeys")]
@@ -158,17 +161,9 @@ struct PlasticKeys {
 #[serde(remote = "RegionSize")]
 enum RegionSizeKeys {
     #[serde(rename = "half_width")]
-    Cells(#[serde(serialize_with = "plain", deserialize_with = "half_width")] HalfWidth),
+    Cells(#[serde(deserialize_with = "half_width")] HalfWidth),
     #[serde(rename = "stiffness_radius")]
     Radius(#[serde(deserialize_with = "positive")] f64),
-}
-
-/// Serializes a whole number without a point.
-fn plain<S: Serializer>(half_width: &HalfWidth, serializer: S) -> Result<S::Ok, S::Error> {
-    match half_width.whole_cells() {
-        Some(cells) => serializer.serialize_u64(cells as u64),
-        None => serializer.serialize_f64(half_width.cells()),
-    }
 }
 
 #[derive(Serialize, Deserialize)]

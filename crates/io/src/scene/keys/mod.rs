@@ -20,8 +20,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    CutSurface, FieldKind, Interpolation, Placement, Preservation, Preset, Refine, Resolution, SkinKind,
-    TouchingOptions, VolumeOptions, VolumeScope,
+    Accuracy, CutSurface, FieldKind, Interpolation, Placement, Preservation, Preset, Refine, Resolution,
+    SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
 pub(super) use material::MaterialKeys;
@@ -80,9 +80,15 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
-            "@material" => {
-                expand(&["@elasticity", "poisson_ratio", "@damping", "@region_damping", "density", "plastic"])
-            }
+            "@material" => expand(&[
+                "@elasticity",
+                "poisson_ratio",
+                "accuracy",
+                "@damping",
+                "@region_damping",
+                "density",
+                "plastic",
+            ]),
             "@elasticity" => ELASTICITY.concat(),
             "@touching" => vec!["friction", "restitution", "ignore", "self_contact"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
@@ -231,6 +237,7 @@ words! {
     scope: VolumeScope;
     field: FieldKind;
     preset: Preset;
+    accuracy: Accuracy;
     skin: SkinKind;
     refine: Refine;
     interpolation: Interpolation;

@@ -46,7 +46,7 @@ fn shuffled(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 /// steps.
 fn release(
     size: [i32; 3],
-    half_width: usize,
+    half_width: f64,
     damping: f64,
     state: Deform,
     [steps, interval]: [u64; 2],
@@ -61,20 +61,20 @@ fn release(
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, state) in STATES {
-        let wide = move || release([8, 6, 5], 2, 0.1, state, [2000, 20]);
+        let wide = move || release([8, 6, 5], 2.0, 0.1, state, [2000, 20]);
         let expected = "returns to its rest shape";
         let wide = Case::new(format!("{name}; half-width a quarter, damped"), expected, wide);
         let wide = wide.bound(Measure::Shape, 1e-3).bound(Measure::FinalSpeed, 1e-4);
         cases.push(wide.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
 
-        let narrow = move || release([16, 5, 4], 1, 0.1, state, [2000, 10]);
+        let narrow = move || release([16, 5, 4], 1.0, 0.1, state, [2000, 10]);
         let expected = "its distance from the rest shape falls to a tenth";
         let narrow = Case::new(format!("{name}; half-width a sixteenth, damped"), expected, narrow);
         cases.push(
             narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
         );
 
-        for w in [1, 2, 4] {
+        for w in [0.5, 1.0, 2.0, 4.0] {
             let undamped = move || release([8, 6, 5], w, 0.0, state, [10_000, 500]);
             let expected = "oscillates without end and gains no energy";
             let undamped = Case::new(format!("{name}; half-width {w}, undamped"), expected, undamped);

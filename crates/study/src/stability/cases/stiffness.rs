@@ -10,7 +10,7 @@ use crate::stability::trial::{System, measure};
 const BAR: [i32; 3] = [12, 4, 4];
 
 /// Gives the vertices of an undamped bar of stiffness 1 random velocities.
-fn shaken(half_width: usize) -> Result<Figures, Error> {
+fn shaken(half_width: f64) -> Result<Figures, Error> {
     let mut body = of_cells(&block(BAR), half_width)?.build()?;
     shake(&mut body, 0.2)?;
     Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(10_000, 250)))
@@ -71,7 +71,7 @@ fn densities(ratio: f64) -> Result<Figures, Error> {
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for w in [1, 2, 4, 8, 12] {
+    for w in [0.5, 1.0, 2.0, 4.0, 8.0, 12.0] {
         let expected = "oscillates without end, keeps its momenta and gains no energy, from soft to rigid";
         let case =
             Case::new(format!("stiffness 1, half-width {w} of 12, shaken"), expected, move || shaken(w));
