@@ -93,8 +93,8 @@ class UnkeptVolume:
     """Written frames of a run in which the displayed volume of a body was not kept.
 
     The volume of a frame is not kept if its relative error after the correction exceeds 0.001 in a component of the
-    lattice. The reason is a correction at its limit `max_correction`, or pins, handles and colliders that leave too
-    little space.
+    lattice. The reason is a `max_correction` below 1, pins, handles and colliders that leave too little space, or a
+    weight that crushes the body.
     """
 
     #: Number of frames in which the volume was not kept, at least 1.

@@ -57,7 +57,7 @@ def test_off_corrects_nothing(cube):
 
 def test_volume_options_can_be_changed_between_steps(cube):
     body = supple.Body(cube, lattice_vertices=200)
-    assert body.volume_options == {"measure": "auto", "scope": "global", "field": "surface", "max_correction": 1.0}
+    assert body.volume_options == {"measure": "auto", "scope": "global", "field": "auto", "max_correction": 1.0}
     corrected = _stretched(body)
     body.volume_options = "off"
     assert body.volume_options["measure"] == "off"
@@ -122,7 +122,7 @@ def test_reports_are_immutable_and_pickle(cube):
         ({1: "cells"}, ValueError, 'volume has no key "1"'),
         ({"max_correction": -1}, ValueError, "max_correction is -1; it must be finite and at least 0"),
         ({"max_correction": np.nan}, ValueError, "max_correction is NaN; it must be finite and at least 0"),
-        ({"field": "magic"}, ValueError, 'volume field is "magic"; it must be "surface" or "cells" or "paper"'),
+        ({"field": "magic"}, ValueError, 'volume field is "magic"; it must be "auto" or "surface" or "cells" or "paper"'),
         ({"scope": "local"}, ValueError, 'volume scope is "local"; it must be "global" or "regional"'),
     ],
 )

@@ -104,14 +104,17 @@ pub enum FieldKind {
     Cells,
     /// Smoothest field that moves the surface mesh by 1 along its normals. It does not depend on the
     /// staircase shape of the lattice boundary. A bare lattice uses `Cells`.
-    #[default]
     Surface,
+    /// `Surface`, but `Cells` in components of the lattice in which the surface is a sheet, unless the volume is preserved
+    /// by the measure `mesh`. A motion of a sheet along its normals leaves the volume of its cells nearly as it is.
+    #[default]
+    Auto,
 }
 
 impl FieldKind {
     /// All values, with their names in scenes and in Python.
-    pub const NAMED: [(&'static str, Self); 3] =
-        [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
+    pub const NAMED: [(&'static str, Self); 4] =
+        [("auto", Self::Auto), ("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
 
     /// Returns the name of the value in [`FieldKind::NAMED`].
     pub fn name(self) -> &'static str {
@@ -129,7 +132,7 @@ pub struct VolumeOptions {
     pub measure: Preservation,
     /// Scope of the correction. Default: [`VolumeScope::Global`].
     pub scope: VolumeScope,
-    /// Field along which the correction moves the lattice vertices. Default: [`FieldKind::Surface`].
+    /// Field along which the correction moves the lattice vertices. Default: [`FieldKind::Auto`].
     pub field: FieldKind,
     /// Cap: greatest magnitude of the scale `lambda`, as a fraction of the thickness. The thickness of a
     /// component of the lattice is the greatest depth of its vertices below its boundary. Where no scale within

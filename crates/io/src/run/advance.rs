@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::caution::Caution;
 use super::checkpoint::Checkpoint;
-use super::deviation::{Softened, VolumeRecord};
+use super::deviation::{Softened, VolumeRecord, VolumeRemedy};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
@@ -198,7 +198,8 @@ impl<'a> Running<'a> {
     fn body_report(&self, simulation: &Simulation, index: usize) -> BodyReport {
         let body = simulation.body(index);
         // Empty if this run wrote no frame.
-        let unkept = self.volumes.get(index).and_then(VolumeRecord::unkept);
+        let remedy = || VolumeRemedy::of(simulation, index);
+        let unkept = self.volumes.get(index).and_then(|record| record.unkept(remedy));
         let softened = Softened::of(body, self.substeps, simulation.dt());
         BodyReport::new(body, unkept, softened)
     }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::count::counted;
 use crate::scene::MAX_SUBSTEPS;
-use supple::{BodyRef, ComponentReport};
+use supple::{BodyRef, ComponentReport, FieldKind, Interior, Simulation};
 
 /// Relative volume error above which the volume of a frame counts as not kept: 0.1 %.
 ///
@@ -26,17 +26,62 @@ pub struct UnkeptVolume {
     pub worst_frame: u64,
     /// Largest relative error, `(after - rest) / rest`; negative if volume was lost.
     pub worst_error: f64,
+    /// Change of the scene that lets the correction keep more of the volume.
+    pub remedy: VolumeRemedy,
+}
+
+/// Change of a scene that lets the correction keep more of the volume of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VolumeRemedy {
+    /// The scale of the correction is limited to less than the thickness of the body.
+    RaiseCap,
+    /// The surface is a sheet, and the correction moves it along its normals.
+    FieldCells,
+    /// Pins, handles or colliders can press the body from two sides.
+    MoreSpace,
+    /// Weights and impacts press the body.
+    StifferMaterial,
+}
+
+impl VolumeRemedy {
+    /// Returns the remedy for the body with the given index. A cap of 1 or more does not limit the correction: where one
+    /// scale does not suffice, it takes passes of at most half of the thickness each.
+    pub(super) fn of(simulation: &Simulation, index: usize) -> Self {
+        let body = simulation.body(index);
+        let options = body.volume_options();
+        let is_sheet = || body.mesh().is_some_and(|mesh| mesh.interior() == Interior::Sheet);
+        if options.max_correction < 1.0 {
+            Self::RaiseCap
+        } else if options.field == FieldKind::Surface && is_sheet() {
+            Self::FieldCells
+        } else if body.constraint_count() > 0 || simulation.collider_count() > 1 {
+            Self::MoreSpace
+        } else {
+            Self::StifferMaterial
+        }
+    }
+}
+
+impl fmt::Display for VolumeRemedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::RaiseCap => "raise `max_correction` of `volume` to 1",
+            Self::FieldCells => "its surface is a sheet: set `field` of `volume` to \"auto\"",
+            Self::MoreSpace => "leave more space between pins, handles and colliders",
+            Self::StifferMaterial => "it is pressed too much for its material: make it stiffer",
+        })
+    }
 }
 
 impl fmt::Display for UnkeptVolume {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { frames, written, worst_frame, worst_error } = self;
+        let Self { frames, written, worst_frame, worst_error, remedy } = self;
         let written = counted(*written as usize, "written frame");
         write!(
             f,
             "the volume was not kept in {frames} of {written}, by up to {:+.2} % in frame \
-             {worst_frame}; raise `max_correction` of `volume`, or leave more space between pins, handles and \
-             colliders",
+             {worst_frame}; {remedy}",
             100.0 * worst_error
         )
     }
@@ -67,9 +112,15 @@ impl VolumeRecord {
     }
 
     /// Returns the frames in which the volume was not kept; `None` if there are none.
-    pub(super) fn unkept(&self) -> Option<UnkeptVolume> {
+    pub(super) fn unkept(&self, remedy: impl FnOnce() -> VolumeRemedy) -> Option<UnkeptVolume> {
         let Self { written, unkept, worst_frame, worst_error } = *self;
-        (unkept > 0).then_some(UnkeptVolume { frames: unkept, written, worst_frame, worst_error })
+        (unkept > 0).then(|| UnkeptVolume {
+            frames: unkept,
+            written,
+            worst_frame,
+            worst_error,
+            remedy: remedy(),
+        })
     }
 }
 
@@ -149,17 +200,45 @@ mod tests {
         let mut record = VolumeRecord::default();
         record.add(7, &results(&[1e-6, -VOLUME_THRESHOLD]));
         record.add(8, &[]);
-        assert_eq!(record.unkept(), None);
+        let remedy = || VolumeRemedy::RaiseCap;
+        assert_eq!(record.unkept(remedy), None);
         for (number, residuals) in [(9, [0.0, 0.002]), (10, [-0.034_56, 0.01]), (11, [0.02, 0.0])] {
             record.add(number, &results(&residuals));
         }
-        let unkept = record.unkept().unwrap();
-        let expected = UnkeptVolume { frames: 3, written: 4, worst_frame: 10, worst_error: -0.034_56 };
-        assert_eq!(unkept, expected);
+        let unkept = record.unkept(remedy).unwrap();
+        let (written, worst_error, remedy) = (4, -0.034_56, remedy());
+        assert_eq!(unkept, UnkeptVolume { frames: 3, written, worst_frame: 10, worst_error, remedy });
         let text = unkept.to_string();
         assert!(text.contains("3 of 4 written frames, by up to -3.46 % in frame 10; raise"), "{text}");
         let text = UnkeptVolume { frames: 1, written: 1, ..unkept }.to_string();
         assert!(text.contains("1 of 1 written frame,"), "{text}");
+    }
+
+    #[test]
+    fn the_remedy_for_a_volume_depends_on_its_cause() {
+        use supple::{Body, Collider, Mesh, Pin, Selector, VolumeOptions};
+
+        let square = [[0.0; 3], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0], [0.0, 0.0, 4.0]];
+        let sheet = Mesh::new(square.to_vec(), &[vec![0, 1, 2, 3]]).unwrap();
+        let remedy = |options: VolumeOptions, is_pinned: bool, colliders: usize| {
+            let mut body = Body::builder(sheet.clone()).cell_size(1.0).volume(options);
+            if is_pinned {
+                body = body.pin(Pin::new(Selector::All));
+            }
+            let mut simulation = Simulation::builder().body(body.build().unwrap());
+            for _ in 0..colliders {
+                simulation = simulation.collider(Collider::plane([0.0, -9.0, 0.0], [0.0, 1.0, 0.0]));
+            }
+            VolumeRemedy::of(&simulation.build().unwrap(), 0)
+        };
+        let default = VolumeOptions::default();
+        let capped = VolumeOptions { max_correction: 0.5, ..default };
+        let along_normals = VolumeOptions { field: FieldKind::Surface, ..default };
+        assert_eq!(remedy(capped, true, 2), VolumeRemedy::RaiseCap);
+        assert_eq!(remedy(along_normals, true, 2), VolumeRemedy::FieldCells);
+        assert_eq!(remedy(default, true, 0), VolumeRemedy::MoreSpace);
+        assert_eq!(remedy(default, false, 2), VolumeRemedy::MoreSpace);
+        assert_eq!(remedy(default, false, 1), VolumeRemedy::StifferMaterial);
     }
 
     #[test]

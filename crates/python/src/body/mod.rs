@@ -105,7 +105,7 @@ use crate::rotation::rotate_once;
 /// volume : str or dict, default "auto"
 ///     Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
 ///     a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
-///     field (deformation field of the correction: "surface", "cells" or "paper") and max_correction (cap of
+///     field (deformation field of the correction: "auto", "surface", "cells" or "paper") and max_correction (cap of
 ///     the scale, >= 0, as a fraction of the thickness of the body).
 /// skin : str, default "linear"
 ///     How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are

@@ -28,7 +28,7 @@ use super::regional::{Regional, RegionalScratch};
 use super::report::residual;
 use super::sums::Scratch;
 use super::surface::Surface;
-use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
+use super::{ComponentReport, FieldKind, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 use crate::simd::xyzx::xyzx;
@@ -137,7 +137,11 @@ impl Correction {
         let Some(measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
             return Ok(None);
         };
-        let field = Field::new(options.field, lattice, surface, &adjacency);
+        let kind = match (options.field, measure.kind()) {
+            (FieldKind::Auto, VolumeMeasure::Mesh) => FieldKind::Surface,
+            (kind, _) => kind,
+        };
+        let field = Field::new(kind, lattice, surface, &adjacency);
         let mut scratch = Scratch::default();
         scratch.set_rest_positions(lattice, &adjacency);
         measure.evaluate(&Executor::sequential(), &mut scratch);

@@ -50,10 +50,11 @@ impl Field {
                 let directions = paper_field.into_iter().map(|v| v.map(|x| x as f32).into()).collect();
                 return Self { directions, thickness };
             }
-            (FieldKind::Surface, Some(surface)) => {
-                walls::of_surface((lattice, &corners), surface, adjacency, &normals)
+            (FieldKind::Surface | FieldKind::Auto, Some(surface)) => {
+                let least_alignment = if kind == FieldKind::Auto { walls::SHEET_ALIGNMENT } else { 0.0 };
+                walls::of_surface((lattice, &corners), surface, adjacency, &normals, least_alignment)
             }
-            (FieldKind::Cells | FieldKind::Surface, _) => walls::of_cells(lattice),
+            (FieldKind::Cells | FieldKind::Surface | FieldKind::Auto, _) => walls::of_cells(lattice),
         };
         let directions = smooth::fill((lattice, adjacency), &thickness, &walls, &paper_field);
         Self { directions, thickness }

@@ -17,6 +17,15 @@ const SPACING: f64 = 0.5;
 /// times reach this number. Their samples are farther apart.
 const MAX_SAMPLES: usize = 64;
 
+/// Greatest alignment of a sheet.
+///
+/// The alignment of a surface in a component of the lattice is the mean over the surface of the cosine between its normal
+/// and the outward direction of the boundary vertices around it, as a magnitude. A surface that bounds solid cells has these
+/// directions, up to the steps of the lattice and the edges of the surface: the mean is nearly 1. A sheet lies within a
+/// layer of cells, on whose two sides the directions are opposite: the mean is nearly 0. On open meshes it is above 0.7 or
+/// below 0.01.
+pub(super) const SHEET_ALIGNMENT: f64 = 0.3;
+
 /// Piece of the boundary near a lattice vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wall {
@@ -80,7 +89,8 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
 
 /// Returns the walls of a surface, assigned to the boundary vertices of the cells that contain it.
 ///
-/// A component of the lattice that contains no part of the surface gets the walls of its boundary faces.
+/// A component of the lattice gets the walls of its boundary faces if it contains no part of the surface, or if the
+/// [alignment](SHEET_ALIGNMENT) of the surface in it is at most `least_alignment`.
 ///
 /// * `outwards`: outward direction of each boundary vertex, zero for interior vertices. If the surface in a
 ///   component is oriented against these directions, its normals are reversed.
@@ -90,6 +100,7 @@ pub(super) fn of_surface(
     surface: Surface<'_>,
     adjacency: &Adjacency,
     outwards: &[Vector3<f64>],
+    least_alignment: f64,
 ) -> Vec<Wall> {
     let mut sums = AreaSums::new(lattice.len());
     let mut locator = Locator::new(lattice);
@@ -109,11 +120,18 @@ pub(super) fn of_surface(
         }
         true
     });
-    // Sum over the walls of each component: positive if the surface is oriented outwards.
+    // Sums over the walls of each component: positive if the surface is oriented outwards, and the area.
     let mut alignments = vec![0.0; adjacency.component_count];
+    let mut areas = vec![0.0; adjacency.component_count];
     for wall in sums.walls() {
         let vertex = wall.vertex as usize;
         alignments[adjacency.component(vertex)] += wall.area * wall.normal.dot(&outwards[vertex]);
+        areas[adjacency.component(vertex)] += wall.area;
+    }
+    for (alignment, area) in alignments.iter_mut().zip(areas) {
+        if alignment.abs() <= least_alignment * area {
+            *alignment = 0.0;
+        }
     }
     let alignment = |wall: &Wall| alignments[adjacency.component(wall.vertex as usize)];
     let oriented = sums.walls().filter(|wall| alignment(wall) != 0.0);
