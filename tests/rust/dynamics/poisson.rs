@@ -119,22 +119,24 @@ fn bits_do_not_depend_on_threads_and_states_continue() {
     let lattice = lattice(&block([20, 19, 18]));
     let mut random = Random(44);
     let x = points(&deformed(&rest(&lattice), [1.2, 0.8, 1.0], 0.1, &mut random));
-    let run = |threads: usize| {
-        let mut body = body(&lattice, 1, 0.45).build().unwrap();
-        body.set_positions(&x).unwrap();
-        let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(threads);
-        let mut simulation = simulation.build().unwrap();
-        simulation.steps(10);
-        simulation
-    };
-    let (alone, mut together) = (run(1), run(3));
-    assert!(alone.state() == together.state());
-    let state = together.state();
-    together.steps(10);
-    let end = together.state();
-    together.restore(&state).unwrap();
-    together.steps(10);
-    assert!(together.state() == end);
+    for (half_width, ratio) in [(1.0, 0.45), (0.5, 0.45), (0.5, 0.0)] {
+        let run = |threads: usize| {
+            let mut body = body(&lattice, half_width, ratio).build().unwrap();
+            body.set_positions(&x).unwrap();
+            let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(threads);
+            let mut simulation = simulation.build().unwrap();
+            simulation.steps(10);
+            simulation
+        };
+        let (alone, mut together) = (run(1), run(3));
+        assert!(alone.state() == together.state(), "{half_width}, {ratio}");
+        let state = together.state();
+        together.steps(10);
+        let end = together.state();
+        together.restore(&state).unwrap();
+        together.steps(10);
+        assert!(together.state() == end, "{half_width}, {ratio}");
+    }
 }
 
 /// Returns the part of the space within 0.1 of `at` along x.
@@ -451,17 +453,21 @@ fn goals_of_plastic_bodies_equal_the_reference() {
     let lattice = lattice(&block([6, 4, 4]));
     let plastic = Plasticity { yield_strain: 0.02, creep: 50.0, max: 0.6 };
     let material = Material { plastic: Some(plastic), poisson_ratio: Some(0.4), ..Material::fast_lsm() };
-    let mut body = Body::from_lattice(lattice.clone()).material(material).half_width(1).build().unwrap();
-    body.set_positions(&points(&deformed(&rest(&lattice), [1.4, 0.8, 1.1], 0.1, &mut random))).unwrap();
-    let mut simulation = without_gravity(body);
-    for step in 0..8 {
-        let body = simulation.body(0);
-        let (x, shapes) = (coordinates(&body.positions()), body.plastic_shapes());
-        let naive = naive(&lattice, 1, 0.4).with_shapes(shapes);
-        let error = worst(&coordinates(&body.goals()), &naive.goals(&naive.motions(&x)));
-        let extent = x.iter().map(|x| x.amax()).fold(1.0, f64::max);
-        assert!(error <= 20.0 * tolerance(extent), "step {step}: {error:e}");
-        simulation.step();
+    for half_width in [1.0, 0.5] {
+        let body = Body::from_lattice(lattice.clone()).material(material).half_width(half_width);
+        let mut body = body.build().unwrap();
+        let x = deformed(&rest(&lattice), [1.4, 0.8, 1.1], 0.1, &mut random);
+        body.set_positions(&points(&x)).unwrap();
+        let mut simulation = without_gravity(body);
+        for step in 0..8 {
+            let body = simulation.body(0);
+            let (x, shapes) = (coordinates(&body.positions()), body.plastic_shapes());
+            let naive = naive(&lattice, half_width, 0.4).with_shapes(shapes);
+            let error = worst(&coordinates(&body.goals()), &naive.goals(&naive.motions(&x)));
+            let extent = x.iter().map(|x| x.amax()).fold(1.0, f64::max);
+            assert!(error <= 20.0 * tolerance(extent), "w = {half_width}, step {step}: {error:e}");
+            simulation.step();
+        }
     }
 }
 

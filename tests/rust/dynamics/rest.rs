@@ -186,7 +186,7 @@ fn forces_that_do_not_change_let_a_body_sleep() {
     simulation.step();
     assert!(!simulation.bodies()[0].is_asleep(), "other forces");
 
-    assert!(sleeps_in_step(&mut resting(), 2000, drag).is_some());
+    assert!(sleeps_in_step(&mut resting(), 6000, drag).is_some());
     // It grows by 0.3 times the weight per second, so that every half second of rest has changes.
     assert_eq!(sleeps_in_step(&mut resting(), 400, rising), None);
 }

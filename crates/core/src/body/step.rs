@@ -25,7 +25,7 @@ use super::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::{PATIENCE, Purpose, Shapes, Workspaces};
+use crate::matching::{AFTER_TANGLE, PATIENCE, Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -420,7 +420,10 @@ impl Body {
         self.unconverged += unconverged;
         state.fitted = true;
         let is_tangled = matching.regions.half_width().is_cell() && workspace.inverted > 0;
-        state.tangled_steps = if is_tangled { state.tangled_steps.saturating_add(1) } else { 0 };
+        state.tangled_steps = match is_tangled {
+            true => state.tangled_steps.saturating_add(1).min(PATIENCE + AFTER_TANGLE),
+            false => state.tangled_steps.saturating_sub(1),
+        };
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {

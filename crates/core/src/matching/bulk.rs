@@ -21,7 +21,7 @@
 //! in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
 //!
 //! Cells that are tangled, some of them inside out, can hold each other in this state by their volume terms. So the fits of a
-//! body leave the term out while some cells have been inside out for [`PATIENCE`] steps. Wider regions know more about what is
+//! body leave the term out after [`PATIENCE`] steps in which some cells were inside out. Wider regions know more about what is
 //! inside out, and return by themselves.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -41,6 +41,9 @@ const GREATEST_SIZE: f32 = 1e15;
 /// Number of steps for which some cells may be inside out before the volume term is left out. Bodies that return by themselves
 /// do so in 300 to 850 steps from the worst starts.
 pub(crate) const PATIENCE: u32 = 900;
+
+/// Number of steps without a cell inside out after which the volume term returns.
+pub(crate) const AFTER_TANGLE: u32 = 200;
 
 /// Returns k = 3 ν/(1 - 2 ν) of a Poisson's ratio ν, in [0, 0.5).
 pub(crate) fn bulk_of(poisson_ratio: f64) -> f64 {

@@ -30,7 +30,7 @@ mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
-pub(crate) use bulk::{PATIENCE, bulk_of};
+pub(crate) use bulk::{AFTER_TANGLE, PATIENCE, bulk_of};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
