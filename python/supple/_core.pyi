@@ -246,11 +246,15 @@ class Body:
         What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
         Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
         the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
-    half_width : int, default 2; or stiffness_radius : float
-        In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or as a
-        length, > 0. Larger regions are stiffer.
+    half_width : 0.5 or int, default 2; or stiffness_radius : float
+        In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or 0.5 for
+        regions of one cell; or as a length, > 0. Larger regions are stiffer.
     stiffness : float, default 1; or frequency : float
         Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+    accuracy : str, default "balanced"
+        How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
+        steps), "balanced" (the least half-width with which a second of a scene takes at most 0.05 seconds, by an estimate),
+        or "exact" (regions of one cell: layers that are held or touched strain as the others do).
     poisson_ratio : float
         In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0: it keeps its width.
         Steps are shorter for large ones: 2.6 times as many at 0.45.
@@ -378,7 +382,8 @@ class Body:
     def youngs_modulus(self, value: float) -> None: ...
     @property
     def half_width(self) -> float:
-        """Half-width of the regions in cells, at most the extent of the lattice.
+        """Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
+        extent of the lattice.
 
         It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
         Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
@@ -517,7 +522,7 @@ class Body:
     def frequency(self, value: float) -> None: ...
     @property
     def accuracy(self) -> _Accuracy:
-        """"""
+        """How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable."""
     @accuracy.setter
     def accuracy(self, value: _Accuracy) -> None: ...
     @property

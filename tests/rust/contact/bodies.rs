@@ -64,7 +64,9 @@ fn contacts_between(sim: &Simulation) -> usize {
 #[test]
 fn collision_keeps_momenta_and_adds_no_energy() {
     for (friction, damping) in [(0.0, 0.0), (0.5, 0.0), (0.5, 0.2)] {
-        let set = |body: BodyBuilder| body.friction(friction).damping_ratio(damping);
+        // Positions and velocities are half a step apart, so that the energy of the fastest modes, which regions of one cell
+        // have, varies from step to step.
+        let set = |body: BodyBuilder| body.friction(friction).damping_ratio(damping).accuracy(Accuracy::Fast);
         let first = set(cube(6)).translate([-0.7, 0.0, 0.0]).rotate([10.0, 20.0, 5.0]);
         let second = set(ball(0.5, 0.13)).translate([0.7, 0.3, 0.1]).density(700.0);
         let mut sim = floating()
@@ -82,8 +84,7 @@ fn collision_keeps_momenta_and_adds_no_energy() {
             // The velocities are f32: each has a relative rounding error of 6e-8.
             assert!((now.0 - p).norm() < 1e-7 * mv, "{friction} {damping}: {}", (now.0 - p).norm() / mv);
             assert!((now.1 - l).norm() < 1e-6 * mvr, "{friction} {damping}: {}", (now.1 - l).norm() / mvr);
-            // Positions and velocities are half a step apart, so that the energy at the end of a step varies.
-            assert!(now.4 < 1.002 * energy, "{friction} {damping}: energy {}", now.4 / energy);
+            assert!(now.4 < 1.0001 * energy, "{friction} {damping}: energy {}", now.4 / energy);
         }
         assert!(touched);
         let [left, right] = [0, 1].map(|body| sim.bodies()[body].center_of_mass().x);

@@ -216,14 +216,15 @@ mod tests {
 
     #[test]
     fn the_remedy_for_a_volume_depends_on_its_cause() {
-        use supple::{Body, Collider, Mesh, Pin, Selector, VolumeOptions};
+        use supple::{Body, Collider, Mesh, Pin, Selection, TimeWindow, VolumeOptions};
 
         let square = [[0.0; 3], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0], [0.0, 0.0, 4.0]];
         let sheet = Mesh::new(square.to_vec(), &[vec![0, 1, 2, 3]]).unwrap();
         let remedy = |options: VolumeOptions, is_pinned: bool, colliders: usize| {
             let mut body = Body::builder(sheet.clone()).cell_size(1.0).volume(options);
             if is_pinned {
-                body = body.pin(Pin::new(Selector::All));
+                let selection = Selection::Box { min: [-9.0; 3], max: [9.0; 3] };
+                body = body.pin(Pin { selection, window: TimeWindow::default() });
             }
             let mut simulation = Simulation::builder().body(body.build().unwrap());
             for _ in 0..colliders {
