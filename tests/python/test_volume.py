@@ -122,7 +122,11 @@ def test_reports_are_immutable_and_pickle(cube):
         ({1: "cells"}, ValueError, 'volume has no key "1"'),
         ({"max_correction": -1}, ValueError, "max_correction is -1; it must be finite and at least 0"),
         ({"max_correction": np.nan}, ValueError, "max_correction is NaN; it must be finite and at least 0"),
-        ({"field": "magic"}, ValueError, 'volume field is "magic"; it must be "auto" or "surface" or "cells" or "paper"'),
+        (
+            {"field": "magic"},
+            ValueError,
+            'volume field is "magic"; it must be "auto" or "surface" or "cells" or "paper"',
+        ),
         ({"scope": "local"}, ValueError, 'volume scope is "local"; it must be "global" or "regional"'),
     ],
 )

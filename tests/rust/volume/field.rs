@@ -180,7 +180,7 @@ fn the_default_field_of_a_solid_is_that_of_its_surface() {
         if is_open {
             quads.retain(|quad| !is_top(quad));
         }
-        let mesh = Mesh::new(vertices.iter().map(|v| (*v).into()).collect(), &quads).unwrap();
+        let mesh = Mesh::new(vertices.to_vec(), &quads).unwrap();
         let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.7));
         let moved = |field| {
             let options = VolumeOptions { field, ..VolumeMeasure::Cells.into() };

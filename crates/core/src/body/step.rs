@@ -25,7 +25,7 @@ use super::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::{AFTER_TANGLE, PATIENCE, Purpose, Shapes, Workspaces};
+use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -399,11 +399,6 @@ impl Body {
             velocity_change = Vector3::zeros();
         }
 
-        let was_left_out = matching.regions.leaves_out_volume;
-        matching.regions.leaves_out_volume = state.tangled_steps >= PATIENCE;
-        if matching.regions.leaves_out_volume != was_left_out {
-            state.energy_limit = None;
-        }
         let shapes = match (&mut state.strains, &material.plastic) {
             (Some(strains), Some(plastic)) => Shapes::Flowing(strains, plastic.flow(dt)),
             _ => Shapes::Rest,
@@ -419,11 +414,6 @@ impl Body {
         };
         self.unconverged += unconverged;
         state.fitted = true;
-        let is_tangled = matching.regions.half_width().is_cell() && workspace.inverted > 0;
-        state.tangled_steps = match is_tangled {
-            true => state.tangled_steps.saturating_add(1).min(PATIENCE + AFTER_TANGLE),
-            false => state.tangled_steps.saturating_sub(1),
-        };
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {

@@ -142,7 +142,6 @@ pub(super) fn transfer(
         fitted: false,
         momenta: vec![None; lattice.components().count],
         energy_limit: None,
-        tangled_steps: state.tangled_steps,
         supports: Supports::default(),
         touches: Touches::default(),
         escapes: state.escapes.clone(),

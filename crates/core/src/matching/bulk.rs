@@ -19,31 +19,18 @@
 //! in place of R, with Y = P D. P Fᵀ is symmetric, so that the term exerts no torque. With k = 3 ν/(1 - 2 ν), Poisson's
 //! ratio is ν, the shear modulus that of k = 0, and the bulk modulus 1 + k times that of k = 0. The second derivatives of W
 //! in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
-//!
-//! Cells that are tangled, some of them inside out, can hold each other in this state by their volume terms. So the fits of a
-//! body leave the term out after [`PATIENCE`] steps in which some cells were inside out. Wider regions know more about what is
-//! inside out, and return by themselves.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
 use super::algebra::times;
 use super::cascade::RegionTransform;
 use super::goals::{FitRotations, Pair, twice_trace};
 use super::rotation::columns;
 use super::spreads::InverseSpreads;
-use crate::simd::lanes::{Block, LANES};
+use crate::simd::lanes::Block;
 
 /// Sizes q + 4 d² from here on have no volume term: their squares come near the greatest f32.
 const GREATEST_SIZE: f32 = 1e15;
-
-/// Number of steps for which some cells may be inside out before the volume term is left out. Bodies that return by themselves
-/// do so in 300 to 850 steps from the worst starts.
-pub(crate) const PATIENCE: u32 = 900;
-
-/// Number of steps without a cell inside out after which the volume term returns.
-pub(crate) const AFTER_TANGLE: u32 = 200;
 
 /// Returns k = 3 ν/(1 - 2 ν) of a Poisson's ratio ν, in [0, 0.5).
 pub(crate) fn bulk_of(poisson_ratio: f64) -> f64 {
@@ -57,8 +44,6 @@ pub(super) struct FitBulk<'a> {
     pub(super) inverse_spreads: &'a InverseSpreads,
     /// k.
     pub(super) bulk: f32,
-    /// Counts the regions that are inside out.
-    pub(super) inverted: &'a AtomicUsize,
 }
 
 impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
@@ -73,11 +58,6 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
                 true => VolumeTerm::of_isotropic(simd, &means.central, spread[0], self.bulk),
                 false => VolumeTerm::new(simd, &times(&means.central, spread), spread, self.bulk),
             };
-            if term.inverted != 0 {
-                let [first, second] = self.fit.occupied(pair).map(u16::from);
-                let regions = first | if pair.blocks[0] == pair.blocks[1] { 0 } else { second << LANES };
-                self.inverted.fetch_add((term.inverted & regions).count_ones() as usize, Ordering::Relaxed);
-            }
             let q = self.fit.rotate(simd, pair, (means.mean, means.central), quaternions);
             let r = columns(simd, q);
             if let Some(potential) = self.fit.potential {
@@ -96,8 +76,6 @@ pub(super) struct VolumeTerm<S: Simd> {
     motion: [f32x16<S>; 9],
     /// 2 k W/t.
     pub(super) energy: f32x16<S>,
-    /// Bit mask of the lanes with det F < 0.
-    inverted: u16,
 }
 
 impl<S: Simd> VolumeTerm<S> {
@@ -110,8 +88,8 @@ impl<S: Simd> VolumeTerm<S> {
             spread[i] *= inverse_t;
         }
         let cofactors = cofactors(f);
-        let (p, energy, inverted) = slope(simd, f, (&cofactors, &times(&cofactors, spread)), bulk);
-        Self { motion: times(&p, spread), energy: energy * inverse_t, inverted }
+        let (p, energy) = slope(simd, f, (&cofactors, &times(&cofactors, spread)), bulk);
+        Self { motion: times(&p, spread), energy: energy * inverse_t }
     }
 
     /// Computes the term of regions whose inverse spreads are `t` times the identity, so that D is the identity. `a` is A.
@@ -122,8 +100,8 @@ impl<S: Simd> VolumeTerm<S> {
             f[i] *= t;
         }
         let cofactors = cofactors(&f);
-        let (motion, energy, inverted) = slope(simd, &f, (&cofactors, &cofactors), bulk);
-        Self { motion, energy: energy * inverse_or_zero(simd, t), inverted }
+        let (motion, energy) = slope(simd, &f, (&cofactors, &cofactors), bulk);
+        Self { motion, energy: energy * inverse_or_zero(simd, t) }
     }
 
     /// Returns `g` - k Y.
@@ -136,15 +114,14 @@ impl<S: Simd> VolumeTerm<S> {
     }
 }
 
-/// Computes k P and 2 k W from F, K, K D and k, and the mask of the lanes with det F < 0. Both are zero where numbers are too
-/// large.
+/// Computes k P and 2 k W from F, K, K D and k. Both are zero where numbers are too large.
 #[inline(always)]
 fn slope<S: Simd>(
     simd: S,
     f: &[f32x16<S>; 9],
     (cofactors, stretched): (&[f32x16<S>; 9], &[f32x16<S>; 9]),
     bulk: f32,
-) -> ([f32x16<S>; 9], f32x16<S>, u16) {
+) -> ([f32x16<S>; 9], f32x16<S>) {
     let minus_one = f32x16::splat(simd, -1.0);
     let d = f[0].mul_add(cofactors[0], f[1].mul_add(cofactors[1], f[2].mul_add(cofactors[2], minus_one)));
     let mut parts = [cofactors[0] * stretched[0], cofactors[1] * stretched[1], cofactors[2] * stretched[2]];
@@ -164,7 +141,7 @@ fn slope<S: Simd>(
     for i in 0..9 {
         p[i] = valid.select(along.mul_sub(cofactors[i], beside * p[i]), zero);
     }
-    (p, valid.select(energy, zero), d.simd_lt(minus_one).to_bitmask() as u16)
+    (p, valid.select(energy, zero))
 }
 
 /// Returns 1/t, or 0 for t = 0.

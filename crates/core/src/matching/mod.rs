@@ -30,7 +30,7 @@ mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
-pub(crate) use bulk::{AFTER_TANGLE, PATIENCE, bulk_of};
+pub(crate) use bulk::bulk_of;
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
@@ -196,7 +196,7 @@ impl Matching {
         (potential, gradients): (Option<&PotentialSums>, Option<Gradients>),
         purpose: Purpose,
     ) -> usize {
-        let (unconverged, inverted) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let unconverged = AtomicUsize::new(0);
         let fit = FitRotations {
             constants: &self.regions.constants,
             are_cells: self.regions.half_width().is_cell(),
@@ -206,11 +206,11 @@ impl Matching {
             unconverged: &unconverged,
             potential,
         };
-        let (parallel, quaternions) = ((&mut *workspace, executor), rotations.blocks_mut());
-        let bulk = if self.regions.leaves_out_volume { 0.0 } else { self.regions.bulk };
+        let (parallel, quaternions) = ((workspace, executor), rotations.blocks_mut());
+        let bulk = self.regions.bulk;
         match (shapes, &self.regions.inverse_spreads) {
-            (Shapes::Rest, Some(inverse_spreads)) if self.regions.bulk != 0.0 => {
-                let fit = FitBulk { fit, inverse_spreads, bulk, inverted: &inverted };
+            (Shapes::Rest, Some(inverse_spreads)) if bulk != 0.0 => {
+                let fit = FitBulk { fit, inverse_spreads, bulk };
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Rest, _) | (_, None) => {
@@ -226,7 +226,6 @@ impl Matching {
                 self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }
         }
-        workspace.inverted = inverted.into_inner();
         unconverged.into_inner()
     }
 

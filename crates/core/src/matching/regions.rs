@@ -37,8 +37,6 @@ pub(crate) struct Regions {
     pub(crate) inverse_spreads: Option<InverseSpreads>,
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
-    /// Whether fits leave the volume term out: see [`PATIENCE`](super::PATIENCE).
-    pub(crate) leaves_out_volume: bool,
     half_width: HalfWidth,
 }
 
@@ -90,16 +88,7 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self {
-            weights,
-            constants,
-            factors: None,
-            cells: None,
-            inverse_spreads: None,
-            bulk: 0.0,
-            leaves_out_volume: false,
-            half_width,
-        }
+        Self { weights, constants, factors: None, cells: None, inverse_spreads: None, bulk: 0.0, half_width }
     }
 
     /// Removes the windows that are no cells, and gives the others their filled shares.
@@ -183,12 +172,13 @@ impl Regions {
         layout: &'a Layout,
         slot: u32,
     ) -> impl Iterator<Item = u32> + 'a {
-        let before = move |slot: Option<u32>, axis: usize| {
-            slot.and_then(|slot| layout.axis(axis).previous_slot(slot as usize)).map(|slot| slot as u32)
+        let before = move |slot: u32, axis: usize| {
+            layout.axis(axis).previous_slot(slot as usize).map(|slot| slot as u32)
         };
         // The order of the adjoint passes, from their last one back.
         let firsts = (0..8).filter_map(move |k| {
-            (0..3).fold(Some(slot), |slot, axis| if k >> axis & 1 == 0 { slot } else { before(slot, axis) })
+            (0..3)
+                .try_fold(slot, |slot, axis| if k >> axis & 1 == 0 { Some(slot) } else { before(slot, axis) })
         });
         let linked = firsts.filter(|&slot| is_set(self.occupied(layout), slot));
         let loose = layout.loose_cells().around(slot).filter(move |_| self.cells.is_some());

@@ -17,8 +17,6 @@ pub(crate) struct Workspace {
     scratch: Vec<Mutex<Scratch>>,
     /// Motions of loose cells.
     pub(super) loose: Vec<Motion>,
-    /// Number of regions inside out in the last fit with a volume term and without plastic shapes.
-    pub(crate) inverted: usize,
 }
 
 impl Workspace {
