@@ -16,7 +16,8 @@ class Peer:
     PACKAGE = "supple"
     SETTINGS = (
         'youngs_modulus, accuracy="fast", fps=60, substeps="auto", volume="auto" (the volume of the mesh, exact), '
-        "damping_ratio=0.2: all defaults but the modulus and the accuracy (docs/materials.md, docs/study.md). Held points by pin() and handle()."
+        "damping_ratio=0.2: all defaults but the modulus and the accuracy (docs/materials.md, docs/study.md). "
+        "Held points by pin() and handle()."
     )
 
     def __init__(self, task: Task) -> None:

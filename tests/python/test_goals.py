@@ -56,9 +56,7 @@ def test_invalid_arguments_are_errors_with_name_and_range(block):
         message = f"half_width = {half_width} is out of range: it must be a whole number, at least 1"
         with pytest.raises(ValueError, match=message):
             supple.reference.goals(block, positions, half_width)
-    with pytest.raises(
-        ValueError, match="half_width = 1.5 is out of range: it must be 0.5 or a whole number, at least 1"
-    ):
+    with pytest.raises(ValueError, match=r"half_width = 1\.5 is out of range: it must be 0\.5 or a whole number"):
         supple.reference.goals(block, positions, 1.5)
     with pytest.raises(ValueError, match=r"positions has the shape \(59, 3\); it must be \(60, 3\)"):
         supple.reference.goals(block, positions[1:], 2)
