@@ -137,6 +137,9 @@ class BodyReport:
     volume: VolumeReport
     #: The frames of this run in which the volume was not kept; None if it was kept in all, or is not preserved.
     unkept_volume: UnkeptVolume | None
+    #: Number of frames of this run in which the body was crushed to less than a quarter of its volume, and is shown
+    #: with cells inside out, so that the frames take no longer.
+    crushed_frames: int
     #: Specified value and value in force, if the steps are too long for the material of the body; otherwise None.
     softened: Softened | None
 

@@ -206,13 +206,14 @@ fn stats_path(path: &Path, input_name: &str) -> PathBuf {
     path.with_file_name(format!("{name}_{input_name}.{extension}"))
 }
 
-/// Prints a line for each body whose volume was not kept or that is softer than specified.
+/// Prints a line for each body whose volume was not kept, that was crushed or that is softer than specified.
 fn print_warnings(name: &str, report: &RunReport) {
     for body in &report.bodies {
         let warn = |warning: &dyn Display| {
             terminal::print_to_stderr(format_args!("warning: {name}: body {}: {warning}", body.name));
         };
         body.unkept_volume.iter().for_each(|volume| warn(volume));
+        body.crushed.iter().for_each(|crushed| warn(crushed));
         body.softened.iter().for_each(|softened| warn(softened));
     }
 }

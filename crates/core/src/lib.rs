@@ -174,6 +174,7 @@ pub use simulation::{
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{ArrayError, Placement, euler_degrees, euler_degrees_near};
+pub use untangle::UntanglingReport;
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
     VolumeScope, Volumes,

@@ -258,7 +258,9 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
             let Softened { key, specified, in_force, factor, substeps, needed_substeps, .. } = softened;
             report::new_report(py, "Softened", (key, specified, in_force, factor, substeps, needed_substeps))
         });
-        let fields = (&body.name, body.lattice_vertices, volume, unkept.transpose()?, softened.transpose()?);
+        let crushed = body.crushed.map_or(0, |crushed| crushed.frames);
+        let (unkept, softened) = (unkept.transpose()?, softened.transpose()?);
+        let fields = (&body.name, body.lattice_vertices, volume, unkept, crushed, softened);
         report::new_report(py, "BodyReport", fields)
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::{
     Accuracy, Body, BodyBuilder, Collider, Display, Lattice, Material, Pin, Selection, Simulation, Substeps,
-    TimeWindow, VolumeMeasure, VolumeOptions,
+    TimeWindow, UntanglingReport, VolumeMeasure, VolumeOptions,
 };
 use supple_tests::{block, lattice};
 
@@ -160,6 +160,29 @@ fn pinned_vertices_stay_where_they_are() {
     for (shown, rest) in shown.iter().zip(&rest).filter(|(_, rest)| rest.y < 1.5) {
         assert_eq!(shown, rest);
     }
+}
+
+#[test]
+fn the_work_for_a_crushed_body_is_a_tenth_of_that_for_others() {
+    // The cells are crushed to a twentieth of their volume, and neighboring vertices are in disorder by half of a cell.
+    let body = Body::from_lattice(lattice(&block([6, 6, 6]))).material(Material::fast_lsm());
+    let mut body = body.build().unwrap();
+    let rest = body.positions();
+    let vertices = rest.len();
+    let mut random = fastrand::Rng::with_seed(1);
+    let mut evaluate = |height: f64, disorder: f64| {
+        let mut noise = || disorder * (random.f64() - 0.5);
+        let positions: Vec<_> =
+            rest.iter().map(|p| Point3::new(p.x + noise(), height * p.y + noise(), p.z + noise())).collect();
+        body.set_positions(&positions).unwrap();
+        Display::new().evaluate(body.alone()).untangling()
+    };
+    assert_eq!(evaluate(1.0, 0.0), UntanglingReport::default());
+    let crushed = evaluate(0.05, 2.0);
+    assert!(crushed.displacements > 0 && crushed.displacements <= 15 * vertices, "{crushed:?}");
+    // A body that is not crushed may have ten times as many, and is never given up.
+    let pressed = evaluate(0.5, 3.0);
+    assert!(pressed.displacements <= 150 * vertices && !pressed.given_up, "{pressed:?}");
 }
 
 #[test]

@@ -19,7 +19,7 @@ use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
 use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
-use crate::untangle::may_be_inverted;
+use crate::untangle::{UntanglingReport, may_be_inverted};
 use crate::volume::{
     ComponentReport, Correction, CorrectionWorkspace, ExternalForce, VolumeMeasures, VolumeReport,
 };
@@ -244,6 +244,7 @@ impl Display {
             untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
         }
         untangling.set_deformed(deformed);
+        untangling.limit_if_crushed(deformed);
         untangling.untangle(body.surroundings(), &mut body_limits.finder(body), deformed);
     }
 
@@ -440,6 +441,14 @@ impl Displayed<'_> {
     /// not preserved.
     pub fn corrections(&self) -> &[ComponentReport] {
         if self.body.correction().is_some() { &self.display.components } else { &[] }
+    }
+
+    /// Returns the report on the untangling of cells that are inside out; empty in a frame without such cells.
+    pub fn untangling(&self) -> UntanglingReport {
+        self.display
+            .untangling
+            .as_ref()
+            .map_or_else(UntanglingReport::default, |untangling| untangling.report())
     }
 
     /// Returns the run times of the volume correction and of the last mesh update of this evaluation.

@@ -3,7 +3,7 @@
 
 use super::Body;
 use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
-use crate::untangle::Untangler;
+use crate::untangle::{Untangler, UntanglingReport};
 use crate::volume::{ComponentReport, FindLimits, LimitSearch, Obstacles};
 
 /// Distance in cells within which limits are searched first.
@@ -141,6 +141,16 @@ impl Untangling {
         self.deformed.clear();
         self.volumes.clear();
         self.first.corrected.clear();
+    }
+
+    /// Allows fewer displacements in the frame if the body is crushed: see [`UntanglingReport`].
+    pub(super) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
+        self.untangler.limit_if_crushed(positions);
+    }
+
+    /// Returns the report on the frame.
+    pub(super) fn report(&self) -> UntanglingReport {
+        self.untangler.report()
     }
 
     /// Returns whether a cell is inside out.

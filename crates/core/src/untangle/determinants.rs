@@ -21,6 +21,12 @@ pub(super) fn least_determinant(corners: &Corners) -> f64 {
     (0..8).map(|k| determinant(edges(corners, k))).fold(determinant(mean_edges(corners)), f64::min)
 }
 
+/// Returns the determinant of the center of a cell: its volume in cells, if its faces are parallelograms.
+pub(super) fn center_determinant(corners: &Corners) -> f64 {
+    let [x, y, z] = mean_edges(corners);
+    x.dot(&y.cross(&z))
+}
+
 /// Returns the determinants that depend on a corner of a cell: those of its three neighbors, of the corner, and of the
 /// center of the cell.
 pub(super) fn determinants_of(corners: &Corners, corner: usize) -> [LinearDeterminant; 5] {

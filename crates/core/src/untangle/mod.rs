@@ -22,4 +22,6 @@ mod relaxation;
 mod untangler;
 
 pub(crate) use inverted::may_be_inverted;
+pub use untangler::UntanglingReport;
+
 pub(crate) use untangler::Untangler;

@@ -13,7 +13,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cells::Cells;
-use super::determinants::{Corners, LinearDeterminant, determinants_of, least_determinant};
+use super::determinants::{
+    Corners, LinearDeterminant, center_determinant, determinants_of, least_determinant,
+};
 use super::limits::Limits;
 use super::relaxation::{ITERATIONS, Relaxation};
 use crate::lattice::Lattice;
@@ -36,6 +38,14 @@ const GREATEST_STEP: f64 = 0.5;
 /// Maximum number of displacements in a frame, as a multiple of the number of vertices: it bounds the time of a frame.
 /// Drops from twice the height of a body, with the material `jelly`, need up to 100.
 const DISPLACEMENTS: usize = 150;
+
+/// Part of the volume at rest below which a body counts as crushed. The volume is the sum of the determinants at the centers
+/// of the cells, negative where they are inside out.
+const CRUSHED: f64 = 0.25;
+
+/// As [`DISPLACEMENTS`], of a crushed body. The full number leaves it tangled in most frames as well, and can take as long
+/// as all steps of the frame.
+const CRUSHED_DISPLACEMENTS: usize = 15;
 
 /// Number of sweeps in which the number of cells must halve.
 const SWEEPS: usize = 4;
@@ -77,8 +87,23 @@ pub(crate) struct Untangler {
     factors: Vec<f32>,
     /// Least factor of the present shortening at each vertex; 1 between shortenings.
     shortened: Vec<f32>,
-    /// Number of displacements that remain in the frame; see [`DISPLACEMENTS`].
+    /// Number of displacements of the frame, and number of those that remain; see [`DISPLACEMENTS`].
+    allowed: usize,
     remaining: usize,
+    /// Whether the body is crushed in the frame; see [`CRUSHED`].
+    is_crushed: bool,
+}
+
+/// The untangling of cells that are inside out, in a displayed frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct UntanglingReport {
+    /// Number of displacements of lattice vertices, each by the size of a cell or less. It is at most 150 for each vertex of
+    /// the lattice, and at most 15 if the body is crushed to less than a quarter of its volume.
+    pub displacements: usize,
+    /// Whether the body is crushed to less than a quarter of its volume, and the displacements did not suffice: the surface
+    /// is displayed with cells inside out.
+    pub given_up: bool,
 }
 
 impl Untangler {
@@ -93,7 +118,30 @@ impl Untangler {
 
     /// Begins a frame. Must be called before [`Untangler::untangle`].
     pub(crate) fn begin(&mut self, vertices: usize) {
-        self.remaining = DISPLACEMENTS * vertices;
+        self.allowed = DISPLACEMENTS * vertices;
+        self.remaining = self.allowed;
+        self.is_crushed = false;
+    }
+
+    /// Allows fewer displacements in the frame if the body is crushed. Must be called after [`Untangler::prepare`], before
+    /// the first displacement.
+    pub(crate) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
+        let [cells, vertices] = [self.cells.len(), self.cells.vertex_count()];
+        let volume: f64 =
+            (0..cells as u32).map(|cell| center_determinant(&self.cells.corners(cell, positions))).sum();
+        self.is_crushed = volume.abs() < CRUSHED * cells as f64;
+        if self.is_crushed {
+            self.allowed = CRUSHED_DISPLACEMENTS * vertices;
+            self.remaining = self.allowed;
+        }
+    }
+
+    /// Returns the report on the frame.
+    pub(crate) fn report(&self) -> UntanglingReport {
+        UntanglingReport {
+            displacements: self.allowed - self.remaining,
+            given_up: self.is_crushed && self.is_exhausted(),
+        }
     }
 
     /// Returns whether no displacement remains in the frame.

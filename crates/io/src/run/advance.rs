@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::caution::Caution;
 use super::checkpoint::Checkpoint;
-use super::deviation::{Softened, VolumeRecord, VolumeRemedy};
+use super::deviation::{CrushRecord, Softened, VolumeRecord, VolumeRemedy};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
@@ -49,6 +49,7 @@ pub(super) struct Running<'a> {
     written: u32,
     /// Volume errors of the frames written so far, one record per body.
     volumes: Vec<VolumeRecord>,
+    crushes: Vec<CrushRecord>,
     /// Evaluated surfaces, one per body.
     displays: Vec<Display>,
     /// Positions of the body that is being written, one per mesh vertex.
@@ -82,6 +83,7 @@ impl<'a> Running<'a> {
             step_time: Duration::ZERO,
             written: 0,
             volumes: Vec::new(),
+            crushes: Vec::new(),
             displays: Vec::new(),
             positions: Vec::new(),
             normals: Vec::new(),
@@ -145,6 +147,7 @@ impl<'a> Running<'a> {
         let contacts = if self.stats.is_some() { simulation.contacts() } else { Vec::new() };
         self.displays.resize_with(simulation.bodies().len(), Display::new);
         self.volumes.resize_with(simulation.bodies().len(), VolumeRecord::default);
+        self.crushes.resize_with(simulation.bodies().len(), CrushRecord::default);
         for (index, display) in self.displays.iter_mut().enumerate() {
             let body = simulation.body(index);
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
@@ -163,6 +166,7 @@ impl<'a> Running<'a> {
             let records = &mut self.checkpoint.frames;
             self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
             self.volumes[index].add(number, evaluated.corrections());
+            self.crushes[index].add(evaluated.untangling());
             if let (Some(_), Some(volume)) = (&self.stats, volume) {
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
@@ -201,7 +205,8 @@ impl<'a> Running<'a> {
         let remedy = || VolumeRemedy::of(simulation, index);
         let unkept = self.volumes.get(index).and_then(|record| record.unkept(remedy));
         let softened = Softened::of(body, self.substeps, simulation.dt());
-        BodyReport::new(body, unkept, softened)
+        let crushed = self.crushes.get(index).and_then(CrushRecord::crushed);
+        BodyReport::new(body, unkept, crushed, softened)
     }
 
     /// Returns the report of a run from frame `first` to frame `last`.

@@ -1,11 +1,11 @@
-//! Finds out where a body deviates from its scene: frames in which its volume was not kept, and a frequency or a
-//! Young's modulus for which its steps are too long.
+//! Finds out where a body deviates from its scene: frames in which its volume was not kept or in which it was crushed, and
+//! a frequency or a Young's modulus for which its steps are too long.
 
 use std::fmt;
 
 use crate::count::counted;
 use crate::scene::MAX_SUBSTEPS;
-use supple::{BodyRef, ComponentReport, FieldKind, Interior, Simulation};
+use supple::{BodyRef, ComponentReport, FieldKind, Interior, Simulation, UntanglingReport};
 
 /// Relative volume error above which the volume of a frame counts as not kept: 0.1 %.
 ///
@@ -84,6 +84,50 @@ impl fmt::Display for UnkeptVolume {
              {worst_frame}; {remedy}",
             100.0 * worst_error
         )
+    }
+}
+
+/// The written frames in which a body was crushed to less than a quarter of its volume, and was displayed with cells inside
+/// out: to untangle them would take too long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Crushed {
+    /// Number of these frames, at least 1.
+    pub frames: u32,
+    /// Number of frames that the run wrote.
+    pub written: u32,
+}
+
+impl fmt::Display for Crushed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frames, written } = self;
+        let written = counted(*written as usize, "written frame");
+        write!(
+            f,
+            "it was crushed to less than a quarter of its volume in {frames} of {written}, and is shown there with cells \
+             inside out, so that the frames take no longer; make it stiffer, or what presses it lighter"
+        )
+    }
+}
+
+/// Counts the frames in which a body was crushed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CrushRecord {
+    written: u32,
+    crushed: u32,
+}
+
+impl CrushRecord {
+    /// Adds a frame.
+    pub(super) fn add(&mut self, untangling: UntanglingReport) {
+        self.written += 1;
+        self.crushed += u32::from(untangling.given_up);
+    }
+
+    /// Returns the frames in which the body was crushed; `None` if there are none.
+    pub(super) fn crushed(&self) -> Option<Crushed> {
+        let Self { written, crushed } = *self;
+        (crushed > 0).then_some(Crushed { frames: crushed, written })
     }
 }
 

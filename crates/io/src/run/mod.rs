@@ -34,7 +34,7 @@ mod stats;
 
 pub use caution::Caution;
 pub use checkpoint::{CHECKPOINT, CHECKPOINT_VERSION};
-pub use deviation::{Softened, UnkeptVolume, VOLUME_THRESHOLD, VolumeRemedy};
+pub use deviation::{Crushed, Softened, UnkeptVolume, VOLUME_THRESHOLD, VolumeRemedy};
 pub use error::RunError;
 pub use fingerprint::{difference, fingerprint};
 pub use job::{Job, PAGE};

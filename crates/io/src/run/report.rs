@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::deviation::{Softened, UnkeptVolume};
+use super::deviation::{Crushed, Softened, UnkeptVolume};
 use supple::{BodyRef, VolumeReport};
 
 /// Report of a job.
@@ -52,6 +52,8 @@ pub struct BodyReport {
     /// The frames of this run in which the volume was not kept; `None` if it was kept in all frames, or is not
     /// preserved.
     pub unkept_volume: Option<UnkeptVolume>,
+    /// The frames of this run in which the body was shown with cells inside out; `None` if there are none.
+    pub crushed: Option<Crushed>,
     /// Specified and effective frequency, if the steps are too long for the `frequency` of the body;
     /// otherwise `None`.
     pub softened: Option<Softened>,
@@ -61,6 +63,7 @@ impl BodyReport {
     pub(super) fn new(
         body: BodyRef<'_>,
         unkept_volume: Option<UnkeptVolume>,
+        crushed: Option<Crushed>,
         softened: Option<Softened>,
     ) -> Self {
         Self {
@@ -68,6 +71,7 @@ impl BodyReport {
             lattice_vertices: body.lattice().len(),
             volume: body.volume_report(),
             unkept_volume,
+            crushed,
             softened,
         }
     }
