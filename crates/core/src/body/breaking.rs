@@ -114,7 +114,7 @@ impl Body {
     pub(super) fn breaking_bytes(&self) -> usize {
         self.breaking.as_ref().map_or(0, |breaking| {
             let Breaking { fracture, shares, whole_masses, .. } = &**breaking;
-            fracture.bytes() + size_of_val(&**shares) + size_of_val(&**whole_masses)
+            fracture.bytes() + size_of_val(&**shares) + whole_masses.bytes()
         })
     }
 

@@ -56,7 +56,7 @@ impl Body {
             let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
             self.set_half_width(match self.material.accuracy {
                 Accuracy::Fast => least,
-                _ if is_reached(chosen) => chosen,
+                _ if is_reached(chosen) && chosen < least => chosen,
                 _ => least,
             });
         }

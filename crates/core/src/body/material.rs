@@ -51,7 +51,8 @@ impl Body {
     }
 
     /// Sets how the half-width of the regions is chosen, from the next step on. In a simulation, the regions are fixed as if
-    /// the body joined the simulation at the next step. With the elasticity of regions, nothing else changes.
+    /// the body joined the simulation at the next step; the steps stay as long as they are. With the elasticity of regions,
+    /// nothing else changes.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
         self.material.accuracy = accuracy;
         self.wake();

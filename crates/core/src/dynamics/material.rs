@@ -96,8 +96,9 @@ pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
 /// How closely a body with a material or Young's modulus follows the elastic law, by the half-width of its regions: smaller
 /// regions need more steps.
 ///
-/// The half-width is the one chosen here, or the least one that reaches Young's modulus if the steps are longer. It depends
-/// on the body alone and not on the frame rate.
+/// Automatic steps are short enough for the half-width that is chosen here, which depends on the body alone and not on the
+/// frame rate. If the steps are too long for it, or shorter than the widest regions need, the half-width is the least whole one
+/// that reaches Young's modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Accuracy {

@@ -48,11 +48,17 @@ impl Deformation<'_> {
         (self.gradient(gradients, joint) * direction).norm() - 1.0
     }
 
-    /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners.
+    /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners, or of its cells if the
+    /// regions are cells.
     pub(super) fn factor(&self, joint: Joint) -> f64 {
         self.factors.map_or(1.0, |(factors, greatest)| {
-            let corners = self.lattice.joint_corners(joint);
-            corners.iter().map(|&corner| factors[corner as usize].min(greatest)).sum::<f64>() / 4.0
+            let factor = |corner: u32| factors[corner as usize].min(greatest);
+            if self.half_width.is_cell() {
+                let corners =
+                    self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell));
+                return corners.map(factor).sum::<f64>() / 16.0;
+            }
+            self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0
         })
     }
 

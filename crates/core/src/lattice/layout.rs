@@ -97,6 +97,11 @@ impl LooseCells {
         own.map(|&(_, number, _)| self.cells[number as usize].slot)
     }
 
+    /// Returns whether the cell whose first corner is in a slot is loose.
+    pub(crate) fn contains(&self, slot: u32) -> bool {
+        self.cells.binary_search_by_key(&slot, |cell| cell.slot).is_ok()
+    }
+
     /// Returns all cells.
     pub(crate) fn all(&self) -> &[LooseCell] {
         &self.cells

@@ -74,7 +74,7 @@ pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<4>,
     /// Whether the regions are cells, which have the same constants.
     pub(crate) are_cells: bool,
-    /// `None` if the stiffness does not vary.
+    /// As [`Regions::factors`](super::Regions::factors).
     pub(crate) factors: Option<&'a Factors>,
     /// For each block of eight regions, the bit mask of the lanes with a region.
     pub(crate) occupied: &'a [u8],
@@ -232,7 +232,7 @@ pub(super) fn twice_trace<S: Simd>(a: &[f32x16<S>; 9], r: &[f32x16<S>; 9]) -> f3
 #[inline(always)]
 pub(crate) fn scale<S: Simd>(simd: S, factors: &Block<1>, motions: &mut Block<12>) {
     let ([factor], zero) = (load(simd, factors), f32x8::splat(simd, 0.0));
-    // The numbers of lanes without a region are anything.
+    // Lanes without a region can have any numbers.
     let is_region = factor.simd_gt(zero);
     for row in motions {
         is_region.select(f32x8::load_array_ref(simd, row) * factor, zero).store_array(row);

@@ -43,7 +43,7 @@ pub(crate) struct Regions {
 /// 1/M and d of a cell.
 const CELL: [f32; 4] = [0.125, 0.0, 0.0, 0.0];
 
-/// What regions that are cells have beside the constants.
+/// The data of regions that are cells, beside the constants.
 #[derive(Clone, Debug)]
 struct Cells {
     /// The mask of each block: bit `l` is set iff lane `l` has a cell.
@@ -180,7 +180,9 @@ impl Regions {
             (0..3)
                 .try_fold(slot, |slot, axis| if k >> axis & 1 == 0 { Some(slot) } else { before(slot, axis) })
         });
-        let linked = firsts.filter(|&slot| is_set(self.occupied(layout), slot));
+        let is_linked =
+            |&slot: &u32| is_set(self.occupied(layout), slot) && !layout.loose_cells().contains(slot);
+        let linked = firsts.filter(is_linked);
         let loose = layout.loose_cells().around(slot).filter(move |_| self.cells.is_some());
         linked.chain(loose)
     }

@@ -106,7 +106,8 @@ impl Body {
         self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
     }
 
-    /// How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable.
+    /// How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable; the
+    /// steps stay as long as they are.
     #[getter]
     fn accuracy(&self, py: Python<'_>) -> PyResult<&'static str> {
         self.read(py, |body| body.material().accuracy.name())
@@ -121,9 +122,9 @@ impl Body {
     /// Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
     /// extent of the lattice.
     ///
-    /// It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
-    /// Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
-    /// simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
+    /// It is the value that was set. With a material or youngs_modulus, it is the one of the accuracy, or, if steps of the
+    /// length that the simulation had when the body joined it are too long for that one, the least whole one that reaches
+    /// Young's modulus; 2 outside a simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
     #[getter]
     fn half_width<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let half_width = self.read(py, supple::Body::half_width)?;

@@ -64,14 +64,15 @@ impl Body {
     }
 
     /// Plastic strain of the region around each vertex: (n,) float64, read-only. It is |S - 1|, the Frobenius norm,
-    /// with the plastic shape S: 0 where the body has its rest shape, and everywhere without plasticity.
+    /// with the plastic shape S: 0 where the body has its rest shape, and everywhere without plasticity. If half_width is
+    /// 0.5, it is the mean of the cells around the vertex.
     #[getter]
     fn plastic_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(arrays::frozen(PyArray1::from_vec(py, self.read(py, supple::Body::plastic_strain)?)))
     }
 
-    /// Plastic shape S of the region around each vertex: (n, 3, 3) float64, read-only. It is a symmetric matrix of
-    /// determinant 1, in the rest pose: the identity where the body has its rest shape, and everywhere without
+    /// Plastic shape S of the region around each vertex: (n, 3, 3) float64, read-only; if half_width is 0.5, of each cell:
+    /// (m, 3, 3). It is a symmetric matrix of determinant 1, in the rest pose: the identity where the body has its rest shape, and everywhere without
     /// plasticity.
     #[getter]
     fn plastic_shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {

@@ -80,7 +80,7 @@ impl Body {
     }
 
     /// Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64,
-    /// read-only.
+    /// read-only. If half_width is 0.5, it is the mean of the cells around the vertex.
     #[getter]
     fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         Ok(arrays::frozen(arrays::from_matrices(py, &self.read(py, supple::Body::rotations)?)))
