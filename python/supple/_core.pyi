@@ -385,9 +385,9 @@ class Body:
         """Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
         extent of the lattice.
 
-        It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
-        Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
-        simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
+        It is the value that was set. With a material or youngs_modulus, it is the one of the accuracy, or, if steps of the
+        length that the simulation had when the body joined it are too long for that one, the least whole one that reaches
+        Young's modulus; 2 outside a simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
         """
     @half_width.setter
     def half_width(self, value: float) -> None: ...
@@ -494,12 +494,13 @@ class Body:
     @property
     def plastic_strain(self) -> NDArray[np.float64]:
         """Plastic strain of the region around each vertex: (n,) float64, read-only. It is |S - 1|, the Frobenius norm,
-        with the plastic shape S: 0 where the body has its rest shape, and everywhere without plasticity.
+        with the plastic shape S: 0 where the body has its rest shape, and everywhere without plasticity. If half_width is
+        0.5, it is the mean of the cells around the vertex.
         """
     @property
     def plastic_shapes(self) -> NDArray[np.float64]:
-        """Plastic shape S of the region around each vertex: (n, 3, 3) float64, read-only. It is a symmetric matrix of
-        determinant 1, in the rest pose: the identity where the body has its rest shape, and everywhere without
+        """Plastic shape S of the region around each vertex: (n, 3, 3) float64, read-only; if half_width is 0.5, of each cell:
+        (m, 3, 3). It is a symmetric matrix of determinant 1, in the rest pose: the identity where the body has its rest shape, and everywhere without
         plasticity.
         """
     def reset_plastic(self) -> None:
@@ -522,7 +523,9 @@ class Body:
     def frequency(self, value: float) -> None: ...
     @property
     def accuracy(self) -> _Accuracy:
-        """How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable."""
+        """How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable; the
+        steps stay as long as they are.
+        """
     @accuracy.setter
     def accuracy(self, value: _Accuracy) -> None: ...
     @property
@@ -587,7 +590,7 @@ class Body:
     @property
     def rotations(self) -> NDArray[np.float64]:
         """Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64,
-        read-only.
+        read-only. If half_width is 0.5, it is the mean of the cells around the vertex.
         """
     @property
     def masses(self) -> NDArray[np.float64]:
