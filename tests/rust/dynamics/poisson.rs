@@ -169,14 +169,17 @@ pub(crate) fn pulled(
     simulation
 }
 
+/// Returns the mean coordinate along an axis of the vertices with some grid indices.
+pub(crate) fn mean_position(body: &Body, axis: usize, is_in: impl Fn(&[i32; 3]) -> bool) -> f64 {
+    let vertices = body.lattice().indices().iter().zip(body.positions());
+    let values: Vec<f64> = vertices.filter(|(index, _)| is_in(index)).map(|(_, x)| x[axis]).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
 /// Returns the strain along x, and the mean strain across, in the middle of a bar: a cube.
 pub(crate) fn strains(body: &Body, [length, thickness]: [i32; 2]) -> [f64; 2] {
     let (low, high) = ((length - thickness) / 2, (length + thickness) / 2);
-    let vertices = || body.lattice().indices().iter().zip(body.positions());
-    let mean = |axis: usize, is_in: &dyn Fn(&[i32; 3]) -> bool| {
-        let values: Vec<f64> = vertices().filter(|(index, _)| is_in(index)).map(|(_, x)| x[axis]).collect();
-        values.iter().sum::<f64>() / values.len() as f64
-    };
+    let mean = |axis: usize, is_in: &dyn Fn(&[i32; 3]) -> bool| mean_position(body, axis, is_in);
     let is_middle = |index: &[i32; 3]| (low..=high).contains(&index[0]);
     let along = mean(0, &|index| index[0] == high) - mean(0, &|index| index[0] == low);
     let across = |axis: usize| {
@@ -341,10 +344,13 @@ fn energy_of_bodies_that_change_their_volume_does_not_grow() {
 #[test]
 fn momenta_are_conserved() {
     let lattice = lattice(&block([8, 5, 4]));
-    let mut random = Random(46);
-    let x = deformed(&rest(&lattice), [1.3, 0.7, 1.1], 0.2, &mut random);
-    let mut body = body(&lattice, 1, 0.45).build().unwrap();
-    body.set_positions(&points(&x)).unwrap();
+    let x = deformed(&rest(&lattice), [1.3, 0.7, 1.1], 0.2, &mut Random(46));
+    assert_keeps_momenta(body(&lattice, 1, 0.45).build().unwrap(), &x);
+}
+
+/// Lets a body move freely from positions, with velocities that translate, turn and stretch it.
+pub(crate) fn assert_keeps_momenta(mut body: Body, x: &[Vector3<f64>]) {
+    body.set_positions(&points(x)).unwrap();
     let velocities: Vec<_> = x.iter().map(|x| Vector3::new(1.0 + x.y, -x.x, x.z)).collect();
     body.set_velocities(&velocities).unwrap();
     let mut simulation = without_gravity(body);

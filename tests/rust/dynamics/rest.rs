@@ -187,7 +187,7 @@ fn forces_that_do_not_change_let_a_body_sleep() {
     assert!(!simulation.bodies()[0].is_asleep(), "other forces");
 
     assert!(sleeps_in_step(&mut resting(), 6000, drag).is_some());
-    // It grows by 0.3 times the weight per second, so that every half second of rest has changes.
+    // It grows by 0.1 times the weight per second, so that every half second of rest has changes.
     assert_eq!(sleeps_in_step(&mut resting(), 400, rising), None);
 }
 

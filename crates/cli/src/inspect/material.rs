@@ -3,9 +3,7 @@
 use std::f64::consts::TAU;
 
 use serde::Serialize;
-use supple::{
-    Body, BodyRef, BreakLimit, Damping, ElasticLaw, Elasticity, FractureOptions, HalfWidth, Plasticity,
-};
+use supple::{Body, BodyRef, BreakLimit, Damping, Elasticity, FractureOptions, HalfWidth, Plasticity};
 use supple_io::counted;
 
 use crate::terminal::number;
@@ -136,18 +134,10 @@ impl FractureFacts {
 
 /// Returns the steps per second with which regions of half-width 0.5, 1, 2 and 3 reach Young's modulus `modulus`.
 fn step_rates(body: &Body, modulus: f64) -> Vec<(HalfWidth, f64)> {
-    let material = body.material();
-    let law = ElasticLaw {
-        density: material.density,
-        cell_size: body.lattice().cell_size(),
-        dt: 1.0,
-        poisson_ratio: material.poisson_ratio(),
-    };
     let greatest =
         body.stiffness_factors().map_or(1.0, |factors| factors.iter().copied().fold(0.0, f64::max));
-    let rate =
-        |half_width: HalfWidth| (law.alpha(half_width, greatest * modulus) / law.greatest_alpha()).sqrt();
-    [0.5, 1.0, 2.0, 3.0].map(HalfWidth::from).map(|half_width| (half_width, rate(half_width))).into()
+    let rate = |half_width| (half_width, body.step_rate(half_width, greatest * modulus));
+    [0.5, 1.0, 2.0, 3.0].map(HalfWidth::from).map(rate).into()
 }
 
 impl MaterialFacts {

@@ -131,11 +131,11 @@ impl Page {
             Some(cells) => counted(cells, "cell"),
             None => format!("{} cells, so that each region is a cell", body.half_width),
         };
-        let why = body.material.as_ref().and_then(MaterialFacts::regions);
-        self.entry(
-            "half-width",
-            &why.map_or_else(|| half_width.clone(), |why| format!("{half_width}; {why}")),
-        );
+        let half_width = match body.material.as_ref().and_then(MaterialFacts::regions) {
+            Some(why) => format!("{half_width}; {why}"),
+            None => half_width,
+        };
+        self.entry("half-width", &half_width);
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
         self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {

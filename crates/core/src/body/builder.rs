@@ -96,9 +96,8 @@ impl BodyBuilder {
     }
 
     /// Sets the half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1.
-    /// Larger regions make the body stiffer, and so does a
-    /// coarser lattice with the same half-width. Replaces a preset or Young's modulus; the default of the stiffness
-    /// is then alpha = 1.
+    /// Larger regions make the body stiffer, and so does a coarser lattice with the same half-width. Replaces a preset or
+    /// Young's modulus; the default of the stiffness is then alpha = 1.
     pub fn half_width(self, cells: impl Into<HalfWidth>) -> Self {
         let elasticity = self.material.elasticity.with_region_size(RegionSize::Cells(cells.into()));
         self.elasticity(elasticity)

@@ -147,9 +147,9 @@ impl Body {
         Stiffness::steps_per_period(self.greatest_alpha() / self.factor_range().1.max(1.0))
     }
 
-    /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, with regions of
-    /// half-width `half_width`.
-    pub(crate) fn step_rate(&self, half_width: HalfWidth, modulus: f64) -> f64 {
+    /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, in scene units of force
+    /// per area, with regions of half-width `half_width`.
+    pub fn step_rate(&self, half_width: HalfWidth, modulus: f64) -> f64 {
         1.0 / self.elastic_law(1.0).longest_step(half_width, modulus)
     }
 

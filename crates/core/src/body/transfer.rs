@@ -82,16 +82,19 @@ impl Parents {
         transferred
     }
 
-    /// Gives the first corners of the cells what they had before, for regions that are cells: copies of a vertex are the
-    /// first corners of different cells.
+    /// Gives the first corner of each cell the values of its first corner before, if the regions are cells: copies of a vertex
+    /// are the first corners of different cells.
     fn keep_cells<const N: usize>(
         &self,
         values: &Lanes<N>,
         (before, after): (&Matching, &Matching),
         transferred: &mut Lanes<N>,
     ) {
+        if !after.regions.half_width().is_cell() {
+            return;
+        }
         let (old_slots, slots) = (before.layout.slots(), after.layout.slots());
-        for &(old, new) in self.of_cells.iter().filter(|_| after.regions.half_width().is_cell()) {
+        for &(old, new) in &self.of_cells {
             transferred.set(slots[new as usize], values.get(old_slots[old as usize]));
         }
     }

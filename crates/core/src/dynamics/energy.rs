@@ -107,7 +107,7 @@ impl EnergyLimiter {
         let mut sums = Sums::default();
         let blocks = weights.blocks().iter().zip(positions.blocks()).zip(self.velocities_before.blocks());
         for (block, (((weights, x), before), v)) in blocks.zip(velocities.blocks()).enumerate() {
-            let factors = factors.as_ref().map(|factors| &factors.vertices.blocks()[block][0]);
+            let factors = factors.map(|factors| &factors.vertices.blocks()[block][0]);
             for lane in 0..LANES {
                 let m = f64::from(weights[0][lane]);
                 let factor = factors.map_or(1.0, |factors| f64::from(factors[lane]));

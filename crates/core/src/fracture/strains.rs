@@ -27,12 +27,15 @@ impl Deformation<'_> {
     pub(super) fn gradient(&self, gradients: &Lanes<9>, joint: Joint) -> Matrix3<f64> {
         let Self { lattice, layout, .. } = self;
         let (mut sum, mut count) = (Matrix3::zeros(), 0.0);
-        let [first, second] = self.cells_of(joint).map(|cell| lattice.first_corner(cell));
-        let vertices = match self.half_width.is_cell() {
-            true => [first, second, first, second],
-            false => lattice.joint_corners(joint),
+        let (cells, corners);
+        let vertices: &[u32] = if self.half_width.is_cell() {
+            cells = self.cells_of(joint).map(|cell| lattice.first_corner(cell));
+            &cells
+        } else {
+            corners = lattice.joint_corners(joint);
+            &corners
         };
-        for vertex in vertices {
+        for &vertex in vertices {
             let gradient =
                 Matrix3::from_column_slice(&gradients.get(layout.slots()[vertex as usize]).map(f64::from));
             if gradient != Matrix3::zeros() {

@@ -138,14 +138,13 @@ impl FitRotations<'_> {
         sums: &[Block<12>],
     ) -> (f32x16<S>, Means<f32x16<S>>) {
         let [first, second] = pair.blocks;
+        let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
         if self.are_cells {
-            let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
             let inverse_mass = f32x16::splat(simd, 0.125);
             return (inverse_mass, Means::of_cells(simd, inverse_mass, moments));
         }
         let constants = self.constants.blocks();
         let constants = load_two(simd, [&constants[first], &constants[second]]);
-        let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
         (constants[0], Means::new(constants, moments))
     }
 
@@ -195,9 +194,11 @@ impl FitRotations<'_> {
         g: [f32x16<S>; 9],
         sums: &mut [Block<12>],
     ) {
-        let mut b = if self.are_cells { mean } else { d };
-        for row in (0..3).filter(|_| !self.are_cells) {
-            b[row] = mean[row] - g[row].mul_add(d[0], g[3 + row].mul_add(d[1], g[6 + row] * d[2]));
+        let mut b = mean;
+        if !self.are_cells {
+            for row in 0..3 {
+                b[row] = mean[row] - g[row].mul_add(d[0], g[3 + row].mul_add(d[1], g[6 + row] * d[2]));
+            }
         }
         let motions = [b[0], b[1], b[2], g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8]];
         let motions = split_two(simd, motions);

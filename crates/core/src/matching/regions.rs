@@ -55,12 +55,10 @@ struct Cells {
 impl Regions {
     /// Creates the regions of half-width `half_width`.
     pub(crate) fn new(lattice: &Lattice, masses: &Masses, layout: &Layout, half_width: HalfWidth) -> Self {
-        if half_width.is_cell() {
-            let mut cells = Self::of_windows(masses, layout, half_width);
-            cells.keep_cells(lattice, masses, layout);
-            return cells;
+        match half_width.is_cell() {
+            true => Self::of_cells(lattice, masses, layout),
+            false => Self::of_windows(masses, layout, half_width),
         }
-        Self::of_windows(masses, layout, half_width)
     }
 
     /// Creates the regions of the windows of all vertices. `masses` has the mass of each lattice vertex in units of a full
@@ -71,38 +69,50 @@ impl Regions {
         for (&slot, &m) in layout.slots().iter().zip(masses) {
             mass[slot as usize] = f64::from(m);
         }
-        let region_counts = if half_width.is_cell() { mass.clone() } else { windows.region_counts(&mass) };
+        let region_counts = windows.region_counts(&mass);
 
-        let (mut weights, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
-        let mut m_over_n = mass.clone();
+        let mut regions = Self::empty(layout, half_width);
         for &slot in layout.slots() {
             let inverse_count = (1.0 / region_counts[slot as usize]) as f32;
-            let m = mass[slot as usize] as f32;
-            // The product is rounded to f32, as in the window sums of a step.
-            m_over_n[slot as usize] = if half_width.is_cell() { 1.0 } else { f64::from(m * inverse_count) };
-            weights.set(slot, [m, inverse_count]);
+            regions.weights.set(slot, [mass[slot as usize] as f32, inverse_count]);
         }
-        let [masses, sx, sy, sz] = windows.first_moments(&m_over_n);
+        let [masses, sx, sy, sz] = windows.first_moments(&regions.region_weights(layout));
         for &slot in layout.slots() {
             let i = slot as usize;
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
-            constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
+            regions.constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, factors: None, cells: None, inverse_spreads: None, bulk: 0.0, half_width }
+        regions
     }
 
-    /// Removes the windows that are no cells, and gives the others their filled shares.
-    fn keep_cells(&mut self, lattice: &Lattice, masses: &Masses, layout: &Layout) {
-        let (mut shares, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
-        let mut occupied = vec![0; layout.blocks()];
+    /// Creates regions that are cells.
+    fn of_cells(lattice: &Lattice, masses: &Masses, layout: &Layout) -> Self {
+        let mut regions = Self::empty(layout, HalfWidth::CELL);
+        for (&slot, &mass) in layout.slots().iter().zip(&**masses) {
+            regions.weights.set(slot, [mass, (1.0 / f64::from(mass)) as f32]);
+        }
+        let (mut shares, mut occupied) = (Lanes::zeros(layout.blocks()), vec![0; layout.blocks()]);
         for cell in 0..lattice.cells().len() as u32 {
             let slot = layout.slots()[lattice.first_corner(cell) as usize];
             shares.set(slot, [masses.share(cell) / 8.0]);
-            constants.set(slot, CELL);
+            regions.constants.set(slot, CELL);
             occupied[slot as usize / LANES] |= 1 << (slot as usize % LANES);
         }
-        self.constants = constants;
-        self.cells = Some(Cells { occupied, shares: self.factors_of(layout, shares) });
+        regions.cells = Some(Cells { occupied, shares: regions.factors_of(layout, shares) });
+        regions
+    }
+
+    /// Returns regions without weights and constants.
+    fn empty(layout: &Layout, half_width: HalfWidth) -> Self {
+        Self {
+            weights: Lanes::zeros(layout.blocks()),
+            constants: Lanes::zeros(layout.blocks()),
+            factors: None,
+            cells: None,
+            inverse_spreads: None,
+            bulk: 0.0,
+            half_width,
+        }
     }
 
     /// Changes the masses of the vertices in the fits, and keeps the stiffness factors. Cells have no other masses than
@@ -122,9 +132,9 @@ impl Regions {
             if let Some(cells) = &self.cells {
                 let windows = LineWindows::new(layout, self.half_width);
                 let field = field_of(layout, |slot| factors.get(slot)[0].into());
-                let (sums, counts) = (windows.sums(&field), windows.sums(&field_of(layout, |_| 1.0)));
+                let sums = windows.sums(&field);
                 for &slot in layout.slots() {
-                    let mean = sums[slot as usize] / counts[slot as usize];
+                    let mean = sums[slot as usize] / 8.0;
                     factors.set(slot, [(mean * f64::from(cells.shares.of_region(slot))) as f32]);
                 }
             }
@@ -328,15 +338,14 @@ impl Regions {
         LineWindows::new(layout, self.half_width).second_moments(&self.region_weights(layout))
     }
 
-    /// Returns the region weight m/n of the vertex in each slot.
+    /// Returns the region weight m/n of the vertex in each slot, or 1 in cells. The product is rounded to f32, as in the window
+    /// sums of a step.
     fn region_weights(&self, layout: &Layout) -> Vec<f64> {
-        let mut m_over_n = vec![0.0; layout.blocks() * LANES];
-        for &slot in layout.slots() {
+        let is_cell = self.half_width.is_cell();
+        field_of(layout, |slot| {
             let [m, inverse_count] = self.weights.get(slot);
-            let weight = if self.half_width.is_cell() { 1.0 } else { m * inverse_count };
-            m_over_n[slot as usize] = f64::from(weight);
-        }
-        m_over_n
+            if is_cell { 1.0 } else { f64::from(m * inverse_count) }
+        })
     }
 
     /// Computes, for each region, the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ): the rest inertia divided by the

@@ -37,7 +37,7 @@ pub enum VolumeRemedy {
     /// The scale of the correction is limited to less than the thickness of the body.
     RaiseCap,
     /// The surface is a sheet, and the correction moves it along its normals.
-    FieldCells,
+    AutoField,
     /// Pins, handles or colliders can press the body from two sides.
     MoreSpace,
     /// Weights and impacts press the body.
@@ -54,7 +54,7 @@ impl VolumeRemedy {
         if options.max_correction < 1.0 {
             Self::RaiseCap
         } else if options.field == FieldKind::Surface && is_sheet() {
-            Self::FieldCells
+            Self::AutoField
         } else if body.constraint_count() > 0 || simulation.collider_count() > 1 {
             Self::MoreSpace
         } else {
@@ -67,7 +67,7 @@ impl fmt::Display for VolumeRemedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::RaiseCap => "raise `max_correction` of `volume` to 1",
-            Self::FieldCells => "its surface is a sheet: set `field` of `volume` to \"auto\"",
+            Self::AutoField => "its surface is a sheet: set `field` of `volume` to \"auto\"",
             Self::MoreSpace => "leave more space between pins, handles and colliders",
             Self::StifferMaterial => "it is pressed too much for its material: make it stiffer",
         })
@@ -280,7 +280,7 @@ mod tests {
         let capped = VolumeOptions { max_correction: 0.5, ..default };
         let along_normals = VolumeOptions { field: FieldKind::Surface, ..default };
         assert_eq!(remedy(capped, true, 2), VolumeRemedy::RaiseCap);
-        assert_eq!(remedy(along_normals, true, 2), VolumeRemedy::FieldCells);
+        assert_eq!(remedy(along_normals, true, 2), VolumeRemedy::AutoField);
         assert_eq!(remedy(default, true, 0), VolumeRemedy::MoreSpace);
         assert_eq!(remedy(default, false, 2), VolumeRemedy::MoreSpace);
         assert_eq!(remedy(default, false, 1), VolumeRemedy::StifferMaterial);
