@@ -153,9 +153,9 @@ pub use body::{
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
 pub use dynamics::{
-    Accuracy, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion,
-    Interpolation, Key, Material, MotionError, Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection,
-    SelectionError, SelectionPose, Stiffness, TimeWindow, Zone,
+    Accuracy, Constraint, ConstraintError, Curve, CurveKey, Damping, ElasticLaw, Elasticity, Handle,
+    HandleMotion, Interpolation, Key, Material, MotionError, Pin, Plasticity, Preset, RegionDamping,
+    RegionSize, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{BreakLimit, FractureOptions};

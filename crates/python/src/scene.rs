@@ -21,6 +21,7 @@ use crate::arrays;
 use crate::body::{
     SharedBody, SharedSimulation, Storage, fracture_settings, plastic_settings, volume_settings,
 };
+use crate::constraint::curve_to_python;
 use crate::error::{self, Exception};
 use crate::interrupt::interruptible;
 use crate::mesh::Mesh;
@@ -112,6 +113,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         RegionDamping::Rate(rate) => settings.set_item("region_damping_rate", rate)?,
     }
     settings.set_item("density", data.material.density)?;
+    settings.set_item("inflate", curve_to_python(py, &data.inflate)?)?;
     if let Some(plastic) = plastic_settings(py, data.material.plastic)? {
         settings.set_item("plastic", plastic)?;
     }

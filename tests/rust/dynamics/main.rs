@@ -8,6 +8,7 @@ mod follow;
 mod forces;
 mod free_body;
 mod hold_force;
+mod inflation;
 mod lowest_mode;
 mod plasticity;
 mod poisson;

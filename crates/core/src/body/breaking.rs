@@ -312,6 +312,10 @@ impl Body {
             factors.transfer(&parents.first);
             self.pass_stiffness_factors();
         }
+        if let Some(inflation) = &mut self.inflation {
+            inflation.transfer(&parents.first);
+            self.pass_inflation();
+        }
         if let Some(constraints) = &mut self.constraints {
             constraints.transfer(&parents.first);
             self.track_constraints();

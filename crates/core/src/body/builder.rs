@@ -6,8 +6,8 @@ use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
-    Accuracy, Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
-    RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
+    Accuracy, Curve, Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity,
+    Preset, RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
@@ -34,6 +34,7 @@ pub struct BodyBuilder {
     skin: SkinKind,
     touching: TouchingOptions,
     fracture: Option<FractureOptions>,
+    inflate: Curve,
     zones: Vec<Zone>,
     pins: Vec<Pin>,
     handles: Vec<Handle>,
@@ -67,6 +68,7 @@ impl BodyBuilder {
             skin: SkinKind::default(),
             touching: TouchingOptions::default(),
             fracture: None,
+            inflate: 1.0.into(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -133,6 +135,13 @@ impl BodyBuilder {
     /// Sets Poisson's ratio, in [0, 0.47]: see [`Material::poisson_ratio`].
     pub fn poisson_ratio(mut self, ratio: f64) -> Self {
         self.material.poisson_ratio = Some(ratio);
+        self
+    }
+
+    /// Sets the ratio of the rest volume to that of the mesh, in [0.1, 10], a number or keyframes; default 1. See
+    /// [`Body::set_inflate`].
+    pub fn inflate(mut self, ratio: impl Into<Curve>) -> Self {
+        self.inflate = ratio.into();
         self
     }
 
@@ -312,7 +321,7 @@ impl BodyBuilder {
         self
     }
 
-    /// Adds a part with another stiffness. The factors of overlapping zones multiply.
+    /// Adds a part with another stiffness or rest volume. The factors of overlapping zones multiply.
     pub fn zone(mut self, zone: Zone) -> Self {
         self.zones.push(zone);
         self
@@ -412,6 +421,7 @@ impl BodyBuilder {
             breaking: None,
             has_self_contact: false,
             stiffness_factors: None,
+            inflation: None,
             extent,
             size: size_of(&lattice, surface.as_ref(), &masses),
             youngs_modulus: None,
@@ -431,6 +441,7 @@ impl BodyBuilder {
         if !body.is_one_task() {
             body.workspace = body.matching.cascade.workspace();
         }
+        body.set_inflate(self.inflate)?;
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

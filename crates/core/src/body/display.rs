@@ -130,6 +130,9 @@ impl Display {
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
+        if let Some(correction) = correction {
+            body.get().set_rest_volumes(correction, &mut self.correction);
+        }
         if let Some(untangling) = &mut self.untangling {
             untangling.begin(self.deformed.len());
         }
@@ -428,11 +431,13 @@ impl Displayed<'_> {
         let Display { deformed: start, corrected, components, untangling, flattener, .. } = &*self.display;
         let flattened = flattened_surface(flattener, self.body);
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
+        let ratios = self.body.component_ratios();
+        let ratios = ratios.as_deref();
         match correction {
-            None => measures.report_displayed(deformed, (start, flattened)),
+            None => measures.report_displayed(deformed, (start, flattened), ratios),
             Some(correction) => {
                 let displayed = (start.as_slice(), corrected.as_slice(), flattened);
-                measures.report_corrected_from(correction, components, deformed, displayed)
+                measures.report_corrected_from(correction, components, deformed, displayed, ratios)
             }
         }
     }

@@ -199,6 +199,7 @@ impl Body {
         }
         self.matching.set_half_width(&self.lattice, &self.masses, half_width);
         self.pass_stiffness_factors();
+        self.pass_inflation();
         let Matching { layout, cascade, .. } = &self.matching;
         self.workspace = Workspace::default();
         // The division of the sums into tasks depends on the half-width.

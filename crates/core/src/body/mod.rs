@@ -8,6 +8,7 @@
 //! | `elasticity` | the material in force |
 //! | `material` | changes of the material between steps |
 //! | `zones` | stiffness factors |
+//! | `inflation` | ratios of rest volumes |
 //! | `plasticity` | plastic shapes |
 //! | `breaking` | fracture and cuts |
 //! | `transfer` | the state after joints broke |
@@ -30,6 +31,7 @@ mod display;
 mod elasticity;
 mod escape;
 mod hold_force;
+mod inflation;
 mod material;
 mod near_bodies;
 mod pieces;
@@ -69,7 +71,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use crate::contact::bodies::BodyContact;
 use crate::contact::{Colliders, Contacts, Pressure, SampleCells};
 use crate::dynamics::{
-    Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
+    Constraints, ElasticDamper, EnergyLimiter, Forces, Inflation, Material, MomentumTracker, RegionDamper,
     StiffnessFactors,
 };
 use crate::flatten::FlattenTable;
@@ -134,6 +136,8 @@ pub struct Body {
     has_self_contact: bool,
     /// `None` if the stiffness does not vary.
     stiffness_factors: Option<StiffnessFactors>,
+    /// `None` if all rest volumes are those of the mesh and stay so.
+    inflation: Option<Inflation>,
     /// Largest extent of the lattice along an axis, in cells.
     extent: usize,
     /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.

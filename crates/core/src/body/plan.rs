@@ -2,7 +2,7 @@
 
 use super::Body;
 use super::step::{STEP, Stage};
-use crate::dynamics::{Damping, RegionDamping, StiffnessFactors};
+use crate::dynamics::{Damping, Inflation, RegionDamping, StiffnessFactors};
 use crate::flatten::FlattenTable;
 use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};
 use crate::volume::VolumeMeasures;
@@ -88,6 +88,10 @@ impl Body {
                 "next step's forces, this frame's displacements".to_owned(),
                 self.forces.as_ref().map_or(0, |forces| forces.bytes()),
             ),
+            Stage::Inflation => {
+                let inflation = self.inflation.as_ref();
+                ("ratios of rest volumes".to_owned(), inflation.map_or(0, Inflation::bytes))
+            }
             Stage::Momentum => (
                 format!("momenta in f64, connected components: {}", self.state.momenta.len()),
                 self.momentum.bytes(),
@@ -142,6 +146,7 @@ impl Stage {
         match self {
             Self::BeginConstraints => "begin pins, handles",
             Self::Forces => "external forces",
+            Self::Inflation => "inflation",
             Self::Momentum => "momentum tracker",
             Self::RegionDamping => "region damping",
             Self::ElasticDamping => "elastic damping",

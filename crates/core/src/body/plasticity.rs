@@ -33,7 +33,7 @@ impl Body {
             self.state.energy_limit = None;
             self.lowest_eigenvalue.take();
         }
-        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0;
+        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0 || self.inflation.is_some();
         if needs_spreads != self.matching.has_spreads() {
             self.matching.set_spreads(needs_spreads);
         }

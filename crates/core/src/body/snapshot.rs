@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::zones::{check_stiffness, checked_factors};
 use super::{Body, Surface};
 use crate::contact::Side;
-use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
+use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
 use crate::error::{Error, StateError};
 use crate::fracture::Cracks;
 use crate::lattice::{Embedding, Lattice, Layout};
@@ -29,6 +29,7 @@ pub struct BodySnapshot {
     half_width: HalfWidth,
     /// One per lattice vertex.
     stiffness_factors: Option<Vec<f64>>,
+    inflation: Option<Inflation>,
     volume: VolumeOptions,
     forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
@@ -48,6 +49,7 @@ impl Body {
             youngs_modulus: self.youngs_modulus,
             half_width: self.half_width(),
             stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
+            inflation: self.inflation.clone(),
             volume: self.volume,
             forces: self.forces.clone(),
             displacements: self
@@ -100,7 +102,9 @@ impl Body {
             }
         }
         self.state = snapshot.state.clone();
+        self.inflation = snapshot.inflation.clone();
         self.update_shapes();
+        self.pass_inflation();
         if self.body_contact.is_none() {
             self.state.touches = Touches::default();
         }
@@ -154,6 +158,9 @@ impl Body {
         let unresolved = |constraints: &Constraints| constraints.unresolved(self.constraints.as_ref());
         if let Some(index) = snapshot.constraints.as_ref().and_then(unresolved) {
             return Err(StateError::Animation { body: body(), index });
+        }
+        if !snapshot.inflation.as_ref().is_none_or(|inflation| inflation.is_valid(vertices)) {
+            return Err(StateError::Vertices { body: body(), what: "inflation" });
         }
         if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "forces" });

@@ -48,6 +48,7 @@ pub(crate) struct StepContext<'a> {
 pub(super) enum Stage {
     BeginConstraints,
     Forces,
+    Inflation,
     Momentum,
     RegionDamping,
     ElasticDamping,
@@ -61,9 +62,10 @@ pub(super) enum Stage {
 
 /// The stages in execution order. A step runs this list. The plan prints the list with the memory of each stage, followed by
 /// the volume correction and the mesh update of the displayed surface.
-pub(super) const STEP: [Stage; 11] = [
+pub(super) const STEP: [Stage; 12] = [
     Stage::BeginConstraints,
     Stage::Forces,
+    Stage::Inflation,
     Stage::Momentum,
     Stage::RegionDamping,
     Stage::ElasticDamping,
@@ -87,10 +89,10 @@ pub(crate) enum BodyContactPart<'a> {
 
 /// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have
 /// in common.
-const FIRST_STAGE_AFTER_DAMPING: usize = 5;
+const FIRST_STAGE_AFTER_DAMPING: usize = 6;
 
 /// Index in [`STEP`] of the stage in which bodies touch each other.
-const FIRST_CONTACT_STAGE: usize = 9;
+const FIRST_CONTACT_STAGE: usize = 10;
 
 const _: () = assert!(matches!(
     (STEP[FIRST_STAGE_AFTER_DAMPING], STEP[FIRST_CONTACT_STAGE]),
@@ -103,6 +105,7 @@ impl Body {
     pub(crate) fn begin_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
+        self.wake_to_inflate(context.interval);
         if !self.is_asleep() {
             self.run_all(&STEP[..FIRST_STAGE_AFTER_DAMPING], context, executor);
         } else if let Some(forces) = &mut self.forces {
@@ -162,6 +165,7 @@ impl Body {
         match stage {
             Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
             Stage::Forces => self.forces.is_some(),
+            Stage::Inflation => self.inflation.is_some(),
             Stage::RegionDamping => self.region_damping.is_some(),
             Stage::ElasticDamping => self.elastic_damping.is_some(),
             Stage::BeginContacts => self.contacts.is_some() || self.body_contact.is_some(),
@@ -179,6 +183,8 @@ impl Body {
             Stage::BeginConstraints => self.begin_constraints(context, executor),
             // dynamics::forces: v += h f/m.
             Stage::Forces => self.apply_external_forces(context),
+            // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
+            Stage::Inflation => self.update_inflation(context.interval),
             // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose
             // momenta are not known.
             Stage::Momentum => self.track_momentum(executor),

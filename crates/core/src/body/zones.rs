@@ -2,7 +2,8 @@
 
 use super::Body;
 use crate::dynamics::{
-    Elasticity, Material, Selection, SelectionError, SelectionPose, Stiffness, StiffnessFactors, Zone,
+    Elasticity, Inflation, Material, Selection, SelectionError, SelectionPose, Stiffness, StiffnessFactors,
+    Zone,
 };
 use crate::error::Error;
 use crate::range::{RangeError, in_range};
@@ -77,7 +78,7 @@ impl Body {
         self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 
-    /// Multiplies the stiffness factors of a part of the body, from the next step on: see
+    /// Multiplies the stiffness factors of a part of the body, and its [rest volume](Zone::inflate), from the next step on: see
     /// [`set_stiffness_factors`](Self::set_stiffness_factors). The body is at frame 0: see [`zone_at`](Self::zone_at).
     ///
     /// # Errors
@@ -87,55 +88,60 @@ impl Body {
         self.zone_at(zone, SelectionPose::Start)
     }
 
-    /// Multiplies the stiffness factors of a part of the body in a pose, from the next step on.
+    /// Multiplies the stiffness factors of a part of the body in a pose, and its rest volume, from the next step on.
     ///
     /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they
     /// need not contain a mesh vertex.
     ///
     /// # Errors
     ///
-    /// An empty or invalid selection, a factor or a product of factors out of range, or a stiffness alpha per step
-    /// whose product with the greatest factor exceeds 1. The factors are then unchanged.
+    /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha per step
+    /// whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
         let factor =
             in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
-        let mut factors =
-            self.stiffness_factors().map_or_else(|| vec![1.0; self.lattice.len()], <[f64]>::to_vec);
-        self.multiply_factors((&zone.selection, self.pose_of(pose)), factor, &mut factors)?;
-        let greatest = factors.iter().copied().fold(0.0, f64::max);
-        in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
-        self.set_stiffness_factors(Some(&factors))
-    }
-
-    /// Multiplies the factors of the lattice vertices in and beside a zone.
-    fn multiply_factors(
-        &self,
-        (selection, pose): (&Selection, SelectionPose),
-        factor: f64,
-        factors: &mut [f64],
-    ) -> Result<(), SelectionError> {
-        selection.validate()?;
-        let count = factors.len();
-        let points = self.lattice_at(pose);
-        let is_list = matches!(selection, Selection::Vertices(_));
-        let mut is_empty = true;
-        if !is_list {
-            for (point, value) in points.iter().zip(&mut *factors) {
-                let share = 1.0 - selection.distance(point) / self.lattice.cell_size();
-                if share > 0.0 {
-                    *value *= factor.powf(share);
-                    is_empty = false;
-                }
+        zone.inflate.iter().try_for_each(Inflation::validate)?;
+        let shares = self.zone_shares(&zone.selection, pose)?;
+        if factor != 1.0 || zone.inflate.is_none() {
+            let mut factors =
+                self.stiffness_factors().map_or_else(|| vec![1.0; self.lattice.len()], <[f64]>::to_vec);
+            for (value, &share) in factors.iter_mut().zip(&shares).filter(|(_, share)| **share > 0.0) {
+                *value *= factor.powf(share);
             }
+            let greatest = factors.iter().copied().fold(0.0, f64::max);
+            in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
+            self.set_stiffness_factors(Some(&factors))?;
         }
-        if is_empty {
-            // An empty shape is an error, with the distance to the nearest vertex.
-            let selected = selection.lattice_vertices(points, count, |vertex| [vertex]);
-            for vertex in selected.map_err(|error| error.at(pose))? {
-                factors[vertex as usize] *= factor;
-            }
+        if let Some(ratio) = &zone.inflate {
+            self.inflation.get_or_insert_default().add_zone(ratio.clone(), shares);
         }
         Ok(())
+    }
+
+    /// Returns the share of each lattice vertex in a zone: 1 inside, from where it decreases linearly to 0 over the length of a
+    /// cell. A list of vertices has no such border.
+    pub(super) fn zone_shares(
+        &self,
+        selection: &Selection,
+        pose: SelectionPose,
+    ) -> Result<Vec<f64>, SelectionError> {
+        selection.validate()?;
+        let pose = self.pose_of(pose);
+        let points = self.lattice_at(pose);
+        let mut shares = vec![0.0; self.lattice.len()];
+        if !matches!(selection, Selection::Vertices(_)) {
+            for (point, share) in points.iter().zip(&mut shares) {
+                *share = (1.0 - selection.distance(point) / self.lattice.cell_size()).max(0.0);
+            }
+        }
+        if shares.iter().all(|&share| share == 0.0) {
+            // An empty shape is an error, with the distance to the nearest vertex.
+            let selected = selection.lattice_vertices(points, shares.len(), |vertex| [vertex]);
+            for vertex in selected.map_err(|error| error.at(pose))? {
+                shares[vertex as usize] = 1.0;
+            }
+        }
+        Ok(shares)
     }
 }
 

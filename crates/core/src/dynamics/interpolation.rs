@@ -34,14 +34,53 @@ impl Interpolation {
     }
 }
 
+/// Returns the value of a coordinate at `time`, where `keys` are keyframes in order of time. Before the first and after the
+/// last keyframe it is constant; without keyframes it is 0.
+pub(super) fn value_at<K>(
+    keys: &[K],
+    (time, interpolation): (f64, Interpolation),
+    time_of: impl Fn(&K) -> f64,
+    value_of: impl Fn(&K) -> f64,
+) -> f64 {
+    let after = keys.partition_point(|key| time_of(key) <= time);
+    match (after.checked_sub(1).map(|k| &keys[k]), keys.get(after)) {
+        (Some(previous), Some(next)) => {
+            let length = time_of(next) - time_of(previous);
+            let s = (time - time_of(previous)) / length;
+            let [a, b] = [previous, next].map(&value_of);
+            match interpolation {
+                Interpolation::Linear => a + s * (b - a),
+                Interpolation::Smooth => a + smooth(s) * (b - a),
+                Interpolation::Cubic => {
+                    let slopes =
+                        [after - 1, after].map(|key| length * slope_at(keys, key, &time_of, &value_of));
+                    hermite(a, b, slopes, s)
+                }
+            }
+        }
+        (Some(only), None) | (None, Some(only)) => value_of(only),
+        (None, None) => 0.0,
+    }
+}
+
+/// Returns the slope of the cubics of a coordinate at a keyframe, per second. The motion begins and ends at rest.
+fn slope_at<K>(keys: &[K], key: usize, time_of: impl Fn(&K) -> f64, value_of: impl Fn(&K) -> f64) -> f64 {
+    let (Some(before), Some(after)) = (key.checked_sub(1), keys.get(key + 1)) else { return 0.0 };
+    let (before, at) = (&keys[before], &keys[key]);
+    slope(
+        [value_of(at) - value_of(before), value_of(after) - value_of(at)],
+        [time_of(at) - time_of(before), time_of(after) - time_of(at)],
+    )
+}
+
 /// Returns the share of the way from rest to rest: the cubic with slope zero at s = 0 and s = 1.
-pub(super) fn smooth(s: f64) -> f64 {
+fn smooth(s: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
 /// Returns the cubic Hermite polynomial from `a` at s = 0 to `b` at s = 1, with the slopes `[start, end]` in units of
 /// s.
-pub(super) fn hermite(a: f64, b: f64, [start, end]: [f64; 2], s: f64) -> f64 {
+fn hermite(a: f64, b: f64, [start, end]: [f64; 2], s: f64) -> f64 {
     let rest = 1.0 - s;
     a + (b - a) * smooth(s) + s * rest * (rest * start - s * end)
 }
@@ -49,7 +88,7 @@ pub(super) fn hermite(a: f64, b: f64, [start, end]: [f64; 2], s: f64) -> f64 {
 /// Returns the slope at a keyframe between two intervals of the lengths `lengths`, in which a value changes by
 /// `changes`: a weighted harmonic mean of the slopes of the two (Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5,
 /// 300), zero if they differ in sign. With it the Hermite cubics of both intervals are monotone.
-pub(super) fn slope(changes: [f64; 2], lengths: [f64; 2]) -> f64 {
+fn slope(changes: [f64; 2], lengths: [f64; 2]) -> f64 {
     let [before, after] = [changes[0] / lengths[0], changes[1] / lengths[1]];
     if before * after <= 0.0 {
         return 0.0;

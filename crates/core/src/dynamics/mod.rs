@@ -6,7 +6,9 @@
 //! | `plasticity` | yield strain, creep and greatest plastic strain |
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
 //! | `stiffness_factors` | the factors with which the stiffness varies over a body |
+//! | `inflation` | rest volumes that change over time |
 //! | `interpolation` | interpolation between keyframes |
+//! | `curve` | keyframed numbers |
 //! | `motion` | keyframed rigid motion of handles and colliders |
 //! | `drive` | motion of a driven collider to a target pose |
 //! | `handle` | descriptions of pins and handles |
@@ -27,6 +29,7 @@
 mod constraint;
 mod constraints;
 mod coupling;
+mod curve;
 mod damping;
 mod deflection;
 mod drive;
@@ -36,6 +39,7 @@ mod energy;
 mod follow;
 mod forces;
 mod handle;
+mod inflation;
 mod integration;
 mod interpolation;
 mod lowest_mode;
@@ -49,6 +53,7 @@ mod stiffness_factors;
 pub use constraint::{Constraint, ConstraintError};
 pub use constraints::Constraints;
 pub(crate) use coupling::{CoupledComponent, Coupling};
+pub use curve::{Curve, CurveKey};
 pub(crate) use damping::RegionDamper;
 pub(crate) use drive::Drive;
 pub(crate) use elastic_damping::ElasticDamper;
@@ -58,6 +63,7 @@ pub(crate) use energy::EnergyLimiter;
 pub(crate) use follow::BodyMesh;
 pub(crate) use forces::Forces;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
+pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
 pub use interpolation::Interpolation;
 pub(crate) use lowest_mode::lowest_eigenvalue;

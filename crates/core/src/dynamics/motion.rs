@@ -88,6 +88,16 @@ pub enum MotionError {
     },
 }
 
+impl MotionError {
+    /// Checks that the time of a keyframe is after that of the one before.
+    pub(super) fn check_order(key: usize, time: f64, before: Option<f64>) -> Result<(), Self> {
+        match before {
+            Some(previous) if time <= previous => Err(Self::NotIncreasing { key, time, previous }),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl Motion {
     /// Creates the motion along the keyframes `keys`, in strictly increasing order of time.
     ///
@@ -104,10 +114,7 @@ impl Motion {
                     return Err(MotionError::NotFinite { key: index, name, value });
                 }
             }
-            if index > 0 && key.time <= keys[index - 1].time {
-                let previous = keys[index - 1].time;
-                return Err(MotionError::NotIncreasing { key: index, time: key.time, previous });
-            }
+            MotionError::check_order(index, key.time, index.checked_sub(1).map(|before| keys[before].time))?;
         }
         Ok(Self { keys, interpolation: Interpolation::Linear })
     }
@@ -144,41 +151,11 @@ impl Motion {
 
     /// Returns the displacement and the interpolated Euler angles at `time`, in seconds.
     pub(crate) fn euler_pose(&self, time: f64) -> EulerPose {
-        let after = self.keys.partition_point(|key| key.time <= time);
-        match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
-            (Some(previous), Some(next)) => {
-                let s = (time - previous.time) / (next.time - previous.time);
-                match self.interpolation {
-                    Interpolation::Linear => previous.pose().lerp(&next.pose(), s),
-                    Interpolation::Smooth => previous.pose().lerp(&next.pose(), interpolation::smooth(s)),
-                    Interpolation::Cubic => self.cubic(after, s),
-                }
-            }
-            (Some(only), None) | (None, Some(only)) => only.pose(),
-            (None, None) => EulerPose::default(),
-        }
-    }
-
-    /// Returns the pose at the share `s` of the time from keyframe `next - 1` to keyframe `next`, on cubics.
-    fn cubic(&self, next: usize, s: f64) -> EulerPose {
-        let length = self.keys[next].time - self.keys[next - 1].time;
+        let at = (time, self.interpolation);
         let value = |of: fn(&Key) -> &[f64; 3]| {
-            std::array::from_fn(|c| {
-                let slopes = [next - 1, next].map(|key| length * self.slope(key, |key| of(key)[c]));
-                interpolation::hermite(of(&self.keys[next - 1])[c], of(&self.keys[next])[c], slopes, s)
-            })
+            std::array::from_fn(|c| interpolation::value_at(&self.keys, at, |key| key.time, |key| of(key)[c]))
         };
         EulerPose { translate: value(|key| &key.translate), rotate: value(|key| &key.rotate) }
-    }
-
-    /// Returns the slope of the cubics of a coordinate at a keyframe, per second. The motion begins and ends at rest.
-    fn slope(&self, key: usize, of: impl Fn(&Key) -> f64) -> f64 {
-        let (Some(before), Some(after)) = (key.checked_sub(1), self.keys.get(key + 1)) else { return 0.0 };
-        let (before, at) = (&self.keys[before], &self.keys[key]);
-        interpolation::slope(
-            [of(at) - of(before), of(after) - of(at)],
-            [at.time - before.time, after.time - at.time],
-        )
     }
 
     /// Returns the greatest speed, in scene units per second, of a point at the distance `radius` from the center of
@@ -197,7 +174,8 @@ impl Motion {
                 // The slope of 3 s² - 2 s³ is at most 3/2.
                 Interpolation::Smooth => 1.5 * speed(&a.pose(), &b.pose(), length),
                 Interpolation::Cubic => (0..16).fold(0.0, |greatest: f64, part| {
-                    let [from, to] = [part, part + 1].map(|part| self.cubic(next, f64::from(part) / 16.0));
+                    let [from, to] = [part, part + 1]
+                        .map(|part| self.euler_pose(a.time + length * f64::from(part) / 16.0));
                     greatest.max(speed(&from, &to, length / 16.0))
                 }),
             }

@@ -1,12 +1,13 @@
 //! Stiffness factors, with which the stiffness varies over a body.
 
+use super::curve::Curve;
 use super::selection::Selection;
 use crate::range::{RangeError, in_range};
 
 /// Least factor in force. The sums of the factors of regions are in f32.
 const LEAST: f64 = 1e-6;
 
-/// A part of a body with another stiffness.
+/// A part of a body with another stiffness or rest volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zone {
     /// The part: the lattice vertices inside the shape, or a list of lattice vertices. Around a shape, the logarithm of
@@ -14,12 +15,22 @@ pub struct Zone {
     pub selection: Selection,
     /// Factor of Young's modulus, in (0, 100]. Factors of overlapping zones multiply; the products have the same range.
     pub factor: f64,
+    /// Ratio of the rest volume of the part to that of the mesh, in [0.1, 10], over time; default 1. It multiplies the ratios
+    /// of the body and of overlapping zones; the products are limited to the same range. The logarithm of the ratio has the
+    /// border of the factor.
+    pub inflate: Option<Curve>,
 }
 
 impl Zone {
     /// Creates a zone.
     pub fn new(selection: Selection, factor: f64) -> Self {
-        Self { selection, factor }
+        Self { selection, factor, inflate: None }
+    }
+
+    /// Returns the zone with another ratio of the rest volume.
+    #[must_use]
+    pub fn inflated(self, ratio: impl Into<Curve>) -> Self {
+        Self { inflate: Some(ratio.into()), ..self }
     }
 }
 

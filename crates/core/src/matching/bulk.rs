@@ -19,15 +19,18 @@
 //! in place of R, with Y = P D. P Fᵀ is symmetric, so that the term exerts no torque. With k = 3 ν/(1 - 2 ν), Poisson's
 //! ratio is ν, the shear modulus that of k = 0, and the bulk modulus 1 + k times that of k = 0. The second derivatives of W
 //! in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
+//!
+//! A region that is inflated to s times its volume is σ = ∛s times as long at rest. Its potential is that of F/σ, times σ²,
+//! so that T = σ (R - k Y(F/σ)). Its frequencies do not depend on s.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::algebra::times;
+use super::algebra::{inverse, times};
 use super::cascade::RegionTransform;
 use super::goals::{FitRotations, Pair, twice_trace};
 use super::rotation::columns;
 use super::spreads::InverseSpreads;
-use crate::simd::lanes::Block;
+use crate::simd::lanes::{Block, Lanes, load_two};
 
 /// Sizes q + 4 d² from here on have no volume term: their squares come near the greatest f32.
 const GREATEST_SIZE: f32 = 1e15;
@@ -37,13 +40,39 @@ pub(crate) fn bulk_of(poisson_ratio: f64) -> f64 {
     3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
 }
 
+/// The ratio s of the rest volume around each lattice vertex to that of the lattice.
+pub(crate) enum VolumeRatios<'a> {
+    /// The same around all vertices.
+    Uniform(f64),
+    /// One for each vertex.
+    Vertices(&'a dyn Fn(usize) -> f64),
+}
+
+/// The rest volumes of the regions, and how strongly they keep them.
+#[derive(Clone, Copy)]
+pub(super) struct RestVolumes<'a> {
+    pub(super) inverse_spreads: &'a InverseSpreads,
+    /// k, or 0 without a volume term.
+    pub(super) bulk: f32,
+    /// σ of each region; `None` if none is inflated.
+    pub(super) inflation: Option<&'a Lanes<1>>,
+}
+
+impl RestVolumes<'_> {
+    /// Returns σ of the regions of two blocks; `None` if no region is inflated.
+    #[inline(always)]
+    pub(super) fn sigma<S: Simd>(&self, simd: S, [a, b]: [usize; 2]) -> Option<f32x16<S>> {
+        let blocks = self.inflation?.blocks();
+        let [sigma] = load_two(simd, [&blocks[a], &blocks[b]]);
+        Some(sigma)
+    }
+}
+
 /// The region transform that fits a rotation to each region, and adds its volume term. Its memory is the quaternion of the
 /// rotation, as of [`FitRotations`].
 pub(super) struct FitBulk<'a> {
     pub(super) fit: FitRotations<'a>,
-    pub(super) inverse_spreads: &'a InverseSpreads,
-    /// k.
-    pub(super) bulk: f32,
+    pub(super) volumes: RestVolumes<'a>,
 }
 
 impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
@@ -52,22 +81,46 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
         for index in (0..sums.len()).step_by(2) {
             let pair = Pair::new(first, index, sums.len());
             let (inverse_mass, means) = self.fit.means(simd, pair, sums);
-            let spread = self.inverse_spreads.load_two(simd, pair.blocks);
-            let is_isotropic = self.inverse_spreads.are_isotropic(pair.blocks);
-            let term = match is_isotropic {
-                true => VolumeTerm::of_isotropic(simd, &means.central, spread[0], self.bulk),
-                false => VolumeTerm::new(simd, &times(&means.central, spread), spread, self.bulk),
+            let RestVolumes { inverse_spreads, bulk, .. } = self.volumes;
+            let spread = inverse_spreads.load_two(simd, pair.blocks);
+            let sigma = self.volumes.sigma(simd, pair.blocks);
+            // A of F/σ.
+            let a =
+                sigma.map_or(means.central, |sigma| scaled(means.central, f32x16::splat(simd, 1.0) / sigma));
+            let term = match inverse_spreads.are_isotropic(pair.blocks) {
+                true => VolumeTerm::of_isotropic(simd, &a, spread[0], bulk),
+                false => VolumeTerm::new(simd, &times(&a, spread), spread, bulk),
             };
             let q = self.fit.rotate(simd, pair, (means.mean, means.central), quaternions);
             let r = columns(simd, q);
             if let Some(potential) = self.fit.potential {
-                let u = twice_trace(&means.central, &r) - term.energy;
+                let u = twice_trace(&a, &r) - term.energy;
+                let u = sigma.map_or(u, |sigma| inflated(u, sigma, inverse(simd, spread)));
                 let masses = (inverse_mass, self.fit.factors);
                 potential.store(pair.blocks, self.fit.occupied(pair), masses, means.mean, u);
             }
-            self.fit.store(simd, pair, (means.mean, means.d), term.subtract_from(r), sums);
+            let t = term.subtract_from(r);
+            let t = sigma.map_or(t, |sigma| scaled(t, sigma));
+            self.fit.store(simd, pair, (means.mean, means.d), t, sums);
         }
     }
+}
+
+/// Multiplies a matrix.
+#[inline(always)]
+pub(super) fn scaled<S: Simd>(mut matrix: [f32x16<S>; 9], factor: f32x16<S>) -> [f32x16<S>; 9] {
+    for i in 0..9 {
+        matrix[i] *= factor;
+    }
+    matrix
+}
+
+/// Returns u of [`PotentialSums::store`](super::goals::PotentialSums::store) for inflated regions with the rest spread `c`,
+/// from `u` of the regions that are as much smaller: σ² u less the change of the trace of C.
+#[inline(always)]
+pub(super) fn inflated<S: Simd>(u: f32x16<S>, sigma: f32x16<S>, c: [f32x16<S>; 6]) -> f32x16<S> {
+    let trace = c[0] + c[1] + c[2];
+    (sigma * sigma).mul_add(u - trace, trace)
 }
 
 /// The volume term of regions.
@@ -95,10 +148,7 @@ impl<S: Simd> VolumeTerm<S> {
     /// Computes the term of regions whose inverse spreads are `t` times the identity, so that D is the identity. `a` is A.
     #[inline(always)]
     fn of_isotropic(simd: S, a: &[f32x16<S>; 9], t: f32x16<S>, bulk: f32) -> Self {
-        let mut f = *a;
-        for i in 0..9 {
-            f[i] *= t;
-        }
+        let f = scaled(*a, t);
         let cofactors = cofactors(&f);
         let (motion, energy) = slope(simd, &f, (&cofactors, &cofactors), bulk);
         Self { motion, energy: energy * inverse_or_zero(simd, t) }

@@ -2,15 +2,15 @@
 //!
 //! F = A C⁻¹ is the matrix for which F y is closest to x - c over the vertices of a region, where y = x⁰ - c⁰, with the
 //! rest spread C = M⁻¹ Σ m/n y yᵀ (Müller et al. 2005, the product A_pq A_qq of section 4.2). In its plastic shape S, a
-//! region is stretched by F S⁻¹.
+//! region is stretched by F S⁻¹. Of a region that is inflated to σ³ times its volume, F is divided by σ, its stretch at rest.
 
-use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x16};
 
 use super::algebra::{inverse, times};
+use super::bulk::{RestVolumes, scaled};
 use super::cascade::RegionTransform;
 use super::goals::{Means, Pair};
 use super::plastic::shape;
-use super::spreads::InverseSpreads;
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 use crate::simd::level;
@@ -33,7 +33,7 @@ pub(super) struct MeasureGradients<'a, T> {
     pub(super) fit: &'a T,
     /// 1/M and d of each region.
     pub(super) constants: &'a Lanes<4>,
-    pub(super) inverse_spreads: &'a InverseSpreads,
+    pub(super) volumes: RestVolumes<'a>,
     pub(super) least: f32,
 }
 
@@ -92,8 +92,10 @@ impl<T> MeasureGradients<'_, T> {
             let constants = load_two(simd, [&constants[a], &constants[b]]);
             let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
             let means: Means<f32x16<S>> = Means::new(constants, moments);
-            let inverse_spread = self.inverse_spreads.load_two(simd, [a, b]);
+            let inverse_spread = self.volumes.inverse_spreads.load_two(simd, [a, b]);
             let f = times(&means.central, inverse_spread);
+            let sigma = self.volumes.sigma(simd, [a, b]);
+            let f = sigma.map_or(f, |sigma| scaled(f, f32x16::splat(simd, 1.0) / sigma));
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
             let halves = split_two(simd, f);
             for half in [0, 1] {

@@ -30,7 +30,7 @@ mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
-pub(crate) use bulk::bulk_of;
+pub(crate) use bulk::{VolumeRatios, bulk_of};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
@@ -124,6 +124,12 @@ impl Matching {
         self.regions.bulk = bulk;
     }
 
+    /// Sets s of each lattice vertex, the ratio of the rest volume around it to that of the lattice: see [`bulk`]. `None`
+    /// removes the ratios. With them, the matching must have the rest spreads.
+    pub(crate) fn set_inflation(&mut self, ratios: Option<VolumeRatios>) {
+        self.regions.set_inflation(&self.layout, ratios);
+    }
+
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
     pub(crate) fn set_factors(&mut self, factors: Option<&[f32]>) {
         let regions = factors.map(|factors| {
@@ -207,21 +213,20 @@ impl Matching {
             potential,
         };
         let (parallel, quaternions) = ((workspace, executor), rotations.blocks_mut());
-        let bulk = self.regions.bulk;
-        match (shapes, &self.regions.inverse_spreads) {
-            (Shapes::Rest, Some(inverse_spreads)) if bulk != 0.0 => {
-                let fit = FitBulk { fit, inverse_spreads, bulk };
+        match (shapes, self.regions.rest_volumes()) {
+            (Shapes::Rest, Some(volumes)) if volumes.bulk != 0.0 || volumes.inflation.is_some() => {
+                let fit = FitBulk { fit, volumes };
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Rest, _) | (_, None) => {
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
-            (Shapes::Plastic(strains), Some(inverse_spreads)) => {
-                let fit = FitPlastic { fit, inverse_spreads, bulk, strains };
+            (Shapes::Plastic(strains), Some(volumes)) => {
+                let fit = FitPlastic { fit, volumes, strains };
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
-            (Shapes::Flowing(strains, flow), Some(inverse_spreads)) => {
-                let fit = FitFlowing { fit, inverse_spreads, bulk, flow };
+            (Shapes::Flowing(strains, flow), Some(volumes)) => {
+                let fit = FitFlowing { fit, volumes, flow };
                 let memory = (quaternions, strains.blocks_mut());
                 self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }
@@ -239,11 +244,11 @@ impl Matching {
         purpose: Purpose,
     ) {
         let Self { layout, regions, cascade } = self;
-        let Regions { constants, inverse_spreads, .. } = regions;
+        let constants = &regions.constants;
         let field = Weighted { weights: regions.vector_weights(), vectors: positions.blocks() };
-        match (gradients, inverse_spreads) {
-            (Some(Gradients { values, stretched, least }), Some(inverse_spreads)) => {
-                let fit = MeasureGradients { fit, constants, inverse_spreads, least };
+        match (gradients, regions.rest_volumes()) {
+            (Some(Gradients { values, stretched, least }), Some(volumes)) => {
+                let fit = MeasureGradients { fit, constants, volumes, least };
                 if values.is_empty() {
                     let memory = (memory, stretched);
                     cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);

@@ -27,11 +27,10 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 use super::algebra::{adjugate, full, inverse, norm_squared, symmetric_product, times};
-use super::bulk::VolumeTerm;
+use super::bulk::{RestVolumes, VolumeTerm, inflated, scaled};
 use super::cascade::RegionTransform;
 use super::goals::{FitRotations, Means, Pair, twice_trace};
 use super::rotation::columns;
-use super::spreads::InverseSpreads;
 use crate::simd::lanes::{Block, Lanes, load_two, split_two, store};
 
 /// Least mean stretch: strains of regions that are crushed below it, or inverted, are relative to it. It is the mean
@@ -56,9 +55,7 @@ pub(crate) struct Flow {
 /// rotation, which is first the warm start and then the result.
 pub(super) struct FitPlastic<'a> {
     pub(super) fit: FitRotations<'a>,
-    pub(super) inverse_spreads: &'a InverseSpreads,
-    /// k of the [volume term](super::bulk), or 0.
-    pub(super) bulk: f32,
+    pub(super) volumes: RestVolumes<'a>,
     /// T of each region.
     pub(super) strains: &'a Lanes<6>,
 }
@@ -67,9 +64,7 @@ pub(super) struct FitPlastic<'a> {
 /// its memory is T of each region.
 pub(super) struct FitFlowing<'a> {
     pub(super) fit: FitRotations<'a>,
-    pub(super) inverse_spreads: &'a InverseSpreads,
-    /// k of the [volume term](super::bulk), or 0.
-    pub(super) bulk: f32,
+    pub(super) volumes: RestVolumes<'a>,
     pub(super) flow: Flow,
 }
 
@@ -80,7 +75,7 @@ impl RegionTransform<&mut [Block<4>]> for FitPlastic<'_> {
             let pair = Pair::new(first, index, sums.len());
             let strains = self.strains.blocks();
             let t = load_two(simd, [&strains[pair.blocks[0]], &strains[pair.blocks[1]]]);
-            let regions = (&self.fit, self.inverse_spreads, self.bulk);
+            let regions = (&self.fit, self.volumes);
             if is_any(t) {
                 fit::<S, true>(simd, regions, pair, t, sums, quaternions);
             } else {
@@ -123,7 +118,7 @@ impl FitFlowing<'_> {
         sums: &mut [Block<12>],
         (quaternions, strains): (&mut [Block<4>], &mut [Block<6>]),
     ) {
-        let regions = (&self.fit, self.inverse_spreads, self.bulk);
+        let regions = (&self.fit, self.volumes);
         let fitted = fit::<S, IS_SHAPED>(simd, regions, pair, t, sums, quaternions);
         if !fitted.may_yield::<IS_SHAPED>(simd, t, self.flow.yield_strain) {
             return;
@@ -145,7 +140,7 @@ impl FitFlowing<'_> {
 
 /// The fit of regions in their plastic shapes.
 struct Fitted<S: Simd> {
-    /// The deformation gradient F = A C⁻¹, column by column.
+    /// The deformation gradient F = A C⁻¹, column by column; F/σ of inflated regions.
     gradient: [f32x16<S>; 9],
     /// The rotation R of A S, column by column.
     r: [f32x16<S>; 9],
@@ -158,29 +153,34 @@ struct Fitted<S: Simd> {
 #[inline(always)]
 fn fit<S: Simd, const IS_SHAPED: bool>(
     simd: S,
-    (fit, inverse_spreads, bulk): (&FitRotations, &InverseSpreads, f32),
+    (fit, volumes): (&FitRotations, RestVolumes),
     pair: Pair,
     t: [f32x16<S>; 6],
     sums: &mut [Block<12>],
     quaternions: &mut [Block<4>],
 ) -> Fitted<S> {
     let (inverse_mass, means): (_, Means<f32x16<S>>) = fit.means(simd, pair, sums);
-    let inverse_spread = inverse_spreads.load_two(simd, pair.blocks);
-    let gradient = times(&means.central, inverse_spread);
-    let a = if IS_SHAPED { times(&means.central, shape(simd, t)) } else { means.central };
+    let inverse_spread = volumes.inverse_spreads.load_two(simd, pair.blocks);
+    let sigma = volumes.sigma(simd, pair.blocks);
+    let central =
+        sigma.map_or(means.central, |sigma| scaled(means.central, f32x16::splat(simd, 1.0) / sigma));
+    let gradient = times(&central, inverse_spread);
+    let a = if IS_SHAPED { times(&central, shape(simd, t)) } else { central };
     let r = columns(simd, fit.rotate(simd, pair, (means.mean, a), quaternions));
     // The plastic shape has the determinant 1, so that the volume term does not depend on it.
-    let term = (bulk != 0.0).then(|| VolumeTerm::new(simd, &gradient, inverse_spread, bulk));
+    let term = (volumes.bulk != 0.0).then(|| VolumeTerm::new(simd, &gradient, inverse_spread, volumes.bulk));
     if let Some(potential) = fit.potential {
-        let change = spread_change(inverse(simd, inverse_spread), t);
-        let mut u = twice_trace(&a, &r) - change;
+        let spread = inverse(simd, inverse_spread);
+        let mut u = twice_trace(&a, &r) - spread_change(spread, t);
         if let Some(term) = &term {
             u -= term.energy;
         }
+        let u = sigma.map_or(u, |sigma| inflated(u, sigma, spread));
         potential.store(pair.blocks, fit.occupied(pair), (inverse_mass, fit.factors), means.mean, u);
     }
     let g = if IS_SHAPED { times(&r, shape(simd, t)) } else { r };
     let motion = term.map_or(g, |term| term.subtract_from(g));
+    let motion = sigma.map_or(motion, |sigma| scaled(motion, sigma));
     fit.store(simd, pair, (means.mean, means.d), motion, sums);
     Fitted { gradient, r, g }
 }

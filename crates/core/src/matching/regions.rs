@@ -3,11 +3,12 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::bulk::{RestVolumes, VolumeRatios};
 use super::factors::Factors;
 use super::half_width::HalfWidth;
 use super::spreads::InverseSpreads;
 use crate::lattice::{Lattice, Layout, LooseCell, Masses};
-use crate::simd::lanes::{Block, LANES, Lanes};
+use crate::simd::lanes::{Block, LANES, Lanes, Row};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
 /// [`cascade`](super::cascade) defines which vertices a region contains.
@@ -37,6 +38,8 @@ pub(crate) struct Regions {
     pub(crate) inverse_spreads: Option<InverseSpreads>,
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
+    /// σ of each region: see [`bulk`](super::bulk). 1 in lanes without a region. `None` if no region is inflated.
+    inflation: Option<Lanes<1>>,
     half_width: HalfWidth,
 }
 
@@ -111,6 +114,7 @@ impl Regions {
             cells: None,
             inverse_spreads: None,
             bulk: 0.0,
+            inflation: None,
             half_width,
         }
     }
@@ -121,8 +125,8 @@ impl Regions {
         if self.cells.is_some() {
             return;
         }
-        let factors = self.factors.take();
-        *self = Self { factors, ..Self::of_windows(masses, layout, self.half_width) };
+        let (factors, inflation) = (self.factors.take(), self.inflation.take());
+        *self = Self { factors, inflation, ..Self::of_windows(masses, layout, self.half_width) };
     }
 
     /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; that of a cell is the mean of
@@ -140,6 +144,43 @@ impl Regions {
             }
             self.factors_of(layout, factors)
         });
+    }
+
+    /// Sets s of each vertex, the ratio of the rest volume around it. σ³ of a region is that of its center vertex, and of a
+    /// cell the mean of those of its corners. `None` removes the ratios.
+    pub(super) fn set_inflation(&mut self, layout: &Layout, ratios: Option<VolumeRatios>) {
+        let Some(ratios) = ratios else {
+            self.inflation = None;
+            return;
+        };
+        let mut sigma = self.inflation.take().unwrap_or_else(|| Lanes::zeros(layout.blocks()));
+        match ratios {
+            VolumeRatios::Uniform(ratio) => sigma.blocks_mut().fill([Row::all(ratio.cbrt() as f32)]),
+            VolumeRatios::Vertices(ratio) => {
+                sigma.blocks_mut().fill([Row::ZERO]);
+                for (vertex, &slot) in layout.slots().iter().enumerate() {
+                    let ratio = ratio(vertex) as f32;
+                    match self.cells {
+                        None => sigma.set(slot, [ratio]),
+                        Some(_) => {
+                            for cell in self.cells_around(layout, slot) {
+                                sigma.set(cell, [sigma.get(cell)[0] + ratio / 8.0]);
+                            }
+                        }
+                    }
+                }
+                for sigma in sigma.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
+                    *sigma = if *sigma > 0.0 { sigma.cbrt() } else { 1.0 };
+                }
+            }
+        }
+        self.inflation = Some(sigma);
+    }
+
+    /// Returns what changes the rest volumes of the regions, if they have rest spreads.
+    pub(super) fn rest_volumes(&self) -> Option<RestVolumes<'_>> {
+        let inverse_spreads = self.inverse_spreads.as_ref()?;
+        Some(RestVolumes { inverse_spreads, bulk: self.bulk, inflation: self.inflation.as_ref() })
     }
 
     /// Returns the factors of regions with their sums at the vertices.
@@ -252,7 +293,8 @@ impl Regions {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes)
             + self.cells.as_ref().map_or(0, |cells| cells.shares.bytes() + cells.occupied.len());
         let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, InverseSpreads::bytes);
-        self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads
+        let inflation = self.inflation.as_ref().map_or(0, Lanes::bytes);
+        self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads + inflation
     }
 
     /// Returns the half-width of the regions.
@@ -278,8 +320,8 @@ impl Regions {
     ///
     /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
     /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough. `strains` are
-    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y. With a volume term, 2 M k W/t of each
-    /// region is added, times s.
+    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y, and σ y in an inflated region. With a
+    /// volume term, 2 M σ² k W/t of each region is added, times s.
     pub(crate) fn misfit(
         &self,
         layout: &Layout,
@@ -313,15 +355,18 @@ impl Regions {
             let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
             let c = || self::spread(second.each_ref().map(|moment| moment[i] / mass[i]), d);
             let a = || Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row] / mass[i]);
+            let sigma = self.inflation.as_ref().map_or(1.0, |sigma| f64::from(sigma.get(slot)[0]));
             let change = strains.map_or(0.0, |strains| {
                 let t = symmetric(strains.get(slot));
-                (c() * (t * 2.0 + t * t)).trace() - 2.0 * (r.matrix().transpose() * a() * t).trace()
+                let of_shape = (c() * (t * 2.0 + t * t)).trace() * (sigma * sigma);
+                of_shape - 2.0 * sigma * (r.matrix().transpose() * a() * t).trace()
             });
             let volume = match self.bulk {
                 0.0 => 0.0,
-                bulk => 2.0 * f64::from(bulk) * volume_energy(a(), c()),
+                bulk => 2.0 * f64::from(bulk) * volume_energy(a() / sigma, c()) * (sigma * sigma),
             };
-            self.factor(slot) * (spread + rest_spread - 2.0 * product + mass[i] * (change + volume))
+            let misfit = spread + rest_spread * (sigma * sigma) - 2.0 * sigma * product;
+            self.factor(slot) * (misfit + mass[i] * (change + volume))
         };
         self.slots(layout).map(misfit_of).sum()
     }

@@ -23,6 +23,8 @@ pub struct Naive<'a> {
     factors: Option<Vec<f64>>,
     /// Poisson's ratio.
     poisson_ratio: f64,
+    /// The ratio of the rest volume around each vertex. `None` if all are 1.
+    ratios: Option<Vec<f64>>,
     /// The plastic shape of each region. `None` if all are the identity.
     shapes: Option<Vec<Matrix3<f64>>>,
     /// The vertices of each region. `None` if they are found again at each use.
@@ -41,7 +43,7 @@ pub struct RegionMotion {
     /// Rotation from the rest pose.
     pub rotation: Matrix3<f64>,
     /// Deformation gradient: the matrix F for which F y is closest to the position relative to `centroid`, where y is
-    /// the rest position relative to `rest_centroid`.
+    /// the rest position relative to `rest_centroid` times `stretch`.
     pub gradient: Matrix3<f64>,
     /// Plastic shape S: the region is fitted with S y in place of y.
     pub shape: Matrix3<f64>,
@@ -49,18 +51,20 @@ pub struct RegionMotion {
     pub volume_motion: Matrix3<f64>,
     /// k W/t: the potential of the volume term divided by the mass of the region and by alpha/dt².
     pub volume_energy: f64,
+    /// The cube root of the ratio by which the rest volume of the region is inflated.
+    pub stretch: f64,
 }
 
 impl RegionMotion {
     /// Returns the rotated lever arm of a rest position. `rest`: relative to the lattice's origin.
     fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.rotation * self.shape * (rest - self.rest_centroid)
+        self.rotation * self.shape * (rest - self.rest_centroid) * self.stretch
     }
 
     /// Returns the position to which the motion moves a rest position. `rest`: relative to the lattice's
     /// origin.
     fn goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.centroid + self.arm(rest) - self.volume_motion * (rest - self.rest_centroid)
+        self.centroid + self.arm(rest) - self.volume_motion * (rest - self.rest_centroid) * self.stretch
     }
 
     /// Returns the position to which the rigid motion, without the volume term, moves a rest position.
@@ -86,6 +90,7 @@ impl<'a> Naive<'a> {
             shares: None,
             factors: None,
             poisson_ratio,
+            ratios: None,
             shapes: None,
             listed: None,
         }
@@ -103,7 +108,7 @@ impl<'a> Naive<'a> {
         self
     }
 
-    /// Uses the masses in the fits, the stiffness factors and Poisson's ratio of a body.
+    /// Uses the masses in the fits, the stiffness factors, Poisson's ratio and the rest volumes of a body.
     ///
     /// # Panics
     ///
@@ -113,6 +118,7 @@ impl<'a> Naive<'a> {
         let mut naive =
             self.with_masses(body.fit_masses()).with_poisson_ratio(body.material().poisson_ratio());
         naive.shares = Some(body.cell_shares());
+        naive.ratios = Some(body.rest_volume_ratios());
         match body.stiffness_factors() {
             Some(factors) => naive.with_factors(factors.to_vec()),
             None => naive,
@@ -145,6 +151,18 @@ impl<'a> Naive<'a> {
     #[must_use]
     pub fn with_poisson_ratio(self, poisson_ratio: f64) -> Self {
         Self { poisson_ratio, ..self }
+    }
+
+    /// Uses rest volumes: `ratios` has the ratio of the rest volume around each vertex, as
+    /// [`Body::rest_volume_ratios`](crate::Body::rest_volume_ratios).
+    ///
+    /// # Panics
+    ///
+    /// If the number of ratios is not the number of lattice vertices.
+    #[must_use]
+    pub fn with_rest_volumes(self, ratios: Vec<f64>) -> Self {
+        assert_eq!(ratios.len(), self.lattice.len(), "`ratios` must match the lattice vertices");
+        Self { ratios: Some(ratios), ..self }
     }
 
     /// Uses plastic shapes: `shapes` has the plastic shape of each region, a symmetric matrix of determinant 1, as [`Body::plastic_shapes`](crate::Body::plastic_shapes).
@@ -184,12 +202,23 @@ impl<'a> Naive<'a> {
         0..self.region_count() as u32
     }
 
-    /// Returns the stiffness factor of a region: that of its center vertex, or the mean of those of the corners of a cell.
+    /// Returns the stiffness factor of a region.
     fn factor(&self, region: u32) -> f64 {
-        let Some(factors) = &self.factors else { return 1.0 };
+        self.at_region(self.factors.as_deref(), region)
+    }
+
+    /// Returns the cube root of the ratio of the rest volume of a region.
+    fn stretch(&self, region: u32) -> f64 {
+        self.at_region(self.ratios.as_deref(), region).cbrt()
+    }
+
+    /// Returns a number of a region: that of its center vertex, or the mean of those of the corners of a cell; 1 without
+    /// numbers.
+    fn at_region(&self, numbers: Option<&[f64]>, region: u32) -> f64 {
+        let Some(numbers) = numbers else { return 1.0 };
         match self.half_width.is_cell() {
-            true => self.members(region).iter().map(|&corner| factors[corner as usize]).sum::<f64>() / 8.0,
-            false => factors[region as usize],
+            true => self.members(region).iter().map(|&corner| numbers[corner as usize]).sum::<f64>() / 8.0,
+            false => numbers[region as usize],
         }
     }
 
@@ -263,11 +292,18 @@ impl<'a> Naive<'a> {
         let shape = |region: u32| {
             self.shapes.as_ref().map_or_else(Matrix3::identity, |shapes| shapes[region as usize])
         };
-        self.regions().map(|region| self.motion(&self.members(region), shape(region), positions)).collect()
+        let motion =
+            |region| self.motion(&self.members(region), (shape(region), self.stretch(region)), positions);
+        self.regions().map(motion).collect()
     }
 
-    /// Computes the motion of the region with the vertices `members` and a plastic shape.
-    fn motion(&self, members: &[u32], shape: Matrix3<f64>, positions: &[Vector3<f64>]) -> RegionMotion {
+    /// Computes the motion of the region with the vertices `members`, a plastic shape and the stretch at rest.
+    fn motion(
+        &self,
+        members: &[u32],
+        (shape, stretch): (Matrix3<f64>, f64),
+        positions: &[Vector3<f64>],
+    ) -> RegionMotion {
         let mass: f64 = members.iter().map(|&i| self.weight(i)).sum();
         let mean = |value: &dyn Fn(u32) -> Vector3<f64>| -> Vector3<f64> {
             members.iter().map(|&i| value(i) * self.weight(i)).sum::<Vector3<f64>>() / mass
@@ -282,7 +318,7 @@ impl<'a> Naive<'a> {
         }
         // The spread is singular only for a region of one vertex, which has no gradient.
         let inverse = spread.try_inverse().unwrap_or_else(Matrix3::zeros);
-        let gradient = moments * inverse;
+        let gradient = moments * inverse / stretch;
         let (volume_motion, volume_energy) = volume_term(&gradient, &(inverse * mass), self.poisson_ratio);
         RegionMotion {
             volume_motion,
@@ -293,6 +329,7 @@ impl<'a> Naive<'a> {
             rotation: rotation(&(moments * shape)),
             gradient,
             shape,
+            stretch,
         }
     }
 
@@ -382,7 +419,9 @@ impl<'a> Naive<'a> {
             let members = self.members(region);
             let distance = |i: u32| positions[i as usize] - motion.rigid_goal(self.rest(i));
             let sum: f64 = members.iter().map(|&i| self.weight(i) * distance(i).norm_squared()).sum();
-            self.factor(region) * self.share(region) * (sum + 2.0 * motion.mass * motion.volume_energy)
+            self.factor(region)
+                * self.share(region)
+                * (sum + 2.0 * motion.mass * motion.stretch.powi(2) * motion.volume_energy)
         };
         self.regions().zip(motions).map(of_region).sum::<f64>() / 2.0
     }

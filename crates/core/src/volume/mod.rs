@@ -66,6 +66,7 @@ mod surface;
 mod volumes;
 
 pub(crate) use clearance::{FindLimits, LimitSearch, Obstacles};
+pub(crate) use correction::RestRatios;
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use external_forces::{ExternalForce, HALF_FORCE};

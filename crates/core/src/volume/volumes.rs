@@ -50,16 +50,18 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        self.report_displayed(deformed, (deformed, None))
+        self.report_displayed(deformed, (deformed, None), None)
     }
 
     /// Reports the volumes of a deformed lattice without correction, before and after it was untangled and its surface
-    /// was flattened.
+    /// was flattened. `ratios` has the ratio of the rest volume of each component in force; `None` if all are 1.
     pub(crate) fn report_displayed(
         &self,
         deformed: &[[f32; 3]],
         (untangled, flattened): (&[[f32; 3]], Option<FlattenedSurface<'_>>),
+        ratios: Option<&[f64]>,
     ) -> VolumeReport {
+        let rest = self.rest_in_force(ratios);
         let before = self.evaluate_deformed(deformed, (deformed, None));
         let is_same = std::ptr::eq(deformed, untangled) && flattened.is_none();
         let after =
@@ -70,8 +72,8 @@ impl VolumeMeasures {
             let residual = residual(after - rest, rest);
             ComponentReport { rest, before, after, lambda: 0.0, residual, capped: false }
         };
-        let components = self.rest[last].iter().zip(&before[last]).zip(&after[last]).map(component).collect();
-        VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &after))
+        let components = rest[last].iter().zip(&before[last]).zip(&after[last]).map(component).collect();
+        VolumeReport::new(self.measures[last].kind(), components, self.volumes(&rest, &before, &after))
     }
 
     /// Reports the volumes of a deformed lattice before and after its correction.
@@ -84,17 +86,18 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        self.report_corrected_from(correction, components, deformed, (deformed, corrected, None))
+        self.report_corrected_from(correction, components, deformed, (deformed, corrected, None), None)
     }
 
     /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start` and its
-    /// surface was flattened.
+    /// surface was flattened. `ratios`: as in [`report_displayed`](Self::report_displayed).
     pub(crate) fn report_corrected_from(
         &self,
         correction: &Correction,
         components: &[ComponentReport],
         deformed: &[[f32; 3]],
         (start, corrected, flattened): (&[[f32; 3]], &[[f32; 3]], Option<FlattenedSurface<'_>>),
+        ratios: Option<&[f64]>,
     ) -> VolumeReport {
         let before = self.evaluate_deformed(deformed, (deformed, None));
         let after = self.evaluate_deformed(corrected, (start, flattened));
@@ -105,7 +108,8 @@ impl VolumeMeasures {
                 .zip(&before[preserved])
                 .for_each(|(component, before)| component.before = *before);
         }
-        VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
+        let volumes = self.volumes(&self.rest_in_force(ratios), &before, &after);
+        VolumeReport::new(correction.measure(), components, volumes)
     }
 
     /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
@@ -146,10 +150,25 @@ impl VolumeMeasures {
         self.measures.iter().map(volumes).collect()
     }
 
+    /// Returns the rest volume in force of each component by each measure.
+    fn rest_in_force(&self, ratios: Option<&[f64]>) -> Vec<Vec<f64>> {
+        let mut rest = self.rest.clone();
+        if let Some(ratios) = ratios {
+            rest.iter_mut()
+                .for_each(|rest| rest.iter_mut().zip(ratios).for_each(|(rest, ratio)| *rest *= ratio));
+        }
+        rest
+    }
+
     /// Returns the total volumes of the body by each measure.
-    fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
+    fn volumes(
+        &self,
+        rest: &[Vec<f64>],
+        before: &[Vec<f64>],
+        after: &[Vec<f64>],
+    ) -> Vec<(VolumeMeasure, Volumes)> {
         let total = |volumes: &[f64]| volumes.iter().sum();
-        let totals = self.rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {
+        let totals = rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {
             rest: total(rest),
             before: total(before),
             after: total(after),

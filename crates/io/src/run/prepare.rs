@@ -196,6 +196,7 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
         .join(data.join)
         .memory_limit(memory_limit())
         .material(data.material)
+        .inflate(data.inflate.clone())
         .placement(data.placement)
         .volume(data.volume)
         .refine(data.refine)

@@ -13,8 +13,8 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKey
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    BreakLimit, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Refine, Resolution,
-    Scale, SkinKind, TouchingOptions, VolumeOptions, Zone,
+    BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Refine,
+    Resolution, Scale, SkinKind, TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -139,6 +139,9 @@ pub struct BodyData {
     /// table `plastic`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
+    /// Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number or keyframes; default 1.
+    #[serde(with = "keys::inflate")]
+    pub inflate: Curve,
     /// The table `fracture`: when and how the body breaks; `None` if it does not break.
     #[serde(with = "keys::fracture", skip_serializing_if = "Option::is_none")]
     pub fracture: Option<FractureOptions>,
@@ -184,6 +187,7 @@ impl BodyData {
             resolution,
             join,
             material: Material::default(),
+            inflate: 1.0.into(),
             fracture: None,
             volume: VolumeOptions::default(),
             skin: SkinKind::default(),

@@ -156,7 +156,11 @@ fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError
 /// handles.
 fn check_parts(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     for (index, zone) in body.zones.iter().enumerate() {
-        check_box(&zone.selection, &field.at(&format!("zone.{index}")))?;
+        let field = field.at(&format!("zone.{index}"));
+        check_box(&zone.selection, &field)?;
+        if zone.factor == 0.0 {
+            return Err(field.missing("factor", hint_for("factor")));
+        }
     }
     let pins = body.pins.iter().enumerate().map(|(index, pin)| {
         let no_keys: &[Key] = &[];

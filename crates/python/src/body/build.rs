@@ -12,6 +12,7 @@ use super::fracture::read_fracture;
 use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
 use crate::arrays::{scale, vector};
+use crate::constraint::curve;
 use crate::error;
 use crate::interrupt::interruptible;
 use crate::lattice::{Lattice, resolution};
@@ -59,6 +60,7 @@ pub(super) fn body<'py>(
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
         .scale(settings.read("scale", scale)?.unwrap_or_default())
         .material(material::read(settings)?)
+        .inflate(settings.read("inflate", curve)?.unwrap_or_else(|| 1.0.into()))
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
         .skin(skin.unwrap_or_default())

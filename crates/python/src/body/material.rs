@@ -1,5 +1,6 @@
 //! Defines the material of `supple.Body` as properties that can be set between steps.
 
+use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,6 +10,7 @@ use super::Body;
 use super::plastic::read_plastic;
 use super::quantities::need_simulation;
 use crate::argument::{self, Settings, half_width, number};
+use crate::constraint::{curve, curve_to_python};
 use crate::error;
 
 /// Reads the material from the arguments of `supple.Body`. Mutually exclusive arguments must have been checked.
@@ -104,6 +106,28 @@ impl Body {
     fn set_poisson_ratio(&self, py: Python<'_>, ratio: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let ratio = ratio.map(|ratio| number(ratio, "poisson_ratio")).transpose()?;
         self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
+    }
+
+    /// Ratio of the rest volume to that of the mesh, in [0.1, 10]: a float, or what keyframes were set. Settable: a number, a list
+    /// of (time, value), or a dict with the keys keys and interpolation ("linear", "smooth" or "cubic").
+    ///
+    /// From the next step on the body grows or shrinks to it, and the volume correction keeps the volume of the mesh times
+    /// this ratio. Zones have ratios of their own beside it.
+    #[getter]
+    fn inflate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        curve_to_python(py, &self.read(py, supple::Body::inflate)?)
+    }
+
+    #[setter]
+    fn set_inflate(&self, py: Python<'_>, ratio: &Bound<'_, PyAny>) -> PyResult<()> {
+        let ratio = curve(ratio, "inflate")?;
+        self.with(py, |body| body.set_inflate(ratio))?.map_err(error::value)
+    }
+
+    /// Ratios of the rest volume around each lattice vertex to that of the lattice, as of the last step: (n,) float64.
+    #[getter]
+    fn rest_volume_ratios<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, self.read(py, supple::Body::rest_volume_ratios)?))
     }
 
     /// How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable; the

@@ -81,6 +81,9 @@ use crate::rotation::rotate_once;
 /// poisson_ratio : float
 ///     In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0: it keeps its width.
 ///     Steps are shorter for large ones: 2.6 times as many at 0.45.
+/// inflate : float or keyframes, default 1
+///     Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number, a list of (time, value), or a dict with the keys
+///     keys and interpolation ("linear", "smooth" or "cubic"). The body grows or shrinks to it.
 /// damping_ratio : float; or damping_rate : float
 ///     Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
 ///     mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
@@ -144,7 +147,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, inflate=1.0, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

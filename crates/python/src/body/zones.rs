@@ -1,6 +1,7 @@
 //! Defines the stiffness factors of `supple.Body`, with which the stiffness varies.
 
 use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::{SelectionPose, Zone};
@@ -12,31 +13,40 @@ use crate::{constraint, error};
 
 #[pymethods]
 impl Body {
-    /// Multiply the Young's modulus of a part of the body by a factor, from the next step on.
+    /// Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
     ///
-    /// Around a shape the logarithm of the factor decreases linearly to 0 over the length of a cell. Factors of
-    /// overlapping zones multiply.
+    /// Around a shape the logarithms of both decrease linearly to 0 over the length of a cell. Those of overlapping zones
+    /// multiply.
     ///
-    /// factor : float
+    /// factor : float, default 1
     ///     In (0, 100], and so are the products of overlapping zones.
+    /// inflate : float, or keyframes
+    ///     As of Body; the products of overlapping zones are limited to [0.1, 10].
     /// box, sphere, plane, vertices, at :
     ///     As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
     ///
     /// Raises ValueError if the shape contains no lattice vertex.
     #[pyo3(
-        signature = (factor, **options),
-        text_signature = "($self, factor, *, box=None, sphere=None, plane=None, vertices=None, at='now')"
+        signature = (factor=None, **options),
+        text_signature = "($self, factor=1.0, *, inflate=None, box=None, sphere=None, plane=None, vertices=None, at='now')"
     )]
     fn zone(
         &self,
         py: Python<'_>,
-        factor: &Bound<'_, PyAny>,
+        factor: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::from_call(options, "zone()", &constraint::SELECTION, &constraint::SHAPES)?;
+        let keys = [&constraint::SELECTION[..], &["inflate"]].concat();
+        let settings = Settings::from_call(options, "zone()", &keys, &constraint::SHAPES)?;
         let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
         let selection = constraint::selection(&settings, "zone()", self.count(py)?)?;
-        let zone = Zone::new(selection, number(factor, "factor")?);
+        let inflate = settings.read("inflate", constraint::curve)?;
+        if factor.is_none() && inflate.is_none() {
+            let message = "zone() needs a factor of Young's modulus, or inflate, a ratio of the rest volume";
+            return Err(PyTypeError::new_err(message));
+        }
+        let factor = factor.map_or(Ok(1.0), |factor| number(factor, "factor"))?;
+        let zone = Zone { inflate, ..Zone::new(selection, factor) };
         self.with(py, |body| body.zone_at(&zone, pose))?.map_err(error::from_core)
     }
 

@@ -36,22 +36,22 @@ impl Correction {
         reports: &mut [ComponentReport],
     ) {
         let Some(measure) = self.measure.as_mesh() else { return };
-        let CorrectionWorkspace { scratch, lambdas, flattened, .. } = workspace;
+        let mut steps = std::mem::take(&mut workspace.steps);
+        let CorrectionWorkspace { rest, scratch, lambdas, flattened, .. } = &mut *workspace;
         let surface = FlattenedSurface { table, embedding, displacements };
         let changes = flattened.update(measure, scratch, surface, lambdas);
-        let mut steps = std::mem::take(&mut workspace.steps);
         steps.clear();
         steps.resize(self.rest.len(), 0.0);
         for &(component, change) in changes {
             let component = component as usize;
             // A sliver that broke off has no volume to preserve.
-            if self.rest[component] == 0.0 {
+            let rest = rest[component];
+            if rest == 0.0 {
                 continue;
             }
             let lambda = lambdas[component];
             let volume = std::array::from_fn(|k| scratch.coefficients[component][k] + change[k]);
             let [c0, c1, c2, c3] = taylor(volume, lambda);
-            let rest = self.rest[component];
             // After untangling, `lambda` counts from the untangled positions, and the report from the deformed ones.
             let total = reports[component].lambda / self.cell_size;
             let limit = self.caps[component].max(total.abs());

@@ -53,7 +53,7 @@ pub struct Correction {
     cell_size: f64,
     /// Number of links over which the field fades in beside constrained vertices.
     ramp_links: u32,
-    /// Volume of each component at rest, in cubed cells.
+    /// Volume of each component of the rest shape, in cubed cells.
     rest: Vec<f64>,
     /// Greatest magnitude of `lambda` of each component, in cells.
     caps: Vec<f64>,
@@ -62,12 +62,22 @@ pub struct Correction {
     regional: Option<Regional>,
 }
 
+/// The ratios of the rest volumes in force to those of the rest shape.
+pub(crate) struct RestRatios<'a> {
+    /// One for each component.
+    pub(crate) components: &'a [f64],
+    /// The one around each vertex.
+    pub(crate) of_vertex: &'a dyn Fn(usize) -> f64,
+}
+
 /// Buffers and results of a [`Correction`].
 ///
 /// One workspace may serve several corrections in sequence. It stops allocating once its buffers have the
 /// size that the largest correction needs.
 #[derive(Clone, Debug, Default)]
 pub struct CorrectionWorkspace {
+    /// Rest volume of each component in force, in cubed cells.
+    rest: Vec<f64>,
     ramp: Option<Ramp>,
     scratch: Scratch,
     regional: RegionalScratch,
@@ -100,7 +110,8 @@ impl CorrectionWorkspace {
 
     /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
-        self.ramp.as_ref().map_or(0, Ramp::bytes)
+        size_of_val(&*self.rest)
+            + self.ramp.as_ref().map_or(0, Ramp::bytes)
             + self.scratch.bytes()
             + self.regional.bytes()
             + size_of_val(&*self.order)
@@ -199,6 +210,7 @@ impl Correction {
         forces: &[ExternalForce],
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
+        self.set_rest(workspace, None);
         let mut trust = Trust::default();
         if let Some(smoothing) = self.measure.smoothing() {
             smoothing.update_trust(deformed, &mut trust);
@@ -215,6 +227,16 @@ impl Correction {
     /// Returns whether each vertex moves by its own scale: the scope `regional`.
     pub(crate) fn is_regional(&self) -> bool {
         self.regional.is_some()
+    }
+
+    /// Sets the rest volumes to those of the body times `ratios`. It must be called before the other functions.
+    pub(crate) fn set_rest(&self, workspace: &mut CorrectionWorkspace, ratios: Option<&RestRatios>) {
+        let ratio = |component: usize| ratios.map_or(1.0, |ratios| ratios.components[component]);
+        workspace.rest.clear();
+        workspace.rest.extend(self.rest.iter().enumerate().map(|(component, rest)| rest * ratio(component)));
+        if let Some(regional) = &self.regional {
+            regional.set_rest(&mut workspace.regional, ratios.map(|ratios| ratios.of_vertex));
+        }
     }
 
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
@@ -283,7 +305,7 @@ impl Correction {
         self.evaluate(workspace, executor);
         workspace.lambdas.fill(0.0);
         for component in 0..self.rest.len() {
-            let excess = workspace.scratch.coefficients[component][0] - self.rest[component];
+            let excess = workspace.scratch.coefficients[component][0] - workspace.rest[component];
             self.report(workspace, component, excess);
         }
         workspace.has_surface = false;
@@ -359,7 +381,8 @@ impl Correction {
         self.evaluate(workspace, executor);
         for component in 0..self.rest.len() {
             let c = workspace.scratch.coefficients[component];
-            let root = smallest_root([c[0] - self.rest[component], c[1], c[2], c[3]], self.caps[component]);
+            let root =
+                smallest_root([c[0] - workspace.rest[component], c[1], c[2], c[3]], self.caps[component]);
             workspace.lambdas[component] = root.lambda;
             self.report(workspace, component, root.residual);
         }
@@ -390,7 +413,7 @@ impl Correction {
 
     /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.
     fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, excess: f64) {
-        let (cell_volume, rest) = (self.cell_size.powi(3), self.rest[component]);
+        let (cell_volume, rest) = (self.cell_size.powi(3), workspace.rest[component]);
         let residual = residual(excess, rest);
         workspace.reports[component] = ComponentReport {
             rest: rest * cell_volume,

@@ -124,7 +124,7 @@ impl Correction {
             let [c0, c1, c2, c3] = workspace.scratch.coefficients[component];
             let lambda = workspace.lambdas[component];
             let volume = c0 + lambda * (c1 + lambda * (c2 + lambda * c3));
-            self.report(workspace, component, volume - self.rest[component]);
+            self.report(workspace, component, volume - workspace.rest[component]);
         }
     }
 }

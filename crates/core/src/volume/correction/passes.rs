@@ -135,12 +135,12 @@ impl Correction {
 
     /// Stores the points and the results of the single cubic, and selects the components.
     fn begin_passes(&self, workspace: &mut CorrectionWorkspace) {
-        let CorrectionWorkspace { passes, reports, lambdas, scratch, .. } = workspace;
+        let CorrectionWorkspace { rest, passes, reports, lambdas, scratch, .. } = workspace;
         passes.start.clear();
         passes.start.extend_from_slice(&scratch.points);
         passes.components.clear();
         let coefficients = scratch.coefficients.iter().zip(&self.caps);
-        let results = reports.iter().zip(lambdas).zip(self.rest.iter().zip(coefficients));
+        let results = reports.iter().zip(lambdas).zip(rest.iter().zip(coefficients));
         passes.components.extend(results.map(|((report, lambda), (rest, (c, cap)))| Component {
             unsolved: report.capped && *cap > 0.0 && c[0] > FLAT * rest,
             single: [*lambda, report.residual * rest],
@@ -221,7 +221,7 @@ impl Correction {
         if !state.active {
             return;
         }
-        let ([c0, c1, c2, c3], rest) = (scratch.coefficients[component], self.rest[component]);
+        let ([c0, c1, c2, c3], rest) = (scratch.coefficients[component], workspace.rest[component]);
         let target = match field {
             Turned::Material => rest,
             Turned::Normals => pass_volume(c0, rest),

@@ -86,12 +86,17 @@ pub(super) struct RegionalScratch {
     previous: Vec<Block<2>>,
     /// The displacement of each point, as a multiple of its direction.
     scales: Scales,
+    /// Ratio of the rest volume of each region in force to that at rest. Empty if all are 1.
+    ratios: Vec<Row>,
 }
 
 impl RegionalScratch {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.regions) + size_of_val(&*self.previous) + self.scales.bytes()
+        size_of_val(&*self.regions)
+            + size_of_val(&*self.previous)
+            + self.scales.bytes()
+            + size_of_val(&*self.ratios)
     }
 
     /// Sets the sizes of the buffers.
@@ -170,6 +175,17 @@ impl Regional {
         self.blocks.bytes() + size_of_val(&*self.rest) + size_of_val(&*self.regions)
     }
 
+    /// Sets the ratio of the rest volume around each vertex; `None` if all are 1.
+    pub(super) fn set_rest(&self, scratch: &mut RegionalScratch, ratio: Option<&dyn Fn(usize) -> f64>) {
+        scratch.ratios.clear();
+        if let Some(ratio) = ratio {
+            scratch.ratios.resize(self.blocks.len(), Row::all(1.0));
+            for (vertex, &slot) in self.blocks.slots().iter().enumerate() {
+                scratch.ratios[slot as usize / LANES][slot as usize % LANES] = ratio(vertex) as f32;
+            }
+        }
+    }
+
     /// Computes the scales, and moves the points by them along their directions. Writes the displacements to `offsets`.
     ///
     /// The magnitude of each scale is below the cap of the component, `caps[component]`.
@@ -184,15 +200,18 @@ impl Regional {
         scratch.resize(&self.blocks);
         self.vertex_losses(executor, adjacency, points, scratch);
         self.sum_regions(executor, scratch);
-        let RegionalScratch { regions, scales, .. } = scratch;
+        let RegionalScratch { regions, scales, ratios, .. } = scratch;
         let rows = self.blocks.split(regions).zip(self.blocks.split(&mut scales.block_sums));
         executor.for_each(self.blocks.chunks().iter().zip(rows), |(chunk, (rows, sums))| {
             dispatch!(level(), simd => {
-                for (block, (row, sums)) in chunk.blocks.clone().zip(rows.iter_mut().zip(sums)) {
-                    let weights = weighted_scales(simd, load(simd, row), load(simd, &self.regions[block]));
-                    let (equation, block_sums) = equation(simd, weights, self.blocks.links(simd, block));
+                for (block, (row, block_sums)) in chunk.blocks.clone().zip(rows.iter_mut().zip(sums)) {
+                    let ratio = ratios.get(block).map(|ratio| f32x8::load_array_ref(simd, ratio));
+                    let (sums, rest) = (load(simd, row), load(simd, &self.regions[block]));
+                    let (sums, rest) = ratio.map_or((sums, rest), |ratio| grown(simd, sums, rest, ratio));
+                    let weights = weighted_scales(simd, sums, rest);
+                    let (equation, sums) = equation(simd, weights, self.blocks.links(simd, block));
                     store(equation, row);
-                    *sums = block_sums;
+                    *block_sums = sums;
                 }
             });
         });
@@ -290,6 +309,21 @@ fn weighted_scales<S: Simd>(simd: S, [loss, gradient]: [f32x8<S>; 2], rest: [f32
     let squared = gradient.mul_add(gradient, rest_squared * (MIN_GRADIENT * MIN_GRADIENT));
     let weight = (squared / rest_squared).min(f32x8::splat(simd, MAX_WEIGHT)) * DATA;
     [weight, weight * (wanted_gain * gradient / squared)]
+}
+
+/// Returns the loss and gradient, and the region at rest, of regions whose rest volumes are `ratio` times those at rest.
+#[inline(always)]
+fn grown<S: Simd>(
+    simd: S,
+    [loss, gradient]: [f32x8<S>; 2],
+    [volume, squared, factor]: [f32x8<S>; 3],
+    ratio: f32x8<S>,
+) -> ([f32x8<S>; 2], [f32x8<S>; 3]) {
+    let loss = (ratio - f32x8::splat(simd, 1.0)).mul_add(volume, loss);
+    // Gradients are areas: they grow as the power 2/3, their squares as 4/3.
+    let mut growth = ratio.to_array();
+    growth.iter_mut().for_each(|ratio| *ratio *= ratio.cbrt());
+    ([loss, gradient], [volume * ratio, squared * f32x8::load_array(simd, growth), factor])
 }
 
 /// Returns the scales, limited smoothly: nearly unchanged if they are small, and never beyond `cap`.

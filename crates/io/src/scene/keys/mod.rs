@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `material` | the keys of a material |
+//! | `curve` | numbers that may have keyframes |
 //! | `fracture` | the keys of the fracture of a body |
 //! | `parts` | the keys of pins, handles and zones, and of keyframes |
 //! | `ranges` | functions that read a number, vector or string and check its range |
@@ -10,6 +11,7 @@
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
 //! from the types of [`supple`].
 
+mod curve;
 pub(super) mod fracture;
 mod material;
 mod parts;
@@ -24,6 +26,7 @@ use supple::{
     SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
+pub(super) use curve::inflate;
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
 pub(super) use ranges::{
@@ -112,7 +115,7 @@ pub(super) fn hint_for(key: &str) -> &'static str {
     match key {
         "mesh" => "the path of an OBJ file, relative to the scene file",
         "keys" => "a list of keyframes like [{ time = 1, translate = [0, 1, 0] }]",
-        "factor" => "a factor of the stiffness in (0, 100]",
+        "factor" => "a factor of the stiffness in (0, 100]; or give `inflate`, a ratio of the rest volume",
         "ignore" => "a list of names of bodies like [\"eyes\"]",
         "vertices" => "a list of lattice vertices like [0, 5]",
         "time" => "a time in seconds",

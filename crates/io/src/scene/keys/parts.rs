@@ -4,8 +4,9 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
+use super::curve::optional_inflate;
 use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
-use supple::{Key, Pin, Selection, TimeWindow, Zone};
+use supple::{Curve, Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -21,8 +22,11 @@ struct PinKeys {
 struct ZoneKeys {
     #[serde(rename = "@selection", with = "SelectionKeys")]
     selection: Selection,
-    #[serde(deserialize_with = "stiffness_factor")]
+    /// 0 if it is missing.
+    #[serde(default, deserialize_with = "stiffness_factor")]
     factor: f64,
+    #[serde(default, with = "optional_inflate", skip_serializing_if = "Option::is_none")]
+    inflate: Option<Curve>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -70,8 +74,8 @@ fn is_infinite(number: &f64) -> bool {
     number.is_infinite()
 }
 
-/// Defines modules that serialize lists of a type through its `...Keys`. `$check` returns an error if a list
-/// is invalid.
+/// Defines modules that serialize lists of a type through its `...Keys`. `$check` completes a list, and
+/// returns an error if it is invalid.
 macro_rules! lists {
     ($($module:ident: $of:ident by $keys:literal, $check:expr;)*) => {$(
         pub(in crate::scene) mod $module {
@@ -86,9 +90,9 @@ macro_rules! lists {
             }
 
             pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Vec<$of>, D::Error> {
-                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(value)| value).collect();
-                let check: fn(&[$of]) -> Result<(), &str> = $check;
-                check(&list).map_err(D::Error::custom)?;
+                let mut list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(value)| value).collect();
+                let check: fn(&mut [$of]) -> Result<(), &str> = $check;
+                check(&mut list).map_err(D::Error::custom)?;
                 Ok(list)
             }
         }
@@ -97,7 +101,10 @@ macro_rules! lists {
 
 lists! {
     pins: Pin by "PinKeys", |_| Ok(());
-    zones: Zone by "ZoneKeys", |_| Ok(());
+    zones: Zone by "ZoneKeys", |list| {
+        list.iter_mut().filter(|zone| zone.factor == 0.0 && zone.inflate.is_some()).for_each(|zone| zone.factor = 1.0);
+        Ok(())
+    };
     keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
         true => Err("at least one keyframe like { time = 1, translate = [0, 1, 0] }"),
         false => Ok(()),

@@ -1,0 +1,184 @@
+//! Inflation: rest volumes that change over time.
+//!
+//! s is the ratio of the rest volume around a vertex to that of the mesh: s = s₀ Π s_z^share, with the ratio s₀ of the body,
+//! and the ratio of each zone and the share of the vertex in it, both at the end of the step. See `matching::bulk` for what
+//! the regions make of it.
+
+use super::Curve;
+use crate::matching::VolumeRatios;
+use crate::range::{RangeError, in_range};
+
+/// Least and greatest ratio of the rest volume.
+const RANGE: [f64; 2] = [0.1, 10.0];
+
+/// The ratios of the rest volume of a body and of its zones.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Inflation {
+    /// s₀.
+    body: InflatedPart,
+    zones: Vec<(InflatedPart, Vec<f64>)>,
+}
+
+/// The ratio of the rest volume of a part.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct InflatedPart {
+    curve: Curve,
+    /// The ratio as of the last step.
+    in_force: f64,
+}
+
+impl InflatedPart {
+    fn new(curve: Curve) -> Self {
+        Self { curve, in_force: 1.0 }
+    }
+
+    /// Returns whether the ratio is 1 and stays so.
+    fn is_idle(&self) -> bool {
+        self.in_force == 1.0 && self.curve.constant() == Some(1.0)
+    }
+}
+
+impl Default for Inflation {
+    fn default() -> Self {
+        Self { body: InflatedPart::new(1.0.into()), zones: Vec::new() }
+    }
+}
+
+impl Inflation {
+    /// Checks the range of a ratio.
+    pub(crate) fn validate(curve: &Curve) -> Result<(), RangeError> {
+        let [least, greatest] = RANGE;
+        curve.keys().iter().try_for_each(|key| {
+            in_range("inflate", key.value, (least..=greatest).contains(&key.value), "in [0.1, 10]").map(drop)
+        })
+    }
+
+    /// Returns the ratio of the body.
+    pub(crate) fn curve(&self) -> &Curve {
+        &self.body.curve
+    }
+
+    /// Sets the ratio of the body, from the next step on.
+    pub(crate) fn set_curve(&mut self, curve: Curve) {
+        self.body.curve = curve;
+    }
+
+    /// Adds a zone, in which each vertex has a share in [0, 1].
+    pub(crate) fn add_zone(&mut self, curve: Curve, shares: Vec<f64>) {
+        self.zones.push((InflatedPart::new(curve), shares));
+    }
+
+    fn parts_mut(&mut self) -> impl Iterator<Item = &mut InflatedPart> {
+        std::iter::once(&mut self.body).chain(self.zones.iter_mut().map(|(part, _)| part))
+    }
+
+    fn parts(&self) -> impl Iterator<Item = &InflatedPart> {
+        std::iter::once(&self.body).chain(self.zones.iter().map(|(part, _)| part))
+    }
+
+    /// Returns whether a ratio at `time` is not the one as of the last step.
+    pub(crate) fn changes_at(&self, time: f64) -> bool {
+        self.parts().any(|part| part.curve.value(time) != part.in_force)
+    }
+
+    /// Sets the ratios to those at `time`.
+    pub(crate) fn update(&mut self, time: f64) {
+        self.parts_mut().for_each(|part| part.in_force = part.curve.value(time));
+    }
+
+    /// Returns whether all ratios are 1 and stay so.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.parts().all(InflatedPart::is_idle)
+    }
+
+    /// Passes s as of the last step to `receive`.
+    pub(crate) fn pass(&self, receive: impl FnOnce(VolumeRatios)) {
+        match self.zones.is_empty() {
+            true => receive(VolumeRatios::Uniform(self.body.in_force)),
+            false => receive(VolumeRatios::Vertices(&|vertex| self.ratio(vertex))),
+        }
+    }
+
+    /// Computes the ratio of the rest volume of each of `components` parts: the mean of s over their vertices, weighted by mass.
+    /// `component_of` has the part of each vertex.
+    pub(crate) fn means(&self, components: usize, component_of: &[u32], masses: &[f32]) -> Vec<f64> {
+        let mut sums = vec![[0.0; 2]; components];
+        for (vertex, (&component, &mass)) in component_of.iter().zip(masses).enumerate() {
+            let [product, total] = &mut sums[component as usize];
+            *product += f64::from(mass) * self.ratio(vertex);
+            *total += f64::from(mass);
+        }
+        sums.into_iter().map(|[product, total]| product / total).collect()
+    }
+
+    /// Returns s of a vertex as of the last step, limited to [0.1, 10].
+    pub(crate) fn ratio(&self, vertex: usize) -> f64 {
+        let mut ratio = self.body.in_force;
+        for (part, shares) in &self.zones {
+            match shares[vertex] {
+                0.0 => {}
+                1.0 => ratio *= part.in_force,
+                share => ratio *= part.in_force.powf(share),
+            }
+        }
+        ratio.clamp(RANGE[0], RANGE[1])
+    }
+
+    /// Transfers the zones to a lattice whose vertices were split: `parents` has the vertex before of each vertex.
+    pub(crate) fn transfer(&mut self, parents: &[u32]) {
+        for (_, shares) in &mut self.zones {
+            *shares = parents.iter().map(|&parent| shares[parent as usize]).collect();
+        }
+    }
+
+    /// Returns whether all numbers are valid for a lattice with `vertices` vertices.
+    pub(crate) fn is_valid(&self, vertices: usize) -> bool {
+        let is_ratio = |ratio: f64| (RANGE[0]..=RANGE[1]).contains(&ratio);
+        self.parts().all(|part| {
+            Curve::new(part.curve.keys().to_vec()).is_ok()
+                && Self::validate(&part.curve).is_ok()
+                && is_ratio(part.in_force)
+        }) && self.zones.iter().all(|(_, shares)| {
+            shares.len() == vertices && shares.iter().all(|share| (0.0..=1.0).contains(share))
+        })
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.zones.iter().map(|(_, shares)| size_of_val(shares.as_slice())).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ratio_of_a_vertex_is_the_product_over_its_zones() {
+        let mut inflation = Inflation::default();
+        inflation.set_curve(2.0.into());
+        inflation.add_zone(4.0.into(), vec![0.0, 0.5, 1.0]);
+        inflation.add_zone(3.0.into(), vec![0.0, 0.0, 1.0]);
+        assert!(inflation.changes_at(0.0));
+        inflation.update(0.0);
+        assert!(!inflation.changes_at(1.0));
+        // The last product is limited.
+        assert_eq!([0, 1, 2].map(|vertex| inflation.ratio(vertex)), [2.0, 4.0, 10.0]);
+        inflation.transfer(&[1, 1, 0, 2]);
+        assert_eq!([0, 1, 2, 3].map(|vertex| inflation.ratio(vertex)), [4.0, 4.0, 2.0, 10.0]);
+        assert!(inflation.is_valid(4) && !inflation.is_valid(3));
+    }
+
+    #[test]
+    fn an_inflation_is_idle_once_all_ratios_stay_1() {
+        let mut inflation = Inflation::default();
+        inflation.set_curve(2.0.into());
+        inflation.update(0.0);
+        inflation.set_curve(1.0.into());
+        assert!(!inflation.is_idle());
+        inflation.update(0.0);
+        assert!(inflation.is_idle());
+    }
+}
