@@ -135,7 +135,7 @@ class SoftBodySettings(PropertyGroup):
         name="Material",
         description="Stiffness and damping of the body",
         items=MATERIALS,
-        default="RUBBER",
+        default="FLESH",
         override=OVERRIDABLE,
     )
     youngs_modulus: FloatProperty(

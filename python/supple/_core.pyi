@@ -320,7 +320,7 @@ class Body:
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
         join: bool = True,
-        material: _Material | None = "rubber",
+        material: _Material | None = "flesh",
         youngs_modulus: float | None = None,
         half_width: float | None = None,
         stiffness_radius: float | None = None,

@@ -34,7 +34,7 @@ impl Body {
         Ok(())
     }
 
-    /// Sets Poisson's ratio, from the next step on; `None` is the one of the elasticity. In a simulation, Young's modulus
+    /// Sets Poisson's ratio, from the next step on; `None` is the one of the material. In a simulation, Young's modulus
     /// and the regions are fixed as if the body joined the simulation at the next step.
     ///
     /// # Errors

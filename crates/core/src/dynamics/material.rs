@@ -50,14 +50,14 @@ pub enum RegionDamping {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preset {
-    /// k = 20, damping ratio 0.1.
+    /// k = 20, damping ratio 0.1, Poisson's ratio 0.45.
     Jelly,
-    /// k = 80, damping ratio 0.3.
-    Flesh,
-    /// k = 300, damping ratio 0.2. The default.
+    /// k = 80, damping ratio 0.3, Poisson's ratio 0.45. The default.
     #[default]
+    Flesh,
+    /// k = 300, damping ratio 0.2, Poisson's ratio 0.4.
     Rubber,
-    /// k = 1500, damping ratio 0.2.
+    /// k = 1500, damping ratio 0.2, Poisson's ratio 0.3.
     Firm,
 }
 
@@ -79,6 +79,11 @@ impl Preset {
     /// Returns the damping ratio.
     pub fn damping_ratio(self) -> f64 {
         [0.1, 0.3, 0.2, 0.2][self as usize]
+    }
+
+    /// Returns Poisson's ratio.
+    pub fn poisson_ratio(self) -> f64 {
+        [0.45, 0.45, 0.4, 0.3][self as usize]
     }
 
     /// Computes Young's modulus E of a body. `density` is ρ, `size` is L, and `gravity` is g.
@@ -161,10 +166,10 @@ pub enum Damping {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
-    /// Elasticity; default [`Preset::Rubber`].
+    /// Elasticity; default [`Preset::Flesh`].
     pub elasticity: Elasticity,
     /// Poisson's ratio ν, in [0, 0.47]: stretched by the share s, the body becomes narrower by the share ν s. `None`, the
-    /// default, is the one of the elasticity, 0: the body keeps its width. Steps are stable up to alpha = 1.5/(1 + k) with
+    /// default, is the one of the preset, and without a preset 0: the body keeps its width. Steps are stable up to alpha = 1.5/(1 + k) with
     /// k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see [`ElasticLaw`](crate::ElasticLaw).
     pub poisson_ratio: Option<f64>,
     /// How the half-width of the regions is chosen for a material or Young's modulus; default [`Accuracy::Balanced`].
@@ -299,9 +304,12 @@ impl Material {
         self.plastic.map_or(Ok(()), |plastic| plastic.validate())
     }
 
-    /// Returns Poisson's ratio, with the default of the elasticity if none is set.
+    /// Returns Poisson's ratio, with the default of the material if none is set.
     pub fn poisson_ratio(&self) -> f64 {
-        self.poisson_ratio.unwrap_or_default()
+        self.poisson_ratio.unwrap_or(match self.elasticity {
+            Elasticity::Preset(preset) => preset.poisson_ratio(),
+            _ => 0.0,
+        })
     }
 
     /// Returns the damping, with the default of the material if none is set.

@@ -65,7 +65,7 @@ use crate::rotation::rotate_once;
 ///     Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
 /// memory_limit : int, default half of the machine's memory
 ///     Limit in bytes of the memory of the body.
-/// material : "jelly", "flesh", "rubber" (default) or "firm"; or youngs_modulus : float
+/// material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float
 ///     What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
 ///     Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
 ///     the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
@@ -79,7 +79,8 @@ use crate::rotation::rotate_once;
 ///     steps), "balanced" (the least half-width with which a second of a scene takes at most 0.05 seconds, by an estimate),
 ///     or "exact" (regions of one cell: layers that are held or touched strain as the others do).
 /// poisson_ratio : float
-///     In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0: it keeps its width.
+///     In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0.45 for "jelly" and
+///     "flesh", 0.4 for "rubber", 0.3 for "firm", otherwise 0: it keeps its width.
 ///     Steps are shorter for large ones: 2.6 times as many at 0.45.
 /// inflate : float or keyframes, default 1
 ///     Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number, a list of (time, value), or a dict with the keys
@@ -147,7 +148,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, inflate=1.0, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='flesh', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, inflate=1.0, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
