@@ -17,3 +17,4 @@ mod rest;
 mod same_bits;
 mod saved_state;
 mod zones;
+mod zz;

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::{Body, StepContext};
-use crate::contact::Pressure;
 use crate::contact::bodies::{
     BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
     SEARCH_DISTANCE, SurfaceProperties,
@@ -13,7 +12,7 @@ use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
 use crate::range::in_range;
-use crate::state::{ContactForce, ContactKey, SearchedMotion, Touches};
+use crate::state::{ContactForce, SearchedMotion, Touches};
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
@@ -256,7 +255,7 @@ impl Body {
         }
         state.energy_limit = None;
         self.restore_momenta(executor);
-        let cell_mass = self.cell_mass();
+        let unit = self.impulse_unit() / dt;
         let Self { contacts, state, .. } = self;
         let touched = island.pairs_of(index).flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
@@ -265,13 +264,8 @@ impl Body {
         let touched = touched.filter(|(body, ..)| *body == index);
         let between = island.pairs_of(index).filter(|pair| pair.bodies[0] == index);
         let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
-        let unit = cell_mass * state.frame.cell_size() / dt;
         let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
-        let with_colliders =
-            pressures.map(|&Pressure { collider, vertex, normal, impulse, friction, .. }| {
-                let key = ContactKey::Collider { collider, vertex };
-                ContactForce { key, force: ((normal * impulse + friction) * unit).into() }
-            });
+        let with_colliders = pressures.map(|pressure| pressure.force(unit));
         let bodies = touched.map(|(_, component, other)| (component, other));
         // The bodies that the body touched when it fell asleep, and that still sleep, are not searched in this step.
         let keep = |other: u32| was_asleep && !between_bodies.is_pair(index, other);

@@ -11,7 +11,7 @@ use crate::fracture::Cracks;
 use crate::lattice::{Embedding, Lattice, Layout};
 use crate::matching::HalfWidth;
 use crate::range::in_range;
-use crate::state::{State, Touches};
+use crate::state::State;
 use crate::volume::{self, Correction, VolumeError, VolumeOptions};
 
 /// The saved state of a body: all data that steps and changes of settings modify. It can be restored in any
@@ -106,7 +106,7 @@ impl Body {
         self.update_shapes();
         self.pass_inflation();
         if self.body_contact.is_none() {
-            self.state.touches = Touches::default();
+            self.state.touches.forget_bodies();
         }
         self.measure_contact_bounds();
         let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);

@@ -27,7 +27,7 @@ use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
 use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
-use crate::state::Interval;
+use crate::state::{ContactKey, Interval};
 
 /// Inputs of a step that all bodies share.
 pub(crate) struct StepContext<'a> {
@@ -137,16 +137,13 @@ impl Body {
             }
             BodyContactPart::Alone => self.run_all(&STEP[FIRST_CONTACT_STAGE..], context, executor),
             BodyContactPart::Near => {
-                let Self { contacts, state, .. } = self;
-                if let Some(contacts) = contacts {
-                    contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
-                }
+                self.finish_alone(context);
                 self.finish_contacts(context);
                 self.apply_constraints(context);
             }
         }
-        if self.body_contact.is_some() && !matches!(part, BodyContactPart::InIsland { .. }) {
-            self.state.touches.clear();
+        if !matches!(part, BodyContactPart::InIsland { .. }) {
+            self.keep_contact_forces(context.interval.dt);
         }
         self.track_rest(context, executor);
     }
@@ -470,10 +467,33 @@ impl Body {
     /// Applies contact impulses and pushes samples out of colliders.
     fn resolve_contacts(&mut self, context: &StepContext) {
         self.detect_contacts(context);
-        if let Some(contacts) = &mut self.contacts {
-            contacts.finish_alone(&mut self.state.body_state(), context.colliders, context.interval);
-        }
+        self.finish_alone(context);
         self.finish_contacts(context);
+    }
+
+    /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
+    fn finish_alone(&mut self, context: &StepContext) {
+        let unit = self.impulse_unit() / context.interval.dt;
+        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        contacts.begin_with(|collider, vertex| {
+            state.touches.force(ContactKey::Collider { collider, vertex }) / unit
+        });
+        contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
+    }
+
+    /// Stores the forces of the contacts with colliders after a step of `dt` seconds in which no body was touched.
+    fn keep_contact_forces(&mut self, dt: f64) {
+        let unit = self.impulse_unit() / dt;
+        if self.body_contact.is_some() {
+            self.state.touches.clear();
+        }
+        let pressures = self.contacts.iter().flat_map(|contacts| contacts.pressures());
+        self.state.touches.set_forces(pressures.map(|pressure| pressure.force(unit)));
+    }
+
+    /// Returns the unit of the impulses of contacts with colliders, in scene units.
+    pub(super) fn impulse_unit(&self) -> f64 {
+        self.cell_mass() * self.lattice.cell_size()
     }
 
     /// Moves components out of colliders in which they began, and finds the contacts with colliders.

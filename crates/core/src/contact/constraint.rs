@@ -10,6 +10,12 @@ use super::patch::PatchSide;
 use super::posed_collider::PosedCollider;
 use super::vec4::{Vec4, dot, narrow, wide};
 
+/// Part of the overlap that a contact removes in a step.
+const OVERLAP_PART: f64 = 0.2;
+
+/// Greatest overlap in cells of which a contact removes a part in a step by its velocity.
+const GREATEST_OVERLAP: f64 = 0.01;
+
 /// Contact point of a patch during a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfacePoint {
@@ -18,6 +24,8 @@ pub(super) struct SurfacePoint {
     /// Distance of the surface beyond `position`, along the normal of the collider, in cells: see
     /// [`SampleCells::offset`](super::samples::SampleCells).
     pub(super) offset: f64,
+    /// Depth of the deepest sample at the end of the step below the surface of the collider, in cells; negative outside.
+    pub(super) deepest: f64,
     /// Velocity at the end of the step without contacts, in cells per second.
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
@@ -84,7 +92,10 @@ impl SurfacePoint {
         let target = if distance_before > SKIN && approach > min_bounce {
             collider.restitution * approach
         } else {
-            approach.min(0.0).max(-distance_before.max(0.0) / dt)
+            // The least distance of a sample before the step.
+            let distance = -self.deepest - dt * (velocity - surface).dot(&normal);
+            let part = if distance > 0.0 { 1.0 } else { OVERLAP_PART };
+            -distance.max(-GREATEST_OVERLAP) * part / dt
         };
         Contact {
             normal: narrow(normal),

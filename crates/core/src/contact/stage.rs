@@ -18,7 +18,7 @@ use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, Interval, Support};
+use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
@@ -26,6 +26,10 @@ pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 
 /// Penetration that is tolerated without a push-out, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
+
+/// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not give a
+/// greater one.
+const SLOW: f64 = 1e-3;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
@@ -74,6 +78,13 @@ pub(crate) struct Pressure {
 }
 
 impl Pressure {
+    /// Returns the force of the contact. `unit`: the unit of `impulse` over the length of the step, in scene units.
+    pub(crate) fn force(&self, unit: f64) -> ContactForce {
+        let Self { collider, vertex, normal, impulse, friction, .. } = *self;
+        let key = ContactKey::Collider { collider, vertex };
+        ContactForce { key, force: ((normal * impulse + friction) * unit).into() }
+    }
+
     /// Returns the contact as a support of a component.
     pub(crate) fn support_of(&self, component: u32) -> Support {
         let Self { collider, impulse, point, normal, velocity, spin, .. } = *self;
@@ -98,6 +109,10 @@ pub struct Contacts {
     leaving: Vec<u32>,
     /// The contacts of the last step.
     pressures: Vec<Pressure>,
+    /// Impulses with which the solution begins, in the order of the contacts. Empty if it begins without.
+    begin: Vec<Vec4>,
+    /// Speed in cells/s from which on a contact begins without an impulse.
+    slow: f32,
     /// The contacts with which a sleeping body fell asleep, while those of a step are in `pressures`.
     kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
@@ -123,6 +138,8 @@ impl Contacts {
             solver: Solver::new(rows),
             leaving: Vec::new(),
             pressures: Vec::new(),
+            begin: Vec::new(),
+            slow: 0.0,
             kept_pressures: Vec::new(),
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
@@ -146,7 +163,7 @@ impl Contacts {
         let velocities = buffer_bytes(&self.velocities_before) + buffer_bytes(&self.velocities);
         let scratch =
             velocities + self.detection.bytes() + self.solver.bytes() + buffer_bytes(&self.pressures);
-        let lists = buffer_bytes(&self.leaving) + buffer_bytes(&self.touched);
+        let lists = buffer_bytes(&self.leaving) + buffer_bytes(&self.touched) + buffer_bytes(&self.begin);
         self.samples.bytes() + scratch + lists + buffer_bytes(&self.displacements)
     }
 
@@ -190,11 +207,19 @@ impl Contacts {
     /// [`resolve`](Self::resolve) for a body that touches no other body.
     pub(crate) fn finish_alone(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
         if !self.pressures.is_empty() {
+            self.solver.begin_with(&self.begin, self.slow);
             self.solver.solve(IMPACT);
             self.apply_impulses(state, step.dt);
             self.finish(state, colliders, step);
         }
         self.keep_sides(state, colliders, step);
+    }
+
+    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a collider and a
+    /// nearest lattice vertex, in the unit of [`Pressure::impulse`].
+    pub(crate) fn begin_with(&mut self, impulse: impl Fn(u32, u32) -> Vector3<f64>) {
+        self.begin.clear();
+        self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.collider, found.vertex))));
     }
 
     /// Finds the contacts: the first part of [`resolve`](Self::resolve).
@@ -215,6 +240,8 @@ impl Contacts {
             detection.begin_paths(state.velocities, &samples.slots, step.dt);
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
+        self.slow = min_bounce.max(SLOW / step.dt) as f32;
+        self.begin.clear();
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
             let untouched = report.contacts == 0;
@@ -228,6 +255,7 @@ impl Contacts {
                     position,
                     offset: samples.offset(patch, &collider.shape, &position),
                     side: patch.side(),
+                    deepest: patch.deepest,
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
@@ -293,7 +321,7 @@ impl Contacts {
             // The displacement plus the velocity change times the step; the two are equal.
             add_displacement(&mut displacements[row as usize], change, 2.0 * step.dt as f32);
         }
-        if remaining > ALLOWED_DEPTH {
+        if remaining > SOFT_DEPTH {
             let deepest = self.push_out(state, colliders, step);
             for pressure in &mut self.pressures {
                 pressure.depth = pressure.depth.min(deepest);

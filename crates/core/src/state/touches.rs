@@ -205,6 +205,22 @@ impl Touches {
         self.sides_unknown = true;
     }
 
+    /// Replaces the forces by those of the contacts with colliders, in any order.
+    pub(crate) fn set_forces(&mut self, forces: impl Iterator<Item = ContactForce>) {
+        self.forces.clear();
+        self.forces.extend(forces);
+        self.forces.sort_unstable_by_key(|force| force.key);
+    }
+
+    /// Forgets all but the forces of contacts with colliders.
+    pub(crate) fn forget_bodies(&mut self) {
+        self.samples.clear();
+        self.bodies.clear();
+        self.searched.forget();
+        self.sides_unknown = true;
+        self.forces.retain(|force| matches!(force.key, ContactKey::Collider { .. }));
+    }
+
     /// Forgets the forces: the next step begins without them.
     pub(crate) fn forget_forces(&mut self) {
         self.forces.clear();
