@@ -17,4 +17,3 @@ mod rest;
 mod same_bits;
 mod saved_state;
 mod zones;
-mod zz;

@@ -6,7 +6,8 @@
 //! limit is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero.
 //! A component that is exactly still needs no support.
 //!
-//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second: where
+//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second, and one that
+//! rests on colliders if no vertex moved by more than this or a thousandth of L, as of the beginnings of frames: where
 //! edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high speeds.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
@@ -26,13 +27,19 @@ use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::effective_gravity;
 use crate::parallel::Executor;
-use crate::state::{Interval, Rest};
+use crate::state::Interval;
 
 /// Time in seconds for which a body must be at rest before it falls asleep.
 const REST_TIME: f64 = 0.5;
 
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
+
+/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders.
+const REST_DISTANCE: f64 = 0.02;
+
+/// Greatest distance of a vertex from its place in half a second of rest on colliders, as a fraction of L.
+const REST_SHARE: f64 = 1e-3;
 
 /// Limit of the change of a force on a vertex, as a fraction of m max(g, 8 L/s²).
 const REST_FORCE: f64 = 1e-3;
@@ -72,12 +79,12 @@ impl Body {
             // A sleeping body keeps contacts that the bodies at them may have forgotten.
             self.state.touches.forget_search();
         }
-        self.state.rest = Rest::default();
+        self.state.wake();
     }
 
     /// Returns at the beginning of a step whether the body may sleep during the step.
     pub(crate) fn rest_vote(&self, context: &StepContext) -> RestVote {
-        let Rest { is_asleep, time } = self.state.rest;
+        let (is_asleep, time) = (self.is_asleep(), self.state.rest.time());
         match () {
             _ if !context.sleep => RestVote::Disturbed,
             _ if (is_asleep || time > 0.0) && self.is_disturbed(context) => RestVote::Disturbed,
@@ -119,11 +126,19 @@ impl Body {
         if !context.sleep {
             return;
         }
-        let is_at_rest = self.state.escapes.list().is_empty()
+        let is_staying = self.state.escapes.list().is_empty();
+        let is_at_rest = is_staying
             && (self.is_where_it_was_searched() || self.is_slow(self.rest_speed(context, executor)))
             && self.is_supported();
-        let rest = &mut self.state.rest;
-        rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
+        // The place of a body that touches others is that in which they were searched.
+        let can_stay = is_staying
+            && !self.state.supports.list().is_empty()
+            && self.state.touches.bodies().is_empty()
+            && self.is_supported();
+        let limit = REST_DISTANCE.min(REST_SHARE * self.size / self.lattice.cell_size());
+        let Self { matching, state, .. } = self;
+        let (rest, place) = ((context.interval.dt, is_at_rest), (can_stay, limit, context.is_frame_start));
+        state.track_rest(rest, matching.layout.occupied(), place);
     }
 
     /// Returns whether the body touches others, and is where it was when these contacts were searched.

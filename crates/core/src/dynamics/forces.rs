@@ -69,7 +69,7 @@ impl Forces {
         if is_frame_start {
             self.displacements.clear();
         }
-        if state.rest.time == 0.0 {
+        if state.rest.time() == 0.0 {
             self.at_rest.clone_from(&self.next);
         }
         if self.next.is_empty() {

@@ -7,7 +7,9 @@
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
 //! | `supports` | the contacts that pressed on the body in the last step |
 //! | `pair_supports` | the contacts between bodies that pressed on them in the last step |
-//! | `touches` | the contacts with other bodies in the last step |
+//! | `touches` | the contacts with other bodies in the last step, and the forces of those with colliders |
+//! | `place` | the place of a body at a time, from which its displacements are measured |
+//! | `rest` | how long a body has been at rest, and whether it sleeps |
 //! | `errors` | arrays that do not fit a body |
 //! | `escapes` | the ways on which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
@@ -17,7 +19,9 @@ mod errors;
 mod escapes;
 mod frame;
 mod pair_supports;
+mod place;
 mod placement;
+mod rest;
 mod supports;
 mod touches;
 
@@ -28,6 +32,7 @@ pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
+pub(crate) use rest::Rest;
 pub(crate) use supports::{Deflection, Support, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, SearchedMotion, Touches};
 
@@ -69,16 +74,6 @@ pub(crate) struct State {
     pub(crate) touches: Touches,
     pub(crate) escapes: Escapes,
     pub(crate) rest: Rest,
-}
-
-/// How long a body has been at rest, and whether it sleeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Rest {
-    /// Time in seconds for which the body has been at rest.
-    pub(crate) time: f64,
-    /// Whether the body sleeps: it is not stepped.
-    pub(crate) is_asleep: bool,
 }
 
 /// Eight identity quaternions.
@@ -133,6 +128,7 @@ impl State {
             && supports_match
             && self.touches.is_valid(blocks, components)
             && self.escapes.is_valid(components)
+            && self.rest.is_valid(blocks)
             && rotations.blocks().len() == blocks
             && strains.as_ref().is_none_or(|strains| are_strains_valid(strains, blocks))
             && self.momenta.len() == components
@@ -142,7 +138,7 @@ impl State {
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, compensation, velocities, rotations, strains, .. } = self;
         let lanes = positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes();
-        lanes + strains.as_ref().map_or(0, Lanes::bytes) + self.touches.bytes()
+        lanes + strains.as_ref().map_or(0, Lanes::bytes) + self.touches.bytes() + self.rest.bytes()
     }
 
     /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the
@@ -171,6 +167,26 @@ impl State {
         is_relative: bool,
     ) -> SearchedMotion {
         self.touches.searched_motion((&self.positions, self.frame.shift), occupied, (limit, is_relative))
+    }
+
+    /// Wakes the body up. It has to be at rest again before it sleeps.
+    pub(crate) fn wake(&mut self) {
+        self.rest.wake();
+    }
+
+    /// Adds a step of `dt` seconds to the time of rest. `is_slow`: whether all vertices were slow. `can_stay`: whether the body
+    /// can be at rest because it stays in a place; if `is_checked`, no vertex may then be farther than `limit` cells from it.
+    pub(crate) fn track_rest(
+        &mut self,
+        (dt, is_slow): (f64, bool),
+        occupied: &[u8],
+        (can_stay, limit, is_checked): (bool, f64, bool),
+    ) {
+        self.rest.add(dt, is_slow);
+        match can_stay {
+            true => self.rest.stay((&self.positions, self.frame.shift), occupied, (dt, limit, is_checked)),
+            false => self.rest.leave(),
+        }
     }
 
     /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.

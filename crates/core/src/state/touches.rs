@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::simd::bounds::difference_bounds;
+use super::place::{Displacements, Place};
 use crate::simd::lanes::Lanes;
 
 /// The contacts of a body with other bodies, and with itself, in the last step. Contact between bodies uses them to
@@ -18,19 +18,15 @@ pub(crate) struct Touches {
     bodies: Vec<(u32, u32)>,
     /// The forces of the contacts, in increasing order of the keys. The next step begins with them.
     forces: Vec<ContactForce>,
-    /// The positions in the last search.
-    searched: SearchedPositions,
+    searched: SearchedPlace,
 }
 
-/// The positions of a body in the last step in which its contacts with other bodies were searched, because it had
-/// moved.
+/// The place of a body in the last step in which its contacts with other bodies were searched, because it had moved. The next
+/// step has to search if there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct SearchedPositions {
-    /// In cells from the origin of the body. No blocks if the next step has to search.
-    positions: Lanes<3>,
-    /// Displacement of the origin, in cells.
-    shift: [f64; 3],
+struct SearchedPlace {
+    place: Place,
     /// Common translation in cells after the search, from which rest is measured. Zero unless only the body itself was
     /// near, so that a translation needs no search.
     translation: [f64; 3],
@@ -48,14 +44,6 @@ pub(crate) struct SearchedMotion {
 impl SearchedMotion {
     /// That of a body whose contacts have to be searched.
     pub(crate) const UNKNOWN: Self = Self { distance: f64::INFINITY, is_in_place: false };
-}
-
-/// The displacements in cells of the vertices since a search: the box of those of the positions from the origin, and
-/// the displacement of the origin.
-struct Displacements {
-    low: [f64; 3],
-    high: [f64; 3],
-    shift: [f64; 3],
 }
 
 /// The force on the body by a contact in the last step.
@@ -111,30 +99,16 @@ pub(crate) struct Foot {
 
 impl Default for Touches {
     fn default() -> Self {
-        let searched = SearchedPositions::default();
+        let searched = SearchedPlace::default();
         Self { sides_unknown: true, samples: Vec::new(), bodies: Vec::new(), forces: Vec::new(), searched }
     }
 }
 
-impl SearchedPositions {
-    /// Removes the positions, so that the next step searches.
+impl SearchedPlace {
+    /// Removes the place, so that the next step searches.
     fn forget(&mut self) {
-        self.positions.clear();
-        (self.shift, self.translation) = ([0.0; 3], [0.0; 3]);
-    }
-
-    /// Returns the displacements since the positions were stored; `None` if there are none.
-    fn displacements(
-        &self,
-        (positions, shift): (&Lanes<3>, [f64; 3]),
-        occupied: &[u8],
-    ) -> Option<Displacements> {
-        if self.positions.blocks().is_empty() {
-            return None;
-        }
-        let (low, high) = difference_bounds(positions, &self.positions, occupied);
-        let shift = std::array::from_fn(|a| shift[a] - self.shift[a]);
-        Some(Displacements { low: low.map(f64::from), high: high.map(f64::from), shift })
+        self.place.forget();
+        self.translation = [0.0; 3];
     }
 
     /// Returns whether the body stayed within `limit` cells of the place from which rest is measured. Otherwise rest is
@@ -145,27 +119,6 @@ impl SearchedPositions {
             self.translation = displacements.translation();
         }
         stays
-    }
-}
-
-impl Displacements {
-    /// Returns an upper bound of the distance of a vertex from its place after a common translation.
-    fn distance_from(&self, translation: [f64; 3]) -> f64 {
-        let greatest = |a: usize| {
-            let shift = self.shift[a] - translation[a];
-            (self.low[a] + shift).abs().max((self.high[a] + shift).abs())
-        };
-        Vector3::from_fn(|a, _| greatest(a)).norm()
-    }
-
-    /// Returns an upper bound of the distance of a vertex from its place after the common translation.
-    fn relative_distance(&self) -> f64 {
-        Vector3::from_fn(|a, _| 0.5 * (self.high[a] - self.low[a])).norm()
-    }
-
-    /// Returns the common translation: that of the middle of the box.
-    fn translation(&self) -> [f64; 3] {
-        std::array::from_fn(|a| 0.5 * (self.low[a] + self.high[a]) + self.shift[a])
     }
 }
 
@@ -242,7 +195,7 @@ impl Touches {
         (limit, is_relative): (f64, bool),
     ) -> SearchedMotion {
         let Self { searched, .. } = self;
-        if let Some(displacements) = searched.displacements((positions, shift), occupied) {
+        if let Some(displacements) = searched.place.displacements((positions, shift), occupied) {
             let distance = match is_relative {
                 true => displacements.relative_distance(),
                 false => displacements.distance_from([0.0; 3]),
@@ -252,8 +205,8 @@ impl Touches {
                 return SearchedMotion { distance, is_in_place };
             }
         }
-        searched.positions.copy_from(positions);
-        (searched.shift, searched.translation) = (shift, [0.0; 3]);
+        searched.place.store((positions, shift));
+        searched.translation = [0.0; 3];
         SearchedMotion::UNKNOWN
     }
 
@@ -261,7 +214,7 @@ impl Touches {
     pub(super) fn bytes(&self) -> usize {
         let Self { samples, bodies, forces, searched, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**bodies) + size_of_val(&**forces);
-        lists + searched.positions.bytes()
+        lists + searched.place.bytes()
     }
 
     /// Removes all contacts: nothing touches.
@@ -314,10 +267,9 @@ impl Touches {
         };
         let are_valid = self.samples.iter().all(is_valid_touch)
             && self.forces.iter().all(|force| force.force.iter().all(|x| x.is_finite()));
-        let searched = self.searched.positions.blocks().len();
         sorted
             && are_valid
-            && (searched == 0 || searched == blocks)
+            && self.searched.place.is_valid(blocks)
             && self.searched.translation.iter().all(|x| x.is_finite())
             && self.bodies.iter().all(|(component, _)| (*component as usize) < components)
     }

@@ -1,0 +1,99 @@
+//! How long a body has been at rest.
+
+use super::place::Place;
+use crate::simd::lanes::Lanes;
+
+/// How long a body has been at rest, and whether it sleeps.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Rest {
+    /// Time in seconds for which all vertices have been slow, or stayed where other bodies were searched.
+    slow: f64,
+    /// Time in seconds for which the body has stayed in a place.
+    still: f64,
+    /// The place.
+    place: Place,
+    /// Whether the body sleeps: it is not stepped.
+    pub(crate) is_asleep: bool,
+}
+
+impl Rest {
+    /// Returns the time in seconds for which the body has been at rest.
+    pub(crate) fn time(&self) -> f64 {
+        self.slow.max(self.still)
+    }
+
+    /// Wakes the body up. The time begins again.
+    pub(super) fn wake(&mut self) {
+        (self.slow, self.still, self.is_asleep) = (0.0, 0.0, false);
+        self.place.forget();
+    }
+
+    /// Adds a step of `dt` seconds, in which the body `is_slow` or not.
+    pub(super) fn add(&mut self, dt: f64, is_slow: bool) {
+        self.slow = if is_slow { self.slow + dt } else { 0.0 };
+    }
+
+    /// Adds a step of `dt` seconds of a body that can stay in a place. If `is_checked`, and a vertex is farther than `limit`
+    /// cells from it, the place becomes the present one. `occupied` has the bit mask of the lanes with a vertex of each block.
+    pub(super) fn stay(
+        &mut self,
+        present: (&Lanes<3>, [f64; 3]),
+        occupied: &[u8],
+        (dt, limit, is_checked): (f64, f64, bool),
+    ) {
+        self.still += dt;
+        if is_checked {
+            let displacements = self.place.displacements(present, occupied);
+            if displacements.is_none_or(|displacements| !(displacements.distance_from([0.0; 3]) <= limit)) {
+                self.place.store(present);
+                self.still = 0.0;
+            }
+        }
+    }
+
+    /// Forgets the place: the body cannot stay in one.
+    pub(super) fn leave(&mut self) {
+        self.still = 0.0;
+        self.place.forget();
+    }
+
+    /// Returns whether the data can be those of a body with this number of blocks of positions.
+    pub(super) fn is_valid(&self, blocks: usize) -> bool {
+        [self.slow, self.still].iter().all(|time| time.is_finite() && *time >= 0.0)
+            && self.place.is_valid(blocks)
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.place.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_stays_until_a_vertex_is_beyond_the_limit_of_its_first_place() {
+        let positions = |x: f32| {
+            let mut positions = Lanes::zeros(1);
+            positions.set(0, [x, 0.0, 0.0]);
+            positions
+        };
+        let mut rest = Rest::default();
+        let mut stay = |x: f32, shift: f64, is_checked| {
+            rest.stay((&positions(x), [shift, 0.0, 0.0]), &[1], (0.25, 0.01, is_checked));
+            rest.time()
+        };
+        assert_eq!(stay(0.0, 0.0, true), 0.0);
+        assert_eq!(stay(5.0, 0.0, false), 0.25);
+        assert_eq!(stay(0.007, 0.0, true), 0.5);
+        // It counts from the first place, however slowly the body goes on.
+        assert_eq!(stay(0.014, 0.0, true), 0.0);
+        assert_eq!(stay(0.02, 0.0, true), 0.25);
+        assert_eq!(stay(0.02, 0.1, true), 0.0);
+        // What is not a number does not stay.
+        assert_eq!(stay(f32::NAN, 0.1, true), 0.0);
+    }
+}
