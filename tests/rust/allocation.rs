@@ -249,7 +249,10 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "volume correction",
     ];
     assert_eq!(stages(&sim), all);
-    assert_eq!(sim.plan().bodies[0].left_out, ["external forces", "contact of bodies", "mesh update"]);
+    assert_eq!(
+        sim.plan().bodies[0].left_out,
+        ["external forces", "inflation", "contact of bodies", "mesh update"]
+    );
     let bare =
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);

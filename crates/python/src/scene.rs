@@ -123,9 +123,12 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;
     settings.set_item("skin", data.skin.name())?;
     settings.set_item("refine", data.refine.name())?;
-    let TouchingOptions { friction, restitution, self_contact, ignored } = &data.touching;
+    let TouchingOptions { friction, restitution, rolling_resistance, self_contact, ignored } = &data.touching;
     settings.set_item("friction", friction)?;
     settings.set_item("restitution", restitution)?;
+    if let Some(coefficient) = rolling_resistance {
+        settings.set_item("rolling_resistance", coefficient)?;
+    }
     settings.set_item("self_contact", self_contact)?;
     settings.set_item("ignore", PyTuple::new(py, ignored)?)?;
     Ok(settings)

@@ -46,10 +46,10 @@ fn one_penetrating_sample_is_moved_to_the_surface_without_a_velocity_change() {
     }
 }
 
-/// The surface of a resting body, which sinks slowly, so moves without visible jumps.
+/// A shallow overlap is removed by velocities, so that the surface of a resting body moves without visible jumps.
 #[test]
-fn a_shallow_sample_is_moved_by_a_tenth_of_its_depth_in_a_step() {
-    for (depth, part) in [(0.005, 0.1), (0.02, 1.0)] {
+fn a_shallow_sample_is_moved_by_a_fifth_of_its_depth_in_a_step() {
+    for (depth, part) in [(0.005, 0.2), (0.02, 1.0)] {
         let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.3, 0.0, 0.2])]));
         block.place(&Matrix3::identity(), Point3::new(0.0, -depth * CELL, 0.0));
         let before = block.sample(0);
@@ -177,8 +177,9 @@ fn overlapping_and_repeated_colliders_support_a_body_like_one() {
     block.place(&Matrix3::identity(), Point3::new(-0.2 * CELL, -0.24 * CELL, 0.0));
     let both = colliders(&corner);
     block.resolve(&both, Interval::of_step(0, DT));
+    // Overlaps of up to 0.01 cells are not pushed out.
     for p in block.surface() {
-        assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
+        assert!(p.y > -1e-2 * CELL && p.x > -1e-2 * CELL, "{p}");
     }
     // Regression bounds: the lowest layer is at rest; the cells above it sway with little damping.
     block.run(900, &both, DT);

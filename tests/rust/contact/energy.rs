@@ -1,7 +1,9 @@
 //! Contacts add no energy for any restitution, and bodies come to rest on the ground.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyBuilder, BodyRef, Collider, Material, Mesh, Simulation, Substeps, VolumeOptions};
+use supple::{
+    Body, BodyBuilder, BodyRef, Collider, Material, Mesh, Preset, Simulation, Substeps, VolumeOptions,
+};
 use supple_tests::{block, lattice, surface_of};
 
 const DT: f64 = 1.0 / 60.0;
@@ -183,7 +185,12 @@ fn a_symmetric_body_that_falls_flat_stays_symmetric() {
 
 /// Returns the height to which a cube of rubber rises, as a fraction of the height of its fall.
 fn rise(damping_ratio: f64, restitution: f64) -> f64 {
-    let body = Body::from_lattice(lattice(&block([6; 3]))).damping_ratio(damping_ratio).build().unwrap();
+    let body = Body::from_lattice(lattice(&block([6; 3])))
+        .preset(Preset::Rubber)
+        .poisson_ratio(0.0)
+        .damping_ratio(damping_ratio)
+        .build()
+        .unwrap();
     let ground = Collider { restitution, ..Collider::plane([0.0, -6.0, 0.0], [0.0, 1.0, 0.0]) };
     let builder = Simulation::builder().body(body).collider(ground).gravity([0.0, -60.0, 0.0]);
     let mut sim = builder.fps(30.0).substeps(Substeps::Auto).sleep(false).build().unwrap();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, BodyRef, Collider, Lattice, Mesh, Pin, Selection, Simulation, SimulationState,
+    Body, BodyBuilder, BodyRef, Collider, Lattice, Mesh, Pin, Preset, Selection, Simulation, SimulationState,
     Substeps, TimeWindow,
 };
 
@@ -30,7 +30,9 @@ fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
 }
 
 fn simulation(body: BodyBuilder, colliders: Vec<Collider>, threads: usize) -> Simulation {
-    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0, -GRAVITY, 0.0]);
+    let builder = Simulation::builder()
+        .body(body.preset(Preset::Rubber).build().unwrap())
+        .gravity([0.0, -GRAVITY, 0.0]);
     let builder = colliders.into_iter().fold(builder, |builder, collider| builder.collider(collider));
     builder.fps(30.0).substeps(Substeps::Auto).threads(threads).build().unwrap()
 }
@@ -66,7 +68,7 @@ fn speed(body: &Body) -> f64 {
 
 /// Runs two seconds.
 ///
-/// The default material has E = 300 ρ L g, so that a body is strained by up to 1/300 under its weight and 2/300 when it
+/// Rubber has E = 300 ρ L g, so that a body is strained by up to 1/300 under its weight and 2/300 when it
 /// gets its weight at once, and about ten times that where a narrow section carries it; its deformation is below 1 % of
 /// its size L. No vertex is faster than in a free fall.
 fn leaves_whole(name: &str, body: BodyBuilder, colliders: Vec<Collider>) -> Vector3<f64> {

@@ -1,7 +1,9 @@
 //! Fast bodies do not pass thin colliders.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Shape, Simulation};
+use supple::{
+    Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Preset, Shape, Simulation,
+};
 use supple_tests::{grid_box, mesh_of};
 
 /// Speed of the bodies in m/s.
@@ -60,7 +62,13 @@ fn bodies() -> [NamedBody; 4] {
 /// after each of 90 steps of 1/60 s.
 fn throw(body: BodyBuilder, collider: Collider, speed: f64, mut check: impl FnMut(&[Point3<f64>], f64)) {
     // The volume correction moves the displayed surface.
-    let body = body.volume(Preservation::Off).velocity([0.0, -speed, 0.0]).build().unwrap();
+    let body = body
+        .preset(Preset::Rubber)
+        .poisson_ratio(0.0)
+        .volume(Preservation::Off)
+        .velocity([0.0, -speed, 0.0])
+        .build()
+        .unwrap();
     let builder = Simulation::builder().body(body).collider(collider).gravity([0.0; 3]).threads(1);
     let mut simulation = builder.dt(1.0 / 60.0).build().unwrap();
     let raised: Vec<_> = simulation.body(0).positions().iter().map(|p| p + Vector3::y() * 0.9).collect();

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Damping, Elasticity, Handle, Key, Lattice, Pin, Preset, Selection,
+    Accuracy, Body, BodyBuilder, Collider, Damping, Elasticity, Handle, Key, Lattice, Pin, Preset, Selection,
     Simulation, Substeps, TimeWindow,
 };
 
-use supple_tests::block;
+use supple_tests::{block, mesh_of, sphere};
 
 /// Returns a bar of 1 x 1 x 3 with its lower end at the origin, with `cells` cells per unit of length.
 fn bar(cells: i32) -> BodyBuilder {
@@ -285,4 +285,41 @@ fn inner_vertices_of_a_soft_body_with_many_cells_stay_above_the_ground() {
         .collect::<Vec<_>>();
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
     assert!((0.45..1.0).contains(&lowest), "{lowest} cells");
+}
+
+/// A ball that came to rest moves by less than 1e-4 cells in a step, and overlaps with the floor by less than a sample moves in
+/// such a step, whatever its material and its regions.
+#[test]
+fn a_resting_ball_is_still() {
+    let mesh = mesh_of(sphere([0.0; 3], 1.0, 40));
+    for preset in [Preset::Flesh, Preset::Jelly, Preset::Rubber] {
+        for (ratio, accuracy) in
+            [(0.0, Accuracy::Fast), (0.45, Accuracy::Fast), (0.0, Accuracy::Exact), (0.45, Accuracy::Exact)]
+        {
+            let builder =
+                Body::builder(mesh.clone()).lattice_vertices(1000).preset(preset).poisson_ratio(ratio);
+            let body = builder.accuracy(accuracy).translate([0.0, 1.02, 0.0]).build().unwrap();
+            let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+            let simulation = Simulation::builder().body(body).collider(floor).fps(30.0).sleep(false);
+            let mut simulation = simulation.substeps(Substeps::Auto).build().unwrap();
+            simulation.advance(300);
+            let cell_size = simulation.body(0).lattice().cell_size();
+            for _ in 0..40 {
+                let before = simulation.body(0).positions();
+                simulation.step();
+                let moved = simulation
+                    .body(0)
+                    .positions()
+                    .iter()
+                    .zip(&before)
+                    .map(|(a, b)| (a - b).norm())
+                    .fold(0.0, f64::max);
+                assert!(moved < 1e-4 * cell_size, "{preset:?}, {ratio}, {accuracy:?}: {}", moved / cell_size);
+                let contacts = simulation.contacts();
+                assert!(
+                    !contacts.is_empty() && contacts.iter().all(|contact| contact.depth < 1e-4 * cell_size)
+                );
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 use supple::{
-    Body, BreakLimit, Collider, Display, FractureOptions, Handle, Key, Mesh, Selection, Simulation,
+    Body, BreakLimit, Collider, Display, FractureOptions, Handle, Key, Mesh, Preset, Selection, Simulation,
     TimeWindow, VolumeMeasure,
 };
 
@@ -257,7 +257,8 @@ fn pieces_without_a_surface_do_not_fall_through_the_ground() {
         })
         .collect();
     let octahedron = Mesh::new(corners.concat(), &faces).unwrap();
-    let body = Body::builder(octahedron).cell_size(1.0).build().unwrap();
+    let body =
+        Body::builder(octahedron).cell_size(1.0).preset(Preset::Rubber).poisson_ratio(0.0).build().unwrap();
     let ground = Collider::plane([0.0, -5.0, 0.0], [0.0, 1.0, 0.0]);
     let mut simulation = Simulation::builder()
         .body(body)

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use supple::{
-    BreakLimit, CutSurface, Damping, Elasticity, FieldKind, FractureOptions, Material, Plasticity,
-    Preservation, Preset, RegionDamping, RegionSize, Resolution, Selection, Stiffness, TouchingOptions,
-    VolumeMeasure, VolumeScope, Zone,
+    BreakLimit, Curve, CurveKey, CutSurface, Damping, Elasticity, FieldKind, FractureOptions, Interpolation,
+    Material, Plasticity, Preservation, Preset, RegionDamping, RegionSize, Resolution, Selection, Stiffness,
+    TouchingOptions, VolumeMeasure, VolumeScope, Zone,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
@@ -39,11 +39,13 @@ frequency = 12.0
 damping_rate = 1.5
 region_damping_rate = 3.0
 density = 500
+inflate = { keys = [{ time = 0, value = 1 }, { time = 2.5, value = 1.3 }], interpolation = "smooth" }
 volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
 velocity = [1, 2, 3]
 spin = [4, 5, 6]
 friction = 0.25
 restitution = 0.75
+rolling_resistance = 0.1
 ignore = ["ball.2"]
 self_contact = false
 
@@ -54,6 +56,10 @@ end = 2.0
 [[body.zone]]
 plane = { point = [0, 2, 0], normal = [0, 1, 0] }
 factor = 0.5
+
+[[body.zone]]
+vertices = [3, 5]
+inflate = 0.75
 
 [[body.handle]]
 sphere = { center = [0, 1, 0], radius = 0.5 }
@@ -129,6 +135,7 @@ fn every_key_is_read() {
     let touching = TouchingOptions {
         friction: 0.25,
         restitution: 0.75,
+        rolling_resistance: Some(0.1),
         self_contact: Some(false),
         ignored: vec!["ball.2".to_owned()],
     };
@@ -137,7 +144,10 @@ fn every_key_is_read() {
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
     assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
     let half_space = Selection::Plane { point: [0.0, 2.0, 0.0], normal: [0.0, 1.0, 0.0] };
-    assert_eq!(body.zones, [Zone::new(half_space, 0.5)]);
+    let grown = Zone::new(Selection::Vertices(vec![3, 5]), 1.0).inflated(0.75);
+    assert_eq!(body.zones, [Zone::new(half_space, 0.5), grown]);
+    let keys = vec![CurveKey { time: 0.0, value: 1.0 }, CurveKey { time: 2.5, value: 1.3 }];
+    assert_eq!(body.inflate, Curve::new(keys).unwrap().interpolated(Interpolation::Smooth));
     let handle = &body.handles[0];
     assert_eq!((handle.window.start, handle.window.end, handle.keys.len()), (0.5, f64::INFINITY, 2));
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
@@ -145,7 +155,7 @@ fn every_key_is_read() {
     let ball = &scene.bodies[1];
     assert_eq!(
         (ball.resolution, ball.material.elasticity),
-        (Resolution::Vertices(1000), Elasticity::Preset(Preset::Rubber))
+        (Resolution::Vertices(1000), Elasticity::Preset(Preset::Flesh))
     );
     assert_eq!((ball.material.damping, ball.material.region_damping), (None, RegionDamping::PerStep(0.0)));
     assert!(matches!(scene.colliders[2].shape, ColliderShape::Capsule { radius: 0.25, .. }));
@@ -167,6 +177,9 @@ fn a_written_scene_reads_back_the_same() {
         "half_width = 3",
         "stiffness_radius = 0.3\nfrequency = 7",
         "stiffness = 0.5\ndamping_rate = 3",
+        "inflate = 1.5",
+        "inflate = [{ time = 0, value = 0.5 }, { time = 1, value = 2 }]",
+        "rolling_resistance = 0.1\npoisson_ratio = 0.2",
     ] {
         let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
         let written = scene.to_toml();
@@ -303,6 +316,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[0, 1, 1]",
             "at least `min`, which is [1, 0, 0], on every axis",
         ),
+        ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", "a number in [0.1, 10]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (

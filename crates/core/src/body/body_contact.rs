@@ -8,6 +8,7 @@ use crate::contact::bodies::{
     SEARCH_DISTANCE, SurfaceProperties,
 };
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
+use crate::dynamics::{Damping, Preset};
 use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
@@ -21,6 +22,10 @@ pub struct TouchingOptions {
     pub friction: f64,
     /// Coefficient of restitution, in [0, 1]; default 0. That of two bodies is the greater of theirs.
     pub restitution: f64,
+    /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
+    /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.05 times the damping ratio of the
+    /// material, or 0.01 with a damping rate.
+    pub rolling_resistance: Option<f64>,
     /// Whether parts of the body touch each other; `None`, the default:
     /// [the simulation](crate::SimulationBuilder::self_contact) decides.
     pub self_contact: Option<bool>,
@@ -31,7 +36,8 @@ pub struct TouchingOptions {
 
 impl Default for TouchingOptions {
     fn default() -> Self {
-        Self { friction: 0.5, restitution: 0.0, self_contact: None, ignored: Vec::new() }
+        let (rolling_resistance, self_contact) = (None, None);
+        Self { friction: 0.5, restitution: 0.0, rolling_resistance, self_contact, ignored: Vec::new() }
     }
 }
 
@@ -41,11 +47,26 @@ impl TouchingOptions {
         let &Self { friction, restitution, .. } = self;
         in_range("friction", friction, friction >= 0.0, "at least 0")?;
         in_range("restitution", restitution, (0.0..=1.0).contains(&restitution), "from 0 to 1")?;
+        self.rolling_resistance.map_or(Ok(0.0), |rolling| {
+            in_range("rolling_resistance", rolling, rolling >= 0.0, "at least 0")
+        })?;
         Ok(())
     }
 }
 
+/// Coefficient of rolling resistance of a body of the damping ratio 1.
+const ROLLING_RESISTANCE: f64 = 0.05;
+
 impl Body {
+    /// Returns the coefficient of rolling resistance on colliders: see [`TouchingOptions::rolling_resistance`].
+    pub fn rolling_resistance(&self) -> f64 {
+        self.touching.rolling_resistance.unwrap_or(match self.material.damping() {
+            Damping::Ratio(ratio) => ROLLING_RESISTANCE * ratio,
+            Damping::Rate(rate) if rate > 0.0 => ROLLING_RESISTANCE * Preset::Rubber.damping_ratio(),
+            Damping::Rate(_) => 0.0,
+        })
+    }
+
     /// Returns how the body touches other bodies.
     pub fn touching(&self) -> &TouchingOptions {
         &self.touching

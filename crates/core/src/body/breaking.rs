@@ -297,7 +297,7 @@ impl Body {
         self.momentum = MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks());
         self.energy = None;
         self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&matching));
-        self.elastic_damping = self.material.is_damped().then(ElasticDamper::default);
+        self.elastic_damping = self.needs_damping().then(ElasticDamper::default);
         self.correction = OnceLock::new();
         self.measures = OnceLock::new();
         self.fast_vertex = 0;

@@ -6,8 +6,8 @@ use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
-    Accuracy, Curve, Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity,
-    Preset, RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
+    Accuracy, Curve, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
+    RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
@@ -308,6 +308,12 @@ impl BodyBuilder {
         self
     }
 
+    /// Sets the coefficient of rolling resistance on colliders, >= 0: see [`TouchingOptions::rolling_resistance`].
+    pub fn rolling_resistance(mut self, coefficient: f64) -> Self {
+        self.touching.rolling_resistance = Some(coefficient);
+        self
+    }
+
     /// Sets whether parts of the body touch each other. By default the
     /// [simulation](crate::SimulationBuilder::self_contact) decides.
     pub fn self_contact(mut self, enabled: bool) -> Self {
@@ -410,7 +416,7 @@ impl BodyBuilder {
             momentum: MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks()),
             energy: None,
             region_damping: self.material.has_region_damping().then(|| RegionDamper::new(&matching)),
-            elastic_damping: self.material.is_damped().then(ElasticDamper::default),
+            elastic_damping: None,
             lowest_eigenvalue: OnceLock::new(),
             forces: None,
             contacts: None,
@@ -434,6 +440,7 @@ impl BodyBuilder {
             matching,
         };
         body.update_shapes();
+        body.update_elastic_damping();
         if let (Some(options), Some(shares)) = (self.fracture, shares) {
             body.arm(options, shares);
         }

@@ -92,9 +92,14 @@ impl Body {
         Ok(())
     }
 
+    /// Returns whether the body has the elastic-damping stage: for damping or rolling resistance.
+    pub(super) fn needs_damping(&self) -> bool {
+        self.material.is_damped() || self.rolling_resistance() > 0.0
+    }
+
     /// Creates or removes the elastic-damping stage.
     pub(super) fn update_elastic_damping(&mut self) {
-        self.elastic_damping = self.material.is_damped().then(ElasticDamper::default);
+        self.elastic_damping = self.needs_damping().then(ElasticDamper::default);
         if self.elastic_damping.is_none() {
             self.state.supports.clear();
         }

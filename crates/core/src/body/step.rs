@@ -27,7 +27,7 @@ use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
 use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
-use crate::state::{ContactKey, Interval};
+use crate::state::Interval;
 
 /// Inputs of a step that all bodies share.
 pub(crate) struct StepContext<'a> {
@@ -348,13 +348,18 @@ impl Body {
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let keep = self.kept_fraction(dt, executor);
-        let size = self.size / self.lattice.cell_size();
+        let (size, rolling) = (self.size / self.lattice.cell_size(), self.rolling_resistance());
         let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
             return;
         };
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum, (keep, size, dt));
+        damping.begin(
+            constraints.as_ref(),
+            (state, matching.layout.slots()),
+            momentum,
+            (keep, size, rolling, dt),
+        );
     }
 
     /// Stores the velocities before the impacts of this step.
@@ -475,9 +480,7 @@ impl Body {
     fn finish_alone(&mut self, context: &StepContext) {
         let unit = self.impulse_unit() / context.interval.dt;
         let Self { contacts: Some(contacts), state, .. } = self else { return };
-        contacts.begin_with(|collider, vertex| {
-            state.touches.force(ContactKey::Collider { collider, vertex }) / unit
-        });
+        contacts.begin_with(|key| state.touches.force(key) / unit);
         contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
     }
 

@@ -8,13 +8,11 @@ use nalgebra::Point3;
 use super::SKIN;
 use super::patch::PatchSide;
 use super::posed_collider::PosedCollider;
+use super::stage::SOFT_DEPTH;
 use super::vec4::{Vec4, dot, narrow, wide};
 
 /// Part of the overlap that a contact removes in a step.
 const OVERLAP_PART: f64 = 0.2;
-
-/// Greatest overlap in cells of which a contact removes a part in a step by its velocity.
-const GREATEST_OVERLAP: f64 = 0.01;
 
 /// Contact point of a patch during a step.
 #[derive(Clone, Copy, Debug)]
@@ -94,8 +92,12 @@ impl SurfacePoint {
         } else {
             // The least distance of a sample before the step.
             let distance = -self.deepest - dt * (velocity - surface).dot(&normal);
-            let part = if distance > 0.0 { 1.0 } else { OVERLAP_PART };
-            -distance.max(-GREATEST_OVERLAP) * part / dt
+            match distance {
+                // Samples that are deeper are pushed out.
+                _ if distance < -SOFT_DEPTH => 0.0,
+                _ if distance < 0.0 => -OVERLAP_PART * distance / dt,
+                _ => approach.min(-OVERLAP_PART * distance.min(SOFT_DEPTH) / dt).max(-distance / dt),
+            }
         };
         Contact {
             normal: narrow(normal),

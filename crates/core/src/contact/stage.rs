@@ -27,10 +27,6 @@ pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 /// Penetration that is tolerated without a push-out, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
-/// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not give a
-/// greater one.
-const SLOW: f64 = 1e-3;
-
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
@@ -38,13 +34,9 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
 
-/// Depth in cells up to which a push-out is soft: it has one round, which moves the samples by [`SOFT_PART`] of the
-/// way. A resting body sinks slowly within the tolerance of the impulses. If it were lifted at once, single steps would
-/// move its surface visibly.
-const SOFT_DEPTH: f64 = 0.01;
-
-/// Part of the way by which a soft push-out moves the samples.
-const SOFT_PART: f64 = 0.1;
+/// Depth in cells up to which samples are not pushed out. The impulses remove a part of it in each step, so that a resting body
+/// is not moved against its elastic forces.
+pub(super) const SOFT_DEPTH: f64 = 0.01;
 
 /// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
 /// surface of the collider. The samples that remain inside form the patches of the next round.
@@ -78,11 +70,15 @@ pub(crate) struct Pressure {
 }
 
 impl Pressure {
+    /// Returns what the contact has in common with the same contact in the next step.
+    pub(super) fn key(&self) -> ContactKey {
+        ContactKey::Collider { collider: self.collider, vertex: self.vertex }
+    }
+
     /// Returns the force of the contact. `unit`: the unit of `impulse` over the length of the step, in scene units.
     pub(crate) fn force(&self, unit: f64) -> ContactForce {
-        let Self { collider, vertex, normal, impulse, friction, .. } = *self;
-        let key = ContactKey::Collider { collider, vertex };
-        ContactForce { key, force: ((normal * impulse + friction) * unit).into() }
+        let &Self { normal, impulse, friction, .. } = self;
+        ContactForce { key: self.key(), force: ((normal * impulse + friction) * unit).into() }
     }
 
     /// Returns the contact as a support of a component.
@@ -189,7 +185,8 @@ impl Contacts {
     ///
     /// Normal and friction impulses change the velocities. The positions change by these velocity changes
     /// times the step. Samples that are still inside a collider are then pushed out by a change of the
-    /// positions alone, by at most a quarter of a cell per step. Components that leave colliders as a whole
+    /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call before.
+    /// Components that leave colliders as a whole
     /// ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in scene units per second squared.
     pub fn resolve(
         &mut self,
@@ -198,7 +195,13 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
+        let mut before: Vec<_> = self.pressures.iter().map(|found| (found.key(), found.force(1.0))).collect();
+        before.sort_unstable_by_key(|(key, _)| *key);
         let report = self.detect(state, colliders, step, gravity);
+        self.begin_with(|key| {
+            let found = before.binary_search_by_key(&key, |(key, _)| *key);
+            found.map_or_else(|_| Vector3::zeros(), |index| before[index].1.force.into())
+        });
         self.finish_alone(state, colliders, step);
         report
     }
@@ -215,11 +218,10 @@ impl Contacts {
         self.keep_sides(state, colliders, step);
     }
 
-    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a collider and a
-    /// nearest lattice vertex, in the unit of [`Pressure::impulse`].
-    pub(crate) fn begin_with(&mut self, impulse: impl Fn(u32, u32) -> Vector3<f64>) {
+    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a contact, in the unit of [`Pressure::impulse`].
+    pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
         self.begin.clear();
-        self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.collider, found.vertex))));
+        self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.key()))));
     }
 
     /// Finds the contacts: the first part of [`resolve`](Self::resolve).
@@ -240,7 +242,7 @@ impl Contacts {
             detection.begin_paths(state.velocities, &samples.slots, step.dt);
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
-        self.slow = min_bounce.max(SLOW / step.dt) as f32;
+        self.slow = min_bounce as f32;
         self.begin.clear();
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
@@ -314,8 +316,10 @@ impl Contacts {
         }
         let mut remaining = 0.0_f64;
         for (pressure, (_, change)) in pressures.iter_mut().zip(solver.contacts()) {
-            pressure.depth -= f64::from(change) * step.dt;
-            remaining = remaining.max(pressure.depth);
+            let motion = f64::from(change) * step.dt;
+            pressure.depth -= motion;
+            // Samples that turn about the contact point of an impact may be deeper than it.
+            remaining = remaining.max(pressure.depth).max(motion.abs());
         }
         for (row, change) in solver.normal_changes() {
             // The displacement plus the velocity change times the step; the two are equal.
@@ -350,7 +354,7 @@ impl Contacts {
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
         let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
         let mut deepest = f64::INFINITY;
-        for round in 0..PUSH_ROUNDS {
+        for _ in 0..PUSH_ROUNDS {
             solver.clear();
             detection.read(state.positions, &samples.slots, leaving);
             detection.update_paths();
@@ -372,19 +376,17 @@ impl Contacts {
                 }
             }
             deepest = report.deepest;
-            if deepest <= ALLOWED_DEPTH {
+            if deepest <= SOFT_DEPTH {
                 break;
             }
-            let is_soft = round == 0 && deepest <= SOFT_DEPTH;
-            let part = if is_soft { SOFT_PART } else { 1.0 };
             solver.solve(PUSH);
             for (row, displacement) in solver.changes() {
                 let slot = samples.slots[row as usize];
-                state.set_position(slot, state.position(slot) + wide(displacement) * part);
-                add_displacement(&mut displacements[row as usize], displacement, part as f32);
+                state.set_position(slot, state.position(slot) + wide(displacement));
+                add_displacement(&mut displacements[row as usize], displacement, 1.0);
                 touched.push(row);
             }
-            if is_soft || deepest > PUSH_LIMIT {
+            if deepest > PUSH_LIMIT {
                 break;
             }
         }

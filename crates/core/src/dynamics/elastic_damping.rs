@@ -16,6 +16,13 @@
 //! that sways is damped after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection),
 //! and a long way in one direction lowers it again, so that oscillations over short ways are damped most.
 
+//!
+//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies ahead, by a
+//! fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for soft bodies Greenwood
+//! et al. 1961). The torque is at most that fraction times the radius times the normal force, and at most as great as stops the
+//! rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of the distances of the contacts from their
+//! center: the lattice resolves no smaller ones.
+
 use nalgebra::{Vector3, Vector6};
 
 use super::constraints::Constraints;
@@ -48,6 +55,8 @@ struct Reference {
     /// Rigid motion with the momenta of the component.
     motion: RigidMotion,
     reference: RigidMotion,
+    /// The change of the rigid motion in a step by rolling resistance.
+    rolling: RigidMotion,
     /// Present if the component is constrained or supported.
     projection: Option<Projection>,
 }
@@ -91,14 +100,14 @@ impl ElasticDamper {
 
     /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
     ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), and
-    /// `size` the size of the body in cells.
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), `size` the size of
+    /// the body in cells, and `rolling` the coefficient of rolling resistance.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
         tracker: &MomentumTracker,
-        (keep, size, dt): (f64, f64, f64),
+        (keep, size, rolling, dt): (f64, f64, f64, f64),
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
         let supports = state.supports.list_mut();
@@ -113,7 +122,15 @@ impl ElasticDamper {
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            references.push(self.reference((component, measured), motion, (supports, own), (size, dt)));
+            let mut reference = self.reference((component, measured), motion, (supports, own), (size, dt));
+            if rolling > 0.0 && !self.constrained.get(component).is_some_and(|(_, count)| *count > 0.0) {
+                for &(_, index) in own {
+                    let change =
+                        resistance(&supports[index as usize], rolling, measured, motion + reference.rolling);
+                    reference.rolling = reference.rolling + change;
+                }
+            }
+            references.push(reference);
         }
         (self.references, self.keep) = (references, keep);
     }
@@ -127,7 +144,7 @@ impl ElasticDamper {
         (size, cell_mass): (f64, f64),
     ) -> CoupledComponent {
         let (frame, measured) = (state.frame, &tracker.states()[side.1 as usize]);
-        let Reference { motion, reference, projection } = &self.references[side.1 as usize];
+        let Reference { motion, reference, projection, .. } = &self.references[side.1 as usize];
         let cell_size = frame.cell_size();
         let world = |motion: &RigidMotion| RigidMotion {
             linear: (motion.linear + frame.velocity()) * cell_size,
@@ -162,12 +179,12 @@ impl ElasticDamper {
         damped.keep = *keep as f32;
         damped.rigid.clear();
         for (component, measured) in tracker.states().iter().enumerate() {
-            let &Reference { motion, reference, .. } = &references[component];
+            let &Reference { motion, reference, rolling, .. } = &references[component];
             // The surroundings of the component change its momenta.
             if let Some(momentum) = &mut state.momenta[component] {
-                momentum.add(measured.momentum_of((reference - motion) * (1.0 - *keep)));
+                momentum.add(measured.momentum_of((reference - motion) * (1.0 - *keep) + rolling));
             }
-            damped.rigid.push((reference * (1.0 - *keep)).about_origin(measured.center));
+            damped.rigid.push((reference * (1.0 - *keep) + rolling).about_origin(measured.center));
         }
     }
 
@@ -202,8 +219,9 @@ impl ElasticDamper {
         (size, dt): (f64, f64),
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
+        let rolling = RigidMotion::ZERO;
         if constrained.is_none() && own.is_empty() {
-            return Reference { motion, reference: motion, projection: None };
+            return Reference { motion, reference: motion, rolling, projection: None };
         }
         let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
         let mut projection = Projection::new(mobility, motion, rigid.center);
@@ -221,8 +239,24 @@ impl ElasticDamper {
         let energy = rigid.energy_of(reference);
         let is_limited = constrained.is_none() && energy > limit;
         let reference = if is_limited { reference * (limit / energy).sqrt() } else { reference };
-        Reference { motion, reference, projection: Some(projection) }
+        Reference { motion, reference, rolling, projection: Some(projection) }
     }
+}
+
+/// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
+/// resistance. `motion`: the rigid motion of the component.
+fn resistance(support: &Support, coefficient: f64, rigid: &RigidState, motion: RigidMotion) -> RigidMotion {
+    let [point, normal, spin] = [support.point, support.normal, support.spin].map(Vector3::from);
+    let turning = motion.angular - spin;
+    let rolling = turning - normal * normal.dot(&turning);
+    let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
+    let lever = rigid.center - point;
+    let inertia = axis.dot(&(rigid.inertia() * axis)) + rigid.mass * axis.cross(&lever).norm_squared();
+    let radius = (support.spread + 0.25).sqrt();
+    // Without a mean normal, no force presses.
+    let torque = coefficient * radius * support.impulse * normal.norm();
+    let angular = -axis * (torque / inertia).min(rolling.norm());
+    RigidMotion { linear: angular.cross(&lever), angular }
 }
 
 /// Adds the conditions of a support, and advances its deflections.

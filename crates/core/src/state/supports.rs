@@ -15,6 +15,8 @@ pub(crate) struct Support {
     pub(crate) impulse: f64,
     /// Center of pressure, from the body's origin.
     pub(crate) point: [f64; 3],
+    /// Mean of the squared distances of the contacts from the center of pressure.
+    pub(crate) spread: f64,
     /// Mean normal, a unit vector; zero if the normals cancel each other.
     pub(crate) normal: [f64; 3],
     /// Velocity of the surface of the collider at the center of pressure.
@@ -59,8 +61,9 @@ impl Supports {
     /// Replaces the supports. `contacts` are single contacts, which are combined to one support of each component by
     /// each collider. A support that existed before keeps its deflections.
     pub(crate) fn set(&mut self, contacts: impl Iterator<Item = Support>) {
-        for Support { impulse, point, normal, velocity, .. } in &mut self.0 {
+        for Support { impulse, point, spread, normal, velocity, .. } in &mut self.0 {
             (*impulse, *point, *normal, *velocity) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
+            *spread = 0.0;
         }
         // Contacts of the same support mostly follow each other.
         let mut last = 0;
@@ -94,6 +97,7 @@ impl Support {
     fn add(&mut self, contact: &Self) {
         self.impulse += contact.impulse;
         self.spin = contact.spin;
+        self.spread += contact.impulse * Vector3::from(contact.point).norm_squared();
         for c in 0..3 {
             self.point[c] += contact.impulse * contact.point[c];
             self.normal[c] += contact.impulse * contact.normal[c];
@@ -105,6 +109,7 @@ impl Support {
     fn normalize(&mut self) {
         let scale = 1.0 / self.impulse;
         self.point = self.point.map(|sum| sum * scale);
+        self.spread = (self.spread * scale - Vector3::from(self.point).norm_squared()).max(0.0);
         self.velocity = self.velocity.map(|sum| sum * scale);
         // Normals that cancel each other, all around a ball, have no mean.
         let normal = Vector3::from(self.normal) * scale;

@@ -13,6 +13,7 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<TouchingOptions> {
     Ok(TouchingOptions {
         friction: settings.number("friction")?.unwrap_or(default.friction),
         restitution: settings.number("restitution")?.unwrap_or(default.restitution),
+        rolling_resistance: settings.number("rolling_resistance")?,
         self_contact: settings.read("self_contact", argument::boolean)?,
         ignored: settings.read("ignore", names)?.unwrap_or_default(),
     })
@@ -41,6 +42,14 @@ impl Body {
     #[getter]
     fn restitution(&self, py: Python<'_>) -> PyResult<f64> {
         self.read(py, |body| body.touching().restitution)
+    }
+
+    /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from its
+    /// middle, as a fraction of the radius of the contact. Unless it is set, 0.05 times the damping ratio, or 0.01 with a
+    /// damping_rate.
+    #[getter]
+    fn rolling_resistance(&self, py: Python<'_>) -> PyResult<f64> {
+        self.read(py, supple::Body::rolling_resistance)
     }
 
     /// Whether parts of the body touch each other: bool, or None if the simulation decides.

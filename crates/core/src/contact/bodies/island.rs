@@ -15,7 +15,7 @@ use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
 use crate::contact::rows::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
-use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS, Pressure};
+use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
 use crate::lattice::trilinear_weights;
 use crate::state::{BodyState, ContactKey, Interval};
@@ -210,9 +210,8 @@ impl Island {
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
                 solver.append(contacts.solver(), row, member.scale);
-                begin.extend(contacts.pressures().iter().map(|&Pressure { collider, vertex, .. }| {
-                    let key = ContactKey::Collider { collider, vertex };
-                    narrow(body.state.touches.force(key) * (dt / (length * mass)))
+                begin.extend(contacts.pressures().iter().map(|pressure| {
+                    narrow(body.state.touches.force(pressure.key()) * (dt / (length * mass)))
                 }));
             }
             for vertex in 0..body.lattice.len() as u32 {

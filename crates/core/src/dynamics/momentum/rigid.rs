@@ -18,6 +18,10 @@ pub(crate) struct RigidMotion {
 }
 
 impl RigidMotion {
+    /// No motion.
+    pub(crate) const ZERO: Self =
+        Self { linear: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) };
+
     /// Creates the motion with the components (v, ω).
     pub(crate) fn from_components(m: &Vector6<f64>) -> Self {
         Self { linear: Vector3::new(m[0], m[1], m[2]), angular: Vector3::new(m[3], m[4], m[5]) }

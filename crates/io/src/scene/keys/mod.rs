@@ -29,6 +29,7 @@ use supple::{
 pub(super) use curve::inflate;
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
+use ranges::optional_not_negative;
 pub(super) use ranges::{
     count, direction, directory, extents, fraction, mesh, name, not_negative, optional_finite,
     optional_positive, point_cache, positive,
@@ -73,7 +74,7 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 pub fn optional_keys() -> Vec<&'static str> {
     let mut keys: Vec<_> =
         ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
-    keys.extend(["object", "poisson_ratio", "self_contact", "plastic", "fracture"]);
+    keys.extend(["object", "poisson_ratio", "rolling_resistance", "self_contact", "plastic", "fracture"]);
     keys
 }
 
@@ -93,7 +94,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
                 "plastic",
             ]),
             "@elasticity" => ELASTICITY.concat(),
-            "@touching" => vec!["friction", "restitution", "ignore", "self_contact"],
+            "@touching" => vec!["friction", "restitution", "rolling_resistance", "ignore", "self_contact"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
             "@stiffness" => ALTERNATIVES[2].to_vec(),
@@ -147,6 +148,8 @@ pub(super) struct TouchingKeys {
     friction: f64,
     #[serde(deserialize_with = "fraction")]
     restitution: f64,
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "optional_not_negative")]
+    rolling_resistance: Option<f64>,
     #[serde(rename = "ignore")]
     ignored: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]

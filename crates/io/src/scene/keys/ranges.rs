@@ -52,6 +52,13 @@ pub(in crate::scene) fn poisson_ratio<'de, D: Deserializer<'de>>(value: D) -> Re
     ratio(value).map(Some)
 }
 
+/// Deserializes an optional number of at least 0.
+pub(in crate::scene) fn optional_not_negative<'de, D: Deserializer<'de>>(
+    value: D,
+) -> Result<Option<f64>, D::Error> {
+    not_negative(value).map(Some)
+}
+
 /// Deserializes an optional finite number.
 pub(in crate::scene) fn optional_finite<'de, D: Deserializer<'de>>(
     value: D,

@@ -131,8 +131,8 @@ pub(super) fn cases() -> Vec<Case> {
             cases.push(torn_case(name.clone(), |half_width| of_cells(&block(BAR), half_width), degrees));
             cases.push(torn_case(name + ", mesh", |half_width| with_mesh(BAR, half_width), degrees));
         }
-        // About the speed of waves, sqrt(w (w + 1)/3) cells per step.
-        let speed = half_width;
+        // A fifth and more above the speed of waves, sqrt(w (w + 1)/3) cells per step.
+        let speed = 1.2 * half_width;
         for (name, has_mesh) in [("thrown on the ground", false), ("thrown on the ground, mesh", true)] {
             let dropped = move || {
                 let size = [6; 3];

@@ -12,9 +12,9 @@ use crate::stability::trial::{System, measure};
 /// Frames per second.
 const FPS: f64 = 60.0;
 
-/// Creates a builder of a block of 1 x 1 x 1 scene units and 6 x 6 x 6 cells with the default material, rubber.
+/// Creates a builder of a block of 1 x 1 x 1 scene units and 6 x 6 x 6 cells of rubber.
 fn cube() -> Result<BodyBuilder, Error> {
-    of_material(&block([6; 3]), 1.0 / 6.0)
+    Ok(of_material(&block([6; 3]), 1.0 / 6.0)?.preset(Preset::Rubber))
 }
 
 /// Creates a builder of a body of cells of edge `cell_size` with the default material.
