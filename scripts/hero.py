@@ -23,7 +23,8 @@ from PIL import Image, ImageChops, ImageDraw, ImageFont
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENES = ROOT / "examples" / "scenes"
-RUNS = {"without correction": ["--set", 'body.bust.volume="off"'], "with volume correction": []}
+PLAIN = ["--set", 'body.bust.volume="off"', "--set", "body.bust.poisson_ratio=0"]
+RUNS = {"without correction": PLAIN, "with volume correction": []}
 SIMULATED, SHOWN = 50, 25
 """Frames per second of the simulation and of the animation."""
 STRETCHED, DROPPED, LIFTED = (10, 70), (91, 130), 10

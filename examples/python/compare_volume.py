@@ -56,7 +56,8 @@ class Run:
 
 def run(scene: str, setting: str) -> Run:
     """Simulate a scene, and store the surface and all volumes relative to rest for every frame."""
-    simulation = supple.load_scene(SCENES / f"{scene}.toml", overrides={"body.bust.volume": SETTINGS[setting]})
+    overrides = {"body.bust.volume": SETTINGS[setting], "body.bust.poisson_ratio": 0}
+    simulation = supple.load_scene(SCENES / f"{scene}.toml", overrides=overrides)
     body = simulation.bodies[0]
     substeps = round(1 / (FRAMES_PER_SECOND * simulation.dt))
     assert body.mesh is not None

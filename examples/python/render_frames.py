@@ -1,7 +1,8 @@
 """Render frames side by side: one row per run, one column per frame, with the same camera. Needs no display.
 
     supple run examples/scenes/stretch_and_drop.toml -o frames/kept
-    supple run examples/scenes/stretch_and_drop.toml -o frames/plain --set 'body.bust.volume="off"'
+    supple run examples/scenes/stretch_and_drop.toml -o frames/plain --set 'body.bust.volume="off"' \
+        --set body.bust.poisson_ratio=0
     supple run examples/scenes/stretch_and_drop.toml -o frames/regional \
         --set 'body.bust.volume={ scope = "regional" }'
     python examples/python/render_frames.py stretch.png "plain=frames/plain" "global=frames/kept" \

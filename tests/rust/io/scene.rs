@@ -10,6 +10,10 @@ use supple::{
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
 
+/// What a ratio of rest volumes may be.
+const RATIO: &str = "a number in [0.1, 10], keyframes like [{ time = 0, value = 1 }, { time = 2, value = 1.3 }], or a \
+                     table like { keys = [...], interpolation = \"smooth\" }";
+
 const FULL: &str = r#"
 [simulation]
 frames = 12
@@ -316,7 +320,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[0, 1, 1]",
             "at least `min`, which is [1, 0, 0], on every axis",
         ),
-        ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", "a number in [0.1, 10]"),
+        ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", RATIO),
         ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (

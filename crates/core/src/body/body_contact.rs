@@ -7,8 +7,7 @@ use crate::contact::bodies::{
     BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
     SEARCH_DISTANCE, SurfaceProperties,
 };
-use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
-use crate::dynamics::{Damping, Preset};
+use crate::dynamics::{Constraints, CoupledComponent, Damping, Preset, add_rigid};
 use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;

@@ -8,10 +8,13 @@ use nalgebra::Point3;
 use super::SKIN;
 use super::patch::PatchSide;
 use super::posed_collider::PosedCollider;
-use super::stage::SOFT_DEPTH;
 use super::vec4::{Vec4, dot, narrow, wide};
 
-/// Part of the overlap that a contact removes in a step.
+/// Depth in cells up to which samples are not pushed out. The impulses remove a part of it in each step, so that a resting body
+/// is not moved against its elastic forces.
+pub(super) const SOFT_DEPTH: f64 = 0.01;
+
+/// Part of the overlap, or of the gap, that a contact removes in a step.
 const OVERLAP_PART: f64 = 0.2;
 
 /// Contact point of a patch during a step.
@@ -71,9 +74,10 @@ impl SurfacePoint {
     ///
     /// * A point that starts the step outside the skin and approaches faster than `min_bounce` separates at
     ///   the speed of approach times the restitution.
-    /// * A point that moved away before the step may approach at up to the speed at which it moved away,
-    ///   because this adds no energy, but not so fast that it enters the collider.
-    /// * For any other point the target is 0.
+    /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its depth in the
+    ///   step. Deeper ones are pushed out: see `stage`.
+    /// * A sample outside closes that part of its gap, of at most [`SOFT_DEPTH`]. One that moved away before the step may
+    ///   approach at up to the speed at which it moved away, because this adds no energy. None enters the collider.
     ///
     /// `min_bounce` is the least speed of approach that bounces, in cells per second.
     pub(super) fn contact(&self, collider: &PosedCollider<'_>, dt: f64, min_bounce: f64) -> Contact {

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::colliders::Colliders;
-use super::constraint::{Contact, SurfacePoint, mean, mean_position};
+use super::constraint::{Contact, SOFT_DEPTH, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::patch::Patch;
 use super::rows::buffer_bytes;
@@ -33,10 +33,6 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
-
-/// Depth in cells up to which samples are not pushed out. The impulses remove a part of it in each step, so that a resting body
-/// is not moved against its elastic forces.
-pub(super) const SOFT_DEPTH: f64 = 0.01;
 
 /// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
 /// surface of the collider. The samples that remain inside form the patches of the next round.

@@ -128,6 +128,8 @@ impl Physical {
                 data.resolution = Resolution::CellSize(grid.refined_cell_size(dynamics.refinement));
             }
             let stiffness = grid.stiffness(dynamics.refinement, dt);
+            // That of a named material would be lost with it.
+            data.material.poisson_ratio = Some(data.material.poisson_ratio());
             data.material.elasticity = Elasticity::Regions { size: RegionSize::Cells(width), stiffness };
             data.volume = VolumeOptions { measure: method.measure, scope: method.scope, ..data.volume };
         }
