@@ -45,6 +45,7 @@ _Skin: TypeAlias = Literal["linear", "smooth"]
 _Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
 _Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
 _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
+_Curve: TypeAlias = float | Sequence[tuple[float, float] | Mapping[str, float]] | Mapping[str, Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 
@@ -242,7 +243,7 @@ class Body:
         Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
     memory_limit : int, default half of the machine's memory
         Limit in bytes of the memory of the body.
-    material : "jelly", "flesh", "rubber" (default) or "firm"; or youngs_modulus : float
+    material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float
         What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
         Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
         the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
@@ -256,8 +257,12 @@ class Body:
         steps), "balanced" (the least half-width with which a second of a scene takes at most 0.05 seconds, by an estimate),
         or "exact" (regions of one cell: layers that are held or touched strain as the others do).
     poisson_ratio : float
-        In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0: it keeps its width.
+        In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0.45 for "jelly" and
+        "flesh", 0.4 for "rubber", 0.3 for "firm", otherwise 0: it keeps its width.
         Steps are shorter for large ones: 2.6 times as many at 0.45.
+    inflate : float or keyframes, default 1
+        Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number, a list of (time, value), or a dict with the keys
+        keys and interpolation ("linear", "smooth" or "cubic"). The body grows or shrinks to it.
     damping_ratio : float; or damping_rate : float
         Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
         mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
@@ -294,6 +299,9 @@ class Body:
     restitution : float, default 0
         Ratio of the speeds of the touching points after and before an impact on another body, in [0, 1]. That of two
         bodies is the greater of theirs; at a collider, that of the collider holds.
+    rolling_resistance : float
+        Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
+        its middle, as a fraction of the radius of the contact. Default 0.05 times the damping ratio, or 0.01 with a damping_rate.
     ignore : list of str, default empty
         Names of bodies that the body does not touch, whichever of the two names the other.
     self_contact : bool
@@ -328,6 +336,7 @@ class Body:
         frequency: float | None = None,
         accuracy: _Accuracy = "balanced",
         poisson_ratio: float | None = None,
+        inflate: _Curve = 1.0,
         damping_ratio: float | None = None,
         damping_rate: float | None = None,
         region_damping: float | None = 0.0,
@@ -339,6 +348,7 @@ class Body:
         skin: _Skin = "linear",
         friction: float = 0.5,
         restitution: float = 0.0,
+        rolling_resistance: float | None = None,
         ignore: Iterable[str] = (),
         self_contact: bool | None = None,
         velocity: ArrayLike = (0, 0, 0),
@@ -428,6 +438,12 @@ class Body:
     @property
     def ignore(self) -> tuple[str, ...]:
         """Names of bodies that the body does not touch: tuple of str."""
+    @property
+    def rolling_resistance(self) -> float:
+        """Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from its
+        middle, as a fraction of the radius of the contact. Unless it is set, 0.05 times the damping ratio, or 0.01 with a
+        damping_rate.
+        """
     @property
     def self_contact(self) -> bool | None:
         """Whether parts of the body touch each other: bool, or None if the simulation decides."""
@@ -535,6 +551,19 @@ class Body:
         """
     @poisson_ratio.setter
     def poisson_ratio(self, value: float | None) -> None: ...
+    @property
+    def inflate(self) -> Any:
+        """Ratio of the rest volume to that of the mesh, in [0.1, 10]: a float, or what keyframes were set. Settable: a number, a list
+        of (time, value), or a dict with the keys keys and interpolation ("linear", "smooth" or "cubic").
+
+        From the next step on the body grows or shrinks to it, and the volume correction keeps the volume of the mesh times
+        this ratio. Zones have ratios of their own beside it.
+        """
+    @inflate.setter
+    def inflate(self, value: _Curve) -> None: ...
+    @property
+    def rest_volume_ratios(self) -> NDArray[np.float64]:
+        """Ratios of the rest volume around each lattice vertex to that of the lattice, as of the last step: (n,) float64."""
     @property
     def damping_ratio(self) -> float | None:
         """Damping ratio of the lowest elastic mode, in [0, 1]; None if damping_rate is set. Settable; replaces
@@ -798,21 +827,24 @@ class Body:
         """
     def zone(
         self,
-        factor: float,
+        factor: float = 1.0,
         *,
+        inflate: _Curve | None = None,
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
         at: Literal["now", "start"] = "now",
     ) -> None:
-        """Multiply the Young's modulus of a part of the body by a factor, from the next step on.
+        """Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
 
-        Around a shape the logarithm of the factor decreases linearly to 0 over the length of a cell. Factors of
-        overlapping zones multiply.
+        Around a shape the logarithms of both decrease linearly to 0 over the length of a cell. Those of overlapping zones
+        multiply.
 
-        factor : float
+        factor : float, default 1
             In (0, 100], and so are the products of overlapping zones.
+        inflate : float, or keyframes
+            As of Body; the products of overlapping zones are limited to [0.1, 10].
         box, sphere, plane, vertices, at :
             As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
 
