@@ -76,7 +76,8 @@ fn a_platform_that_accelerates_within_the_friction_cone_carries_a_box_without_sl
     let moved = center(&simulation) - start;
     let lag = pose(240.0 * DT)[0] - moved.x;
     assert!(lag.abs() < 0.01 * CELL, "{lag}");
-    simulation.steps(120);
+    // Flesh sways for about a second.
+    simulation.steps(360);
     let velocities = simulation.body(0).velocities();
     let speed = rms(velocities.iter().map(|v| v.norm()));
     assert_eq!(simulation.collider(0).velocity(), [0.0; 3]);

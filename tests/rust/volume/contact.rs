@@ -124,7 +124,7 @@ fn a_body_squeezed_between_plates_bulges_sideways_and_enters_neither() {
             assert!(worst.extra_depth < 1e-5 && worst.residual < 1e-12, "{scope:?}, {half_width}: {worst:?}");
             // Regression bounds for jumps and widths. The plates move by 1.6 cells in a second, 0.027 in a
             // step.
-            assert!(worst.jump < 0.17, "{scope:?}, {half_width}: {worst:?}");
+            assert!(worst.jump < 0.3, "{scope:?}, {half_width}: {worst:?}");
             let [corrected, uncorrected] = worst.widths;
             assert!(corrected > uncorrected + 0.5, "no bulge: {scope:?}, {half_width}: {worst:?}");
         }

@@ -14,7 +14,11 @@ use super::vec4::{Vec4, dot, narrow, wide};
 /// is not moved against its elastic forces.
 pub(super) const SOFT_DEPTH: f64 = 0.01;
 
-/// Part of the overlap, or of the gap, that a contact removes in a step.
+/// Part of a gap, of at most [`SOFT_DEPTH`], that a contact closes in a step. With a greater part, contacts that are pressed come and
+/// go, and the body trembles.
+const GAP_PART: f64 = 0.01;
+
+/// Part of the overlap that a contact removes in a step.
 const OVERLAP_PART: f64 = 0.2;
 
 /// Contact point of a patch during a step.
@@ -76,7 +80,7 @@ impl SurfacePoint {
     ///   the speed of approach times the restitution.
     /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its depth in the
     ///   step. Deeper ones are pushed out: see `stage`.
-    /// * A sample outside closes that part of its gap, of at most [`SOFT_DEPTH`]. One that moved away before the step may
+    /// * A sample outside closes [`GAP_PART`] of its gap. One that moved away before the step may
     ///   approach at up to the speed at which it moved away, because this adds no energy. None enters the collider.
     ///
     /// `min_bounce` is the least speed of approach that bounces, in cells per second.
@@ -100,7 +104,7 @@ impl SurfacePoint {
                 // Samples that are deeper are pushed out.
                 _ if distance < -SOFT_DEPTH => 0.0,
                 _ if distance < 0.0 => -OVERLAP_PART * distance / dt,
-                _ => approach.min(-OVERLAP_PART * distance.min(SOFT_DEPTH) / dt).max(-distance / dt),
+                _ => approach.min(-GAP_PART * distance.min(SOFT_DEPTH) / dt).max(-distance / dt),
             }
         };
         Contact {

@@ -27,6 +27,10 @@ pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 /// Penetration that is tolerated without a push-out, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
+/// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not give a
+/// greater one.
+const SLOW: f64 = 1e-3;
+
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
@@ -238,7 +242,7 @@ impl Contacts {
             detection.begin_paths(state.velocities, &samples.slots, step.dt);
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
-        self.slow = min_bounce as f32;
+        self.slow = min_bounce.max(SLOW / step.dt) as f32;
         self.begin.clear();
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
