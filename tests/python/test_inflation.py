@@ -123,9 +123,9 @@ def test_copies_states_and_scenes_keep_the_ratio(tmp_path):
 
 
 def test_rolling_resistance_follows_the_damping_unless_it_is_set(block):
-    assert supple.Body(block).rolling_resistance == pytest.approx(0.006)
+    assert supple.Body(block).rolling_resistance == pytest.approx(0.024)
     assert supple.Body(block, damping_ratio=0).rolling_resistance == 0
-    assert supple.Body(block, damping_rate=2).rolling_resistance == pytest.approx(0.004)
+    assert supple.Body(block, damping_rate=2).rolling_resistance == pytest.approx(0.016)
     assert supple.Body(block, rolling_resistance=0.1).rolling_resistance == 0.1
     with pytest.raises(ValueError, match="rolling_resistance = -1 is out of range: it must be at least 0"):
         supple.Body(block, rolling_resistance=-1)

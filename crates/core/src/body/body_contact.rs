@@ -22,8 +22,8 @@ pub struct TouchingOptions {
     /// Coefficient of restitution, in [0, 1]; default 0. That of two bodies is the greater of theirs.
     pub restitution: f64,
     /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
-    /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.02 times the damping ratio of the
-    /// material, or 0.004 with a damping rate.
+    /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the damping ratio of the
+    /// material, or 0.016 with a damping rate.
     pub rolling_resistance: Option<f64>,
     /// Whether parts of the body touch each other; `None`, the default:
     /// [the simulation](crate::SimulationBuilder::self_contact) decides.
@@ -54,7 +54,7 @@ impl TouchingOptions {
 }
 
 /// Coefficient of rolling resistance of a body of the damping ratio 1.
-const ROLLING_RESISTANCE: f64 = 0.02;
+const ROLLING_RESISTANCE: f64 = 0.08;
 
 impl Body {
     /// Returns the coefficient of rolling resistance on colliders: see [`TouchingOptions::rolling_resistance`].
