@@ -99,7 +99,7 @@ impl SurfacePoint {
             collider.restitution * approach
         } else {
             // The least distance of a sample before the step.
-            let distance = -self.deepest - dt * (velocity - surface).dot(&normal);
+            let distance = (-self.deepest - dt * (velocity - surface).dot(&normal)).min(distance_before);
             match distance {
                 // Samples that are deeper are pushed out.
                 _ if distance < -SOFT_DEPTH => 0.0,

@@ -246,17 +246,16 @@ impl ElasticDamper {
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
 /// resistance. `motion`: the rigid motion of the component.
 fn resistance(support: &Support, coefficient: f64, rigid: &RigidState, motion: RigidMotion) -> RigidMotion {
-    let [point, normal, spin] = [support.point, support.normal, support.spin].map(Vector3::from);
+    let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;
     let rolling = turning - normal * normal.dot(&turning);
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
-    let lever = rigid.center - point;
-    let inertia = axis.dot(&(rigid.inertia() * axis)) + rigid.mass * axis.cross(&lever).norm_squared();
+    let inertia = axis.dot(&(rigid.inertia() * axis));
     let radius = (support.spread + 0.25).sqrt();
     // Without a mean normal, no force presses.
     let torque = coefficient * radius * support.impulse * normal.norm();
-    let angular = -axis * (torque / inertia).min(rolling.norm());
-    RigidMotion { linear: angular.cross(&lever), angular }
+    // A torque alone: what it changes in the velocity of the center is up to friction.
+    RigidMotion { angular: -axis * (torque / inertia).min(rolling.norm()), ..RigidMotion::ZERO }
 }
 
 /// Adds the conditions of a support, and advances its deflections.
