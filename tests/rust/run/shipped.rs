@@ -134,7 +134,9 @@ fn the_can_keeps_its_dents() {
     let kept = start * (pressed / start).powf(2.0 / 3.0);
     // A pull by e is the elastic strain √6 e/(3 + e); see docs/plasticity.md.
     let pull = |strain: f32| 3.0 * strain / (6.0_f32.sqrt() - strain);
-    let bound = kept * (1.0 + pull(0.03)) + (start - kept) * (-20.0 * 0.2_f32).exp();
+    // Up to 0.05 cells of the plate are not in contact.
+    let gap = 0.05 * body.lattice().cell_size() as f32;
+    let bound = kept * (1.0 + pull(0.03)) + (start - kept) * (-20.0 * 0.2_f32).exp() + gap;
     assert!(height(&prepared) < bound && bound < start, "{} of {start}, {bound}", height(&prepared));
 }
 
