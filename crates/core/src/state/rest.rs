@@ -45,7 +45,9 @@ impl Rest {
         self.still += dt;
         if is_checked {
             let displacements = self.place.displacements(present, occupied);
-            if displacements.is_none_or(|displacements| !(displacements.distance_from([0.0; 3]) <= limit)) {
+            let stays =
+                displacements.is_some_and(|displacements| displacements.distance_from([0.0; 3]) <= limit);
+            if !stays {
                 self.place.store(present);
                 self.still = 0.0;
             }
