@@ -10,7 +10,7 @@ use supple_tests::{
     without_gravity, worst,
 };
 
-use crate::poisson::{body, deformed, naive};
+use crate::poisson::{assert_forces_are_gradient, assert_same_bits, body, deformed, mean_position, naive};
 
 /// Returns a curve from 1 at time 0 to `value` at `time`.
 fn ramp(time: f64, value: f64) -> Curve {
@@ -56,7 +56,6 @@ fn goals_and_energies_equal_the_reference() {
     }
 }
 
-/// The elastic forces are the gradient of the energy: s m (x - g) by differences of the sum, in any state.
 #[test]
 fn forces_are_the_gradient_of_the_energy() {
     let mut random = Random(72);
@@ -66,26 +65,12 @@ fn forces_are_the_gradient_of_the_energy() {
             let ratios = (0..lattice.len()).map(|_| 0.5 + 1.5 * random.unit()).collect();
             let naive = naive(&lattice, half_width, ratio).with_rest_volumes(ratios);
             let x = deformed(&rest(&lattice), stretch, 0.1, &mut random);
-            let energy = |x: &[Vector3<f64>]| naive.matching_energy(&naive.motions(x), x);
-            let goals = naive.goals(&naive.motions(&x));
-            let step = 1e-5;
-            for (vertex, axis) in
-                (0..x.len()).step_by(7).flat_map(|vertex| [0, 1, 2].map(|axis| (vertex, axis)))
-            {
-                let at = |sign: f64| {
-                    let mut moved = x.clone();
-                    moved[vertex][axis] += sign * step;
-                    energy(&moved)
-                };
-                let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
-                let expected = naive.weights().masses[vertex] * (x[vertex] - goals[vertex])[axis];
-                assert!((slope - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{slope} for {expected}");
-            }
+            assert_forces_are_gradient(&naive, &x, &format!("{half_width}, {ratio}, {stretch:?}"));
         }
     }
 }
 
-/// Returns a material with regions of this half-width, damped at 0.3 of the lowest mode.
+/// Damps a body at 0.3 of the lowest mode.
 fn damped(builder: BodyBuilder) -> BodyBuilder {
     builder.damping_ratio(0.3)
 }
@@ -134,7 +119,7 @@ fn a_zone_grows_alone() {
         let mut simulation = without_gravity(builder.build().unwrap());
         simulation.steps(2000);
         let body = simulation.body(0);
-        let at = |layer: i32| crate::poisson::mean_position(&body, 0, |index| index[0] == layer);
+        let at = |layer: i32| mean_position(&body, 0, |index| index[0] == layer);
         let length = |from: i32, to: i32| (at(to) - at(from)) / f64::from(to - from);
         assert!((length(2, 7) / 1.5_f64.cbrt() - 1.0).abs() < 1e-3, "{}", length(2, 7));
         assert!((length(17, 22) - 1.0).abs() < 1e-3, "{}", length(17, 22));
@@ -291,18 +276,7 @@ fn bits_do_not_depend_on_threads_and_states_continue() {
             simulation.steps(10);
             simulation
         };
-        let (alone, mut together) = (run(1), run(3));
-        assert!(alone.state() == together.state(), "{half_width}");
-        let state = together.state();
-        together.steps(10);
-        let end = together.state();
-        together.restore(&state).unwrap();
-        together.steps(10);
-        assert!(together.state() == end, "{half_width}");
-        let mut other = run(1);
-        other.restore(&state).unwrap();
-        other.steps(10);
-        assert!(other.state() == end, "{half_width}");
+        assert_same_bits(run, &format!("{half_width}"));
     }
 }
 

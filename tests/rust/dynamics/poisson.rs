@@ -66,7 +66,26 @@ fn goals_and_energies_equal_the_reference() {
     }
 }
 
-/// The elastic forces are the gradient of the energy: s m (x - g) by differences of the sum, in any state.
+/// Asserts that the elastic forces are the gradient of the energy: s m (x - g) by differences of the sum.
+pub(crate) fn assert_forces_are_gradient(naive: &Naive<'_>, x: &[Vector3<f64>], name: &str) {
+    let energy = |x: &[Vector3<f64>]| naive.matching_energy(&naive.motions(x), x);
+    let goals = naive.goals(&naive.motions(x));
+    let step = 1e-5;
+    for vertex in (0..x.len()).step_by(7) {
+        for axis in 0..3 {
+            let at = |sign: f64| {
+                let mut moved = x.to_vec();
+                moved[vertex][axis] += sign * step;
+                energy(&moved)
+            };
+            let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
+            let expected = naive.weights().masses[vertex] * (x[vertex] - goals[vertex])[axis];
+            let scale = 1.0 + expected.abs();
+            assert!((slope - expected).abs() < 1e-6 * scale, "{name}: {slope} for {expected}");
+        }
+    }
+}
+
 #[test]
 fn forces_are_the_gradient_of_the_energy() {
     let mut random = Random(42);
@@ -78,22 +97,7 @@ fn forces_are_the_gradient_of_the_energy() {
         {
             let naive = naive(&lattice, half_width, ratio);
             let x = deformed(&rest(&lattice), stretch, noise, &mut random);
-            let energy = |x: &[Vector3<f64>]| naive.matching_energy(&naive.motions(x), x);
-            let goals = naive.goals(&naive.motions(&x));
-            let step = 1e-5;
-            for vertex in (0..x.len()).step_by(7) {
-                for axis in 0..3 {
-                    let at = |sign: f64| {
-                        let mut moved = x.clone();
-                        moved[vertex][axis] += sign * step;
-                        energy(&moved)
-                    };
-                    let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
-                    let expected = naive.weights().masses[vertex] * (x[vertex] - goals[vertex])[axis];
-                    let scale = 1.0 + expected.abs();
-                    assert!((slope - expected).abs() < 1e-6 * scale, "{stretch:?}: {slope} for {expected}");
-                }
-            }
+            assert_forces_are_gradient(&naive, &x, &format!("{half_width}, {ratio}, {stretch:?}"));
         }
     }
 }
@@ -129,14 +133,22 @@ fn bits_do_not_depend_on_threads_and_states_continue() {
             simulation.steps(10);
             simulation
         };
-        let (alone, mut together) = (run(1), run(3));
-        assert!(alone.state() == together.state(), "{half_width}, {ratio}");
-        let state = together.state();
-        together.steps(10);
-        let end = together.state();
-        together.restore(&state).unwrap();
-        together.steps(10);
-        assert!(together.state() == end, "{half_width}, {ratio}");
+        assert_same_bits(run, &format!("{half_width}, {ratio}"));
+    }
+}
+
+/// Asserts that a simulation that `run` steps with a number of threads has the same bits with one and with three, and that
+/// its state continues with the same bits in itself and in another one.
+pub(crate) fn assert_same_bits(run: impl Fn(usize) -> Simulation, name: &str) {
+    let (alone, mut together) = (run(1), run(3));
+    let state = together.state();
+    assert!(alone.state() == state, "{name}");
+    together.steps(10);
+    let end = together.state();
+    for mut simulation in [together, alone] {
+        simulation.restore(&state).unwrap();
+        simulation.steps(10);
+        assert!(simulation.state() == end, "{name}");
     }
 }
 

@@ -32,8 +32,11 @@ impl Body {
     /// Returns the ratio of the rest volume around each lattice vertex to that of the lattice, as of the last step: the
     /// product of the ratios of the body and of the zones. All are 1 before the first step.
     pub fn rest_volume_ratios(&self) -> Vec<f64> {
-        let ratio = |vertex| self.inflation.as_ref().map_or(1.0, |inflation| inflation.ratio(vertex));
-        (0..self.lattice.len()).map(ratio).collect()
+        (0..self.lattice.len()).map(|vertex| self.rest_volume_ratio(vertex)).collect()
+    }
+
+    fn rest_volume_ratio(&self, vertex: usize) -> f64 {
+        self.inflation.as_ref().map_or(1.0, |inflation| inflation.ratio(vertex))
     }
 
     /// Wakes the body if the ratios change in a step.
@@ -69,8 +72,8 @@ impl Body {
     /// Sets the rest volumes of a volume correction to those in force.
     pub(super) fn set_rest_volumes(&self, correction: &Correction, workspace: &mut CorrectionWorkspace) {
         let components = self.component_ratios();
-        let of_vertex = |vertex| self.inflation.as_ref().map_or(1.0, |inflation| inflation.ratio(vertex));
-        let ratios = components.as_deref().map(|components| RestRatios { components, of_vertex: &of_vertex });
+        let of_vertex = &|vertex| self.rest_volume_ratio(vertex);
+        let ratios = components.as_deref().map(|components| RestRatios { components, of_vertex });
         correction.set_rest(workspace, ratios.as_ref());
     }
 

@@ -126,15 +126,12 @@ impl Body {
         if !context.sleep {
             return;
         }
-        let is_staying = self.state.escapes.list().is_empty();
-        let is_at_rest = is_staying
-            && (self.is_where_it_was_searched() || self.is_slow(self.rest_speed(context, executor)))
-            && self.is_supported();
+        let can_rest = self.state.escapes.list().is_empty() && self.is_supported();
+        let is_at_rest =
+            can_rest && (self.is_where_it_was_searched() || self.is_slow(self.rest_speed(context, executor)));
         // The place of a body that touches others is that in which they were searched.
-        let can_stay = is_staying
-            && !self.state.supports.list().is_empty()
-            && self.state.touches.bodies().is_empty()
-            && self.is_supported();
+        let can_stay =
+            can_rest && !self.state.supports.list().is_empty() && self.state.touches.bodies().is_empty();
         let limit = REST_DISTANCE.min(REST_SHARE * self.size / self.lattice.cell_size());
         let Self { matching, state, .. } = self;
         let (rest, place) = ((context.interval.dt, is_at_rest), (can_stay, limit, context.is_frame_start));

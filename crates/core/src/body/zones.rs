@@ -120,11 +120,7 @@ impl Body {
 
     /// Returns the share of each lattice vertex in a zone: 1 inside, from where it decreases linearly to 0 over the length of a
     /// cell. A list of vertices has no such border.
-    pub(super) fn zone_shares(
-        &self,
-        selection: &Selection,
-        pose: SelectionPose,
-    ) -> Result<Vec<f64>, SelectionError> {
+    fn zone_shares(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<f64>, SelectionError> {
         selection.validate()?;
         let pose = self.pose_of(pose);
         let points = self.lattice_at(pose);

@@ -14,7 +14,7 @@ use super::shape::PosedShape;
 /// Distance in cells by which a path begins outside the surface. A resting sample is inside by less than this distance.
 const LIFT: f64 = 1e-3;
 
-/// Least depth in cells of a sample with a side point: greater than the depth that is tolerated without a push-out.
+/// Least depth in cells of a sample with a side point: greater than the overlap of a sample at rest.
 const LEAST_DEPTH: f64 = 1e-3;
 
 /// Least product of the normal where a path meets the surface and the normal of the nearest surface, for which the

@@ -18,13 +18,13 @@ use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support};
+use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support, Touches};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
 pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 
-/// Penetration that is tolerated without a push-out, in cells.
+/// Penetration that is tolerated without a push between bodies, and on the way out of a collider, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
 /// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not give a
@@ -186,8 +186,8 @@ impl Contacts {
     /// Normal and friction impulses change the velocities. The positions change by these velocity changes
     /// times the step. Samples that are still inside a collider are then pushed out by a change of the
     /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call before.
-    /// Components that leave colliders as a whole
-    /// ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in scene units per second squared.
+    /// Components that leave colliders as a whole ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in
+    /// scene units per second squared.
     pub fn resolve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -195,13 +195,10 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
-        let mut before: Vec<_> = self.pressures.iter().map(|found| (found.key(), found.force(1.0))).collect();
-        before.sort_unstable_by_key(|(key, _)| *key);
+        let mut before = Touches::default();
+        before.set_forces(self.pressures.iter().map(|pressure| pressure.force(1.0)));
         let report = self.detect(state, colliders, step, gravity);
-        self.begin_with(|key| {
-            let found = before.binary_search_by_key(&key, |(key, _)| *key);
-            found.map_or_else(|_| Vector3::zeros(), |index| before[index].1.force.into())
-        });
+        self.begin_with(|key| before.force(key));
         self.finish_alone(state, colliders, step);
         report
     }
@@ -218,7 +215,8 @@ impl Contacts {
         self.keep_sides(state, colliders, step);
     }
 
-    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a contact, in the unit of [`Pressure::impulse`].
+    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a
+    /// contact, in the unit of [`Pressure::impulse`].
     pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
         self.begin.clear();
         self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.key()))));

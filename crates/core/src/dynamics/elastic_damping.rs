@@ -15,7 +15,6 @@
 //! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one
 //! that sways is damped after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection),
 //! and a long way in one direction lowers it again, so that oscillations over short ways are damped most.
-
 //!
 //! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies ahead, by a
 //! fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for soft bodies Greenwood
@@ -122,15 +121,8 @@ impl ElasticDamper {
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            let mut reference = self.reference((component, measured), motion, (supports, own), (size, dt));
-            if rolling > 0.0 && !self.constrained.get(component).is_some_and(|(_, count)| *count > 0.0) {
-                for &(_, index) in own {
-                    let change =
-                        resistance(&supports[index as usize], rolling, measured, motion + reference.rolling);
-                    reference.rolling = reference.rolling + change;
-                }
-            }
-            references.push(reference);
+            let settings = (size, rolling, dt);
+            references.push(self.reference((component, measured), motion, (supports, own), settings));
         }
         (self.references, self.keep) = (references, keep);
     }
@@ -210,16 +202,16 @@ impl ElasticDamper {
 
     /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
     /// seconds. `motion` is the rigid motion with the momenta of the component, `own` has its supports, as in
-    /// `self.supports`, and `size` is the size of the body in cells.
+    /// `self.supports`, `size` is the size of the body in cells, and `coefficient` that of rolling resistance.
     fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
         (supports, own): (&mut [Support], &[(u32, u32)]),
-        (size, dt): (f64, f64),
+        (size, coefficient, dt): (f64, f64, f64),
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
-        let rolling = RigidMotion::ZERO;
+        let mut rolling = RigidMotion::ZERO;
         if constrained.is_none() && own.is_empty() {
             return Reference { motion, reference: motion, rolling, projection: None };
         }
@@ -234,6 +226,9 @@ impl ElasticDamper {
             let support = &mut supports[index as usize];
             rest_on(&mut projection, support, (size, dt), motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
+            if coefficient > 0.0 && constrained.is_none() {
+                rolling = rolling + resistance(support, coefficient, rigid, motion + rolling);
+            }
         }
         let reference = projection.motion();
         let energy = rigid.energy_of(reference);

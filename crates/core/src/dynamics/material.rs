@@ -169,8 +169,9 @@ pub struct Material {
     /// Elasticity; default [`Preset::Flesh`].
     pub elasticity: Elasticity,
     /// Poisson's ratio ν, in [0, 0.47]: stretched by the share s, the body becomes narrower by the share ν s. `None`, the
-    /// default, is the one of the preset, and without a preset 0: the body keeps its width. Steps are stable up to alpha = 1.5/(1 + k) with
-    /// k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see [`ElasticLaw`](crate::ElasticLaw).
+    /// default, is the one of the preset, and without a preset 0: the body keeps its width. Steps are stable up to
+    /// alpha = 1.5/(1 + k) with k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see
+    /// [`ElasticLaw`](crate::ElasticLaw).
     pub poisson_ratio: Option<f64>,
     /// How the half-width of the regions is chosen for a material or Young's modulus; default [`Accuracy::Balanced`].
     pub accuracy: Accuracy,

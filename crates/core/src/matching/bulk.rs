@@ -85,8 +85,7 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
             let spread = inverse_spreads.load_two(simd, pair.blocks);
             let sigma = self.volumes.sigma(simd, pair.blocks);
             // A of F/σ.
-            let a =
-                sigma.map_or(means.central, |sigma| scaled(means.central, f32x16::splat(simd, 1.0) / sigma));
+            let a = divided(simd, means.central, sigma);
             let term = match inverse_spreads.are_isotropic(pair.blocks) {
                 true => VolumeTerm::of_isotropic(simd, &a, spread[0], bulk),
                 false => VolumeTerm::new(simd, &times(&a, spread), spread, bulk),
@@ -113,6 +112,12 @@ pub(super) fn scaled<S: Simd>(mut matrix: [f32x16<S>; 9], factor: f32x16<S>) -> 
         matrix[i] *= factor;
     }
     matrix
+}
+
+/// Divides the deformation gradients or the moments of regions by σ, if they are inflated.
+#[inline(always)]
+pub(super) fn divided<S: Simd>(simd: S, matrix: [f32x16<S>; 9], sigma: Option<f32x16<S>>) -> [f32x16<S>; 9] {
+    sigma.map_or(matrix, |sigma| scaled(matrix, f32x16::splat(simd, 1.0) / sigma))
 }
 
 /// Returns u of [`PotentialSums::store`](super::goals::PotentialSums::store) for inflated regions with the rest spread `c`,

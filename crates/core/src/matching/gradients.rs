@@ -4,10 +4,10 @@
 //! rest spread C = M⁻¹ Σ m/n y yᵀ (Müller et al. 2005, the product A_pq A_qq of section 4.2). In its plastic shape S, a
 //! region is stretched by F S⁻¹. Of a region that is inflated to σ³ times its volume, F is divided by σ, its stretch at rest.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x16};
+use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
 
 use super::algebra::{inverse, times};
-use super::bulk::{RestVolumes, scaled};
+use super::bulk::{RestVolumes, divided};
 use super::cascade::RegionTransform;
 use super::goals::{Means, Pair};
 use super::plastic::shape;
@@ -94,8 +94,7 @@ impl<T> MeasureGradients<'_, T> {
             let means: Means<f32x16<S>> = Means::new(constants, moments);
             let inverse_spread = self.volumes.inverse_spreads.load_two(simd, [a, b]);
             let f = times(&means.central, inverse_spread);
-            let sigma = self.volumes.sigma(simd, [a, b]);
-            let f = sigma.map_or(f, |sigma| scaled(f, f32x16::splat(simd, 1.0) / sigma));
+            let f = divided(simd, f, self.volumes.sigma(simd, [a, b]));
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
             let halves = split_two(simd, f);
             for half in [0, 1] {

@@ -27,7 +27,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 use super::algebra::{adjugate, full, inverse, norm_squared, symmetric_product, times};
-use super::bulk::{RestVolumes, VolumeTerm, inflated, scaled};
+use super::bulk::{RestVolumes, VolumeTerm, divided, inflated, scaled};
 use super::cascade::RegionTransform;
 use super::goals::{FitRotations, Means, Pair, twice_trace};
 use super::rotation::columns;
@@ -162,8 +162,7 @@ fn fit<S: Simd, const IS_SHAPED: bool>(
     let (inverse_mass, means): (_, Means<f32x16<S>>) = fit.means(simd, pair, sums);
     let inverse_spread = volumes.inverse_spreads.load_two(simd, pair.blocks);
     let sigma = volumes.sigma(simd, pair.blocks);
-    let central =
-        sigma.map_or(means.central, |sigma| scaled(means.central, f32x16::splat(simd, 1.0) / sigma));
+    let central = divided(simd, means.central, sigma);
     let gradient = times(&central, inverse_spread);
     let a = if IS_SHAPED { times(&central, shape(simd, t)) } else { central };
     let r = columns(simd, fit.rotate(simd, pair, (means.mean, a), quaternions));

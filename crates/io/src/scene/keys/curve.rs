@@ -27,39 +27,6 @@ struct KeyTable {
     interpolation: Interpolation,
 }
 
-fn serialize_curve<S: Serializer>(curve: &Curve, serializer: S) -> Result<S::Ok, S::Error> {
-    let keys = || curve.keys().iter().map(|&CurveKey { time, value }| KeyItem { time, value });
-    match (curve.keys(), curve.interpolation()) {
-        (&[CurveKey { value, .. }], _) => serializer.serialize_f64(value),
-        (_, Interpolation::Linear) => serializer.collect_seq(keys()),
-        (_, interpolation) => KeyTable { keys: keys().collect(), interpolation }.serialize(serializer),
-    }
-}
-
-/// Reads a ratio of rest volumes.
-fn deserialize_ratio<'de, D: Deserializer<'de>>(value: D) -> Result<Curve, D::Error> {
-    let invalid = |fault: &str| D::Error::custom(format_args!("{RATIO}{fault}"));
-    let (keys, interpolation) = match Value::deserialize(value)? {
-        Value::Integer(number) => return in_range(Curve::from(number as f64)).ok_or_else(|| invalid("")),
-        Value::Float(number) => return in_range(Curve::from(number)).ok_or_else(|| invalid("")),
-        keys @ Value::Array(_) => (keys.try_into(), Interpolation::Linear),
-        table => match table.try_into::<KeyTable>() {
-            Ok(KeyTable { keys, interpolation }) => (Ok(keys), interpolation),
-            Err(error) => (Err(error), Interpolation::Linear),
-        },
-    };
-    let keys: Vec<KeyItem> =
-        keys.map_err(|error: toml::de::Error| invalid(&format!(" ({})", error.message().trim_end())))?;
-    let keys = keys.into_iter().map(|KeyItem { time, value }| CurveKey { time, value }).collect();
-    let curve = Curve::new(keys).map_err(|error| invalid(&format!(" ({error})")))?;
-    in_range(curve.interpolated(interpolation)).ok_or_else(|| invalid(""))
-}
-
-/// Returns a curve if all its values are ratios of rest volumes.
-fn in_range(curve: Curve) -> Option<Curve> {
-    curve.keys().iter().all(|key| (0.1..=10.0).contains(&key.value)).then_some(curve)
-}
-
 /// A ratio of rest volumes.
 pub(in crate::scene) mod inflate {
     use super::*;
@@ -68,11 +35,35 @@ pub(in crate::scene) mod inflate {
         curve: &Curve,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        serialize_curve(curve, serializer)
+        let keys = || curve.keys().iter().map(|&CurveKey { time, value }| KeyItem { time, value });
+        match (curve.keys(), curve.interpolation()) {
+            (&[CurveKey { value, .. }], _) => serializer.serialize_f64(value),
+            (_, Interpolation::Linear) => serializer.collect_seq(keys()),
+            (_, interpolation) => KeyTable { keys: keys().collect(), interpolation }.serialize(serializer),
+        }
     }
 
     pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Curve, D::Error> {
-        deserialize_ratio(value)
+        let invalid = |fault: &str| D::Error::custom(format_args!("{RATIO}{fault}"));
+        let curve = match Value::deserialize(value)? {
+            Value::Integer(number) => Curve::from(number as f64),
+            Value::Float(number) => Curve::from(number),
+            value => {
+                let table = match value {
+                    Value::Array(_) => {
+                        value.try_into().map(|keys| KeyTable { keys, interpolation: Interpolation::Linear })
+                    }
+                    table => table.try_into(),
+                };
+                let KeyTable { keys, interpolation } =
+                    table.map_err(|error| invalid(&format!(" ({})", error.message().trim_end())))?;
+                let keys = keys.into_iter().map(|KeyItem { time, value }| CurveKey { time, value });
+                let curve = Curve::new(keys.collect()).map_err(|error| invalid(&format!(" ({error})")))?;
+                curve.interpolated(interpolation)
+            }
+        };
+        let is_valid = curve.keys().iter().all(|key| (0.1..=10.0).contains(&key.value));
+        if is_valid { Ok(curve) } else { Err(invalid("")) }
     }
 }
 
@@ -80,24 +71,20 @@ pub(in crate::scene) mod inflate {
 pub(in crate::scene) mod optional_inflate {
     use super::*;
 
-    #[derive(Serialize)]
-    struct Item<'a>(#[serde(serialize_with = "serialize_curve_of")] &'a Curve);
-
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
-    fn serialize_curve_of<S: Serializer>(curve: &&Curve, serializer: S) -> Result<S::Ok, S::Error> {
-        serialize_curve(curve, serializer)
-    }
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Item(#[serde(with = "inflate")] Curve);
 
     pub(in crate::scene) fn serialize<S: Serializer>(
         curve: &Option<Curve>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        curve.as_ref().map(Item).serialize(serializer)
+        curve.clone().map(Item).serialize(serializer)
     }
 
     pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(
         value: D,
     ) -> Result<Option<Curve>, D::Error> {
-        deserialize_ratio(value).map(Some)
+        Item::deserialize(value).map(|Item(curve)| Some(curve))
     }
 }
