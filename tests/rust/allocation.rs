@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, BreakLimit, Collider, Display, FractureOptions, Handle, HandleMotion, Key, Lattice,
-    Material, Mesh, MeshAnimation, Pin, Plasticity, Preservation, Selection, Simulation, SkinKind, Substeps,
-    TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope,
+    Body, BodyBuilder, BreakLimit, Collider, Curve, CurveKey, Display, FractureOptions, HalfWidth, Handle,
+    HandleMotion, Key, Lattice, Material, Mesh, MeshAnimation, Pin, Plasticity, Preservation, Selection,
+    Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope, Zone,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 use supple_tests::{mesh_of, unit_cube};
@@ -179,6 +179,24 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         step_and_evaluate(&mut sim);
         let count = thread_allocations(|| (0..20).for_each(|_| step_and_evaluate(&mut sim)));
         assert_eq!(count, 0, "evaluations with measure {measure}, {skin:?}");
+    }
+
+    // An inflated body: its first step creates the stage.
+    for half_width in [HalfWidth::CELL, HalfWidth::from(2.0)] {
+        let zone = Selection::Plane { point: [0.5; 3], normal: [0.0, 1.0, 0.0] };
+        let body = Body::builder(mesh_of(unit_cube())).lattice_vertices(500).half_width(half_width);
+        let keys = [(0.0, 1.0), (1.0, 1.3)].map(|(time, value)| CurveKey { time, value });
+        let body = body.poisson_ratio(0.3).inflate(Curve::new(keys.into()).unwrap());
+        let body = body.zone(Zone::new(zone, 1.0).inflated(1.2)).build().unwrap();
+        let mut sim = Simulation::builder().body(body).threads(1).build().unwrap();
+        let mut display = Display::new();
+        let mut step_and_evaluate = || {
+            sim.step();
+            assert!(display.evaluate(sim.body(0)).positions().len() > 0);
+        };
+        step_and_evaluate();
+        let count = thread_allocations(|| (0..20).for_each(|_| step_and_evaluate()));
+        assert_eq!(count, 0, "an inflated body, {half_width:?}");
     }
 
     // The regional correction beside colliders, once the body has come to rest.

@@ -233,6 +233,11 @@ fn a_regional_correction_follows_the_zones() {
     assert!((report.after / report.rest - 1.0).abs() < 1e-6);
 }
 
+/// Returns the names of the stages of the body.
+fn stages(simulation: &Simulation) -> Vec<&'static str> {
+    simulation.plan().bodies[0].stages.iter().map(|stage| stage.name).collect()
+}
+
 /// A ratio of 1 has the bits of none, and after a ratio returns to 1 nothing of it is left.
 #[test]
 fn a_ratio_of_one_costs_nothing() {
@@ -248,9 +253,6 @@ fn a_ratio_of_one_costs_nothing() {
     let plain = || Body::from_lattice(lattice.clone()).material(Material::default());
     let (without, with) = (run(plain()), run(plain().inflate(1.0)));
     assert!(without.state() == with.state());
-    let stages = |simulation: &Simulation| -> Vec<&str> {
-        simulation.plan().bodies[0].stages.iter().map(|stage| stage.name).collect()
-    };
     assert_eq!(stages(&with), stages(&without));
     let mut simulation = run(plain().inflate(1.2));
     assert_eq!(simulation.body(0).inflate().constant(), Some(1.2));
@@ -278,6 +280,21 @@ fn bits_do_not_depend_on_threads_and_states_continue() {
         };
         assert_same_bits(run, &format!("{half_width}"));
     }
+}
+
+/// Before its first keyframe is left, a restored body has the stages and the memory of one that was not saved.
+#[test]
+fn a_restored_body_has_no_stage_before_its_ratio_changes() {
+    let build = || {
+        let keys = [(5.0, 1.0), (6.0, 2.0)].map(|(time, value)| CurveKey { time, value });
+        let builder = body(&lattice(&block([4, 4, 4])), 2.0, 0.0).inflate(Curve::new(keys.into()).unwrap());
+        without_gravity(builder.build().unwrap())
+    };
+    let (mut first, mut second) = (build(), build());
+    first.steps(3);
+    second.restore(&first.state()).unwrap();
+    assert_eq!(stages(&first), stages(&second));
+    assert_eq!(first.body(0).memory(), second.body(0).memory());
 }
 
 /// A body that sleeps wakes when it is inflated, and falls asleep again.

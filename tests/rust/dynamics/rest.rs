@@ -323,3 +323,36 @@ fn a_resting_ball_is_still() {
         }
     }
 }
+
+/// The place of a body is checked at the beginnings of frames: time counts only if the body stayed there, however long a frame.
+#[test]
+fn a_sliding_body_does_not_sleep_in_long_frames() {
+    let block = Lattice::from_cells(&block([3, 3, 3]), 0.3, Point3::origin(), true).unwrap();
+    let body = Body::from_lattice(block).velocity([1.0, 0.0, 0.0]).build().unwrap();
+    let ice = Collider { friction: 0.0, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };
+    let builder = Simulation::builder().body(body).collider(ice).fps(1.0).substeps(Substeps::Fixed(60));
+    let mut simulation = builder.build().unwrap();
+    simulation.advance(3);
+    assert!(!simulation.body(0).is_asleep());
+    let speed = simulation.body(0).center_of_mass().x - 0.45;
+    assert!((speed / 3.0 - 1.0).abs() < 0.01, "{speed} in 3 s");
+}
+
+/// What a small overlap adds to the velocities does not grow as steps become shorter: it is at most 12 times the overlap in a
+/// second.
+#[test]
+fn a_small_overlap_is_removed_slowly_at_any_step() {
+    for dt in [1.0 / 60.0, 1.0 / 1800.0] {
+        let cell = Lattice::from_cells(&block([1, 1, 1]), 1.0, Point3::new(0.0, -0.009, 0.0), true).unwrap();
+        let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+        let builder = Simulation::builder().body(Body::from_lattice(cell).build().unwrap()).collider(ground);
+        let mut simulation = builder.gravity([0.0; 3]).dt(dt).sleep(false).build().unwrap();
+        let mut fastest = 0.0_f64;
+        for _ in 0..60 {
+            simulation.step();
+            let speeds = simulation.body(0).velocities();
+            fastest = speeds.iter().map(Vector3::norm).fold(fastest, f64::max);
+        }
+        assert!(fastest > 0.0 && fastest < 12.0 * 0.009 * 1.01, "steps of {dt}: {fastest}");
+    }
+}

@@ -7,14 +7,15 @@ use crate::contact::bodies::{
     BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
     SEARCH_DISTANCE, SurfaceProperties,
 };
-use crate::dynamics::{Constraints, CoupledComponent, Damping, Preset, add_rigid};
+use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
 use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
 use crate::range::in_range;
 use crate::state::{ContactForce, SearchedMotion, Touches};
 
-/// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
+/// How a body touches other bodies, and rolls on colliders. Colliders have
+/// [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TouchingOptions {
     /// Coulomb friction coefficient, >= 0; default 0.5. The coefficient of two bodies is the geometric mean of theirs.
@@ -23,7 +24,7 @@ pub struct TouchingOptions {
     pub restitution: f64,
     /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
     /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the damping ratio of the
-    /// material, or 0.016 with a damping rate.
+    /// material, or 0.016 with a damping rate above 0.
     pub rolling_resistance: Option<f64>,
     /// Whether parts of the body touch each other; `None`, the default:
     /// [the simulation](crate::SimulationBuilder::self_contact) decides.
@@ -61,8 +62,9 @@ impl Body {
     pub fn rolling_resistance(&self) -> f64 {
         self.touching.rolling_resistance.unwrap_or(match self.material.damping() {
             Damping::Ratio(ratio) => ROLLING_RESISTANCE * ratio,
-            Damping::Rate(rate) if rate > 0.0 => ROLLING_RESISTANCE * Preset::Rubber.damping_ratio(),
-            Damping::Rate(_) => 0.0,
+            Damping::Rate(0.0) => 0.0,
+            // That of the damping ratio 0.2.
+            Damping::Rate(_) => 0.2 * ROLLING_RESISTANCE,
         })
     }
 

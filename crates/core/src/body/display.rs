@@ -432,7 +432,6 @@ impl Displayed<'_> {
         let flattened = flattened_surface(flattener, self.body);
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         let ratios = self.body.component_ratios();
-        let ratios = ratios.as_deref();
         match correction {
             None => measures.report_displayed(deformed, (start, flattened), ratios),
             Some(correction) => {

@@ -63,9 +63,12 @@ impl Body {
 
     /// Passes the ratios as of the last step to the shape matching.
     pub(super) fn pass_inflation(&mut self) {
-        match &self.inflation {
+        match &mut self.inflation {
             None => self.matching.set_inflation(None),
-            Some(inflation) => inflation.pass(|ratios| self.matching.set_inflation(Some(ratios))),
+            Some(inflation) => {
+                inflation.measure_means(self.lattice.components(), &self.masses);
+                inflation.pass(|ratios| self.matching.set_inflation(ratios));
+            }
         }
     }
 
@@ -73,15 +76,12 @@ impl Body {
     pub(super) fn set_rest_volumes(&self, correction: &Correction, workspace: &mut CorrectionWorkspace) {
         let components = self.component_ratios();
         let of_vertex = &|vertex| self.rest_volume_ratio(vertex);
-        let ratios = components.as_deref().map(|components| RestRatios { components, of_vertex });
+        let ratios = components.map(|components| RestRatios { components, of_vertex });
         correction.set_rest(workspace, ratios.as_ref());
     }
 
     /// Returns the ratios of the rest volume of the components, or `None` if all are 1.
-    pub(super) fn component_ratios(&self) -> Option<Vec<f64>> {
-        let components = self.lattice.components();
-        let means =
-            |inflation: &Inflation| inflation.means(components.count, &components.of_vertex, &self.masses);
-        self.inflation.as_ref().map(means)
+    pub(super) fn component_ratios(&self) -> Option<&[f64]> {
+        self.inflation.as_ref()?.means()
     }
 }

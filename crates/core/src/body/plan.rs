@@ -105,6 +105,9 @@ impl Body {
             }
             Stage::ElasticDamping => {
                 let detail = match self.material.damping() {
+                    Damping::Ratio(0.0) | Damping::Rate(0.0) => {
+                        format!("rolling resistance {}", self.rolling_resistance())
+                    }
                     Damping::Ratio(ratio) => format!("ratio {ratio} of the lowest mode"),
                     Damping::Rate(rate) => format!("{rate} per second"),
                 };

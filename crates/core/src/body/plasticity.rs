@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::Body;
-use crate::dynamics::{Material, Plasticity};
+use crate::dynamics::{Inflation, Material, Plasticity};
 use crate::matching::{Matching, Shapes, bulk_of, symmetric};
 use crate::range::RangeError;
 use crate::simd::lanes::Lanes;
@@ -33,7 +33,8 @@ impl Body {
             self.state.energy_limit = None;
             self.lowest_eigenvalue.take();
         }
-        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0 || self.inflation.is_some();
+        let is_inflated = self.inflation.as_ref().is_some_and(Inflation::is_acting);
+        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0 || is_inflated;
         if needs_spreads != self.matching.has_spreads() {
             self.matching.set_spreads(needs_spreads);
         }

@@ -7,8 +7,9 @@
 //! A component that is exactly still needs no support.
 //!
 //! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second, and one that
-//! rests on colliders if no vertex moved by more than this or a thousandth of L, as of the beginnings of frames: where
-//! edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high speeds.
+//! rests on colliders alone if no vertex moved by more than the lesser of this and a thousandth of L, as of the beginnings of
+//! frames: where edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high
+//! speeds.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
@@ -27,7 +28,7 @@ use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::effective_gravity;
 use crate::parallel::Executor;
-use crate::state::Interval;
+use crate::state::{Interval, RestSigns, Stay};
 
 /// Time in seconds for which a body must be at rest before it falls asleep.
 const REST_TIME: f64 = 0.5;
@@ -35,7 +36,7 @@ const REST_TIME: f64 = 0.5;
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
 
-/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders.
+/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders, unless [`REST_SHARE`] is less.
 const REST_DISTANCE: f64 = 0.02;
 
 /// Greatest distance of a vertex from its place in half a second of rest on colliders, as a fraction of L.
@@ -133,9 +134,13 @@ impl Body {
         let can_stay =
             can_rest && !self.state.supports.list().is_empty() && self.state.touches.bodies().is_empty();
         let limit = REST_DISTANCE.min(REST_SHARE * self.size / self.lattice.cell_size());
+        let stay = match can_stay {
+            true => Stay::Possible { check: context.is_frame_start.then_some(limit) },
+            false => Stay::Impossible,
+        };
         let Self { matching, state, .. } = self;
-        let (rest, place) = ((context.interval.dt, is_at_rest), (can_stay, limit, context.is_frame_start));
-        state.track_rest(rest, matching.layout.occupied(), place);
+        let signs = RestSigns { is_slow: is_at_rest, stay };
+        state.track_rest(context.interval.dt, matching.layout.occupied(), signs);
     }
 
     /// Returns whether the body touches others, and is where it was when these contacts were searched.

@@ -69,9 +69,7 @@ impl Body {
         self.check_snapshot(snapshot)?;
         self.apply_snapshot(snapshot)?;
         // The other bodies may be elsewhere than when the state was saved.
-        if self.body_contact.is_some() {
-            self.state.touches.forget();
-        }
+        self.state.touches.forget_bodies();
         Ok(())
     }
 

@@ -203,8 +203,8 @@ impl Body {
             // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
             // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where
-            // surface samples touch a collider. Samples that are then still inside a collider are pushed out by a
-            // change of x alone.
+            // surface samples touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by
+            // a change of x alone.
             Stage::Contacts => self.resolve_contacts(context),
             // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
             Stage::Constraints => self.apply_constraints(context),

@@ -18,8 +18,12 @@ pub(super) const SOFT_DEPTH: f64 = 0.01;
 /// go, and the body trembles.
 const GAP_PART: f64 = 0.01;
 
-/// Part of the overlap that a contact removes in a step.
+/// Greatest part of the overlap that a contact removes in a step.
 const OVERLAP_PART: f64 = 0.2;
+
+/// Greatest part of the overlap that a contact removes in a second. The speed remains in the body, so that it must not grow as
+/// steps become shorter.
+const OVERLAP_RATE: f64 = 12.0;
 
 /// Contact point of a patch during a step.
 #[derive(Clone, Copy, Debug)]
@@ -51,21 +55,25 @@ pub(super) struct Contact {
     pub(super) slip_before: Vec4,
     /// Target velocity: the least normal velocity after the contact. Positive away from the collider.
     pub(super) target: f32,
-    /// Greatest normal velocity after the contact at which the energy is taken not to increase: the speed of
-    /// approach before the step, or `target` if that is greater.
-    pub(super) limit: f32,
+    /// Speed of approach before the step.
+    pub(super) approach: f32,
     /// Coulomb friction coefficient.
     pub(super) friction: f32,
 }
 
 impl Contact {
+    /// Returns the greatest normal velocity after the contact at which the energy is taken not to increase.
+    pub(super) fn limit(&self) -> f32 {
+        self.approach.max(self.target)
+    }
+
     /// Returns the contact with velocities times `factor`.
     pub(super) fn scaled(&self, factor: f32) -> Self {
         Self {
             velocity: self.velocity * factor,
             slip_before: self.slip_before * factor,
             target: self.target * factor,
-            limit: self.limit * factor,
+            approach: self.approach * factor,
             ..*self
         }
     }
@@ -79,9 +87,9 @@ impl SurfacePoint {
     /// * A point that starts the step outside the skin and approaches faster than `min_bounce` separates at
     ///   the speed of approach times the restitution.
     /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its depth in the
-    ///   step. Deeper ones are pushed out: see `stage`.
+    ///   step, or [`OVERLAP_RATE`] of it in a second if that is less. Deeper ones are pushed out: see `stage`.
     /// * A sample outside closes [`GAP_PART`] of its gap. One that moved away before the step may
-    ///   approach at up to the speed at which it moved away, because this adds no energy. None enters the collider.
+    ///   approach at up to the speed at which it moved away, because this adds no energy. No sample enters the collider.
     ///
     /// `min_bounce` is the least speed of approach that bounces, in cells per second.
     pub(super) fn contact(&self, collider: &PosedCollider<'_>, dt: f64, min_bounce: f64) -> Contact {
@@ -103,7 +111,7 @@ impl SurfacePoint {
             match distance {
                 // Samples that are deeper are pushed out.
                 _ if distance < -SOFT_DEPTH => 0.0,
-                _ if distance < 0.0 => -OVERLAP_PART * distance / dt,
+                _ if distance < 0.0 => -distance * OVERLAP_RATE.min(OVERLAP_PART / dt),
                 _ => approach.min(-GAP_PART * distance.min(SOFT_DEPTH) / dt).max(-distance / dt),
             }
         };
@@ -112,7 +120,7 @@ impl SurfacePoint {
             velocity: narrow(velocity - surface),
             slip_before: narrow(velocity_before + normal * approach),
             target: target as f32,
-            limit: approach.max(target) as f32,
+            approach: approach as f32,
             // Keeps the coefficient finite: infinity times an impulse of zero is NaN.
             friction: collider.friction.min(f64::from(f32::MAX)) as f32,
         }

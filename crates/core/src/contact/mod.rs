@@ -1,8 +1,8 @@
 //! Contacts between the surface of a body and colliders: detection, contact constraints, impulses, friction.
 //!
 //! Contacts act on samples: points of the surface of the body's mesh, or the surface vertices of the lattice
-//! for a bare lattice (a body without a mesh). Samples that are inside a collider after the impulses are
-//! pushed out of it by a change of the positions alone.
+//! for a bare lattice (a body without a mesh). The impulses remove overlaps of up to 0.01 cells over the next steps. Deeper
+//! samples are pushed out of the collider by a change of the positions alone.
 //!
 //! | file | content |
 //! |---|---|
@@ -41,13 +41,14 @@
 //! Friction opposite to the tangential part of this mean velocity does no positive work either. (Paoli &
 //! Schatzman 1993 base their time-stepping of impacts on the same product.)
 //!
-//! There are three small exceptions:
+//! There are four small exceptions:
 //!
 //! * A point that moved away before the step may approach as fast as it moved away. Where it would then enter
 //!   the collider, it stops at the surface instead, and the impulse adds energy.
-//! * The push-out changes positions alone, and so lifts the body.
-//! * Impulses are computed up to a tolerance, so that a resting body sinks slightly until the push-out lifts
-//!   it. The tolerance therefore determines the residual motion of a resting body.
+//! * A contact that overlaps separates by a part of the overlap in a step, at most 12 times the overlap in a second.
+//! * The push-out of deeper samples changes positions alone, and so lifts the body.
+//! * Impulses are computed up to a tolerance, so that a resting body sinks slightly until the overlap is removed. The
+//!   tolerance therefore determines the residual motion of a resting body.
 
 pub(crate) mod bodies;
 mod collider;

@@ -148,8 +148,8 @@ impl Solver {
     pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
         let Self { constraints, links, changes, .. } = self;
         for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
-            let Contact { slip_before, limit, .. } = &constraint.contact;
-            let is_fast = dot(slip_before, slip_before) + limit * limit >= slow * slow;
+            let Contact { slip_before, approach, .. } = &constraint.contact;
+            let is_fast = dot(slip_before, slip_before) + approach.max(0.0).powi(2) >= slow * slow;
             if is_fast || !impulse.iter().all(|x| x.is_finite()) {
                 continue;
             }
@@ -189,7 +189,8 @@ impl Solver {
     fn limit_energy(&mut self) {
         let (mut allowed, mut caused) = (0.0, 0.0);
         for constraint in &self.constraints {
-            let Contact { normal, velocity, slip_before, limit, .. } = &constraint.contact;
+            let Contact { normal, velocity, slip_before, .. } = &constraint.contact;
+            let limit = constraint.contact.limit();
             let impulse = constraint.impulse();
             allowed += dot(&impulse, normal) * limit - dot(&impulse, velocity) - dot(&impulse, slip_before);
             caused += dot(&impulse, &mean(&self.links, constraint, &self.changes));
@@ -332,7 +333,7 @@ mod tests {
     }
 
     fn up(target: f32, velocity: Vec4) -> Contact {
-        Contact { normal: vector(0.0, 1.0, 0.0), velocity, target, limit: target, ..Contact::default() }
+        Contact { normal: vector(0.0, 1.0, 0.0), velocity, target, approach: target, ..Contact::default() }
     }
 
     /// Returns the velocity of a contact after the solve, and its impulse.
@@ -413,7 +414,7 @@ mod tests {
         assert!(difference(&solver) < 1e-4, "{}", difference(&solver));
         // A contact that was fast before the step begins without an impulse.
         problem(&mut solver);
-        solver.constraints[2].contact.limit = slow;
+        solver.constraints[2].contact.approach = slow;
         solver.begin_with(&solution, slow);
         let begun: Vec<bool> = solver.constraints.iter().map(|c| c.impulse().norm() > 0.0).collect();
         assert_eq!(begun, [true, true, false, true]);

@@ -70,7 +70,7 @@ pub(crate) struct Pressure {
 }
 
 impl Pressure {
-    /// Returns what the contact has in common with the same contact in the next step.
+    /// Returns the key of the contact, by which the next step finds it.
     pub(super) fn key(&self) -> ContactKey {
         ContactKey::Collider { collider: self.collider, vertex: self.vertex }
     }
@@ -184,7 +184,7 @@ impl Contacts {
     /// Resolves the contacts. Called second in each step, after the integration of the positions.
     ///
     /// Normal and friction impulses change the velocities. The positions change by these velocity changes
-    /// times the step. Samples that are still inside a collider are then pushed out by a change of the
+    /// times the step. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of the
     /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call before.
     /// Components that leave colliders as a whole ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in
     /// scene units per second squared.
@@ -343,12 +343,11 @@ impl Contacts {
         }
     }
 
-    /// Pushes samples that are still inside a collider out of it. Changes positions, but not velocities. Returns the
-    /// greatest depth of a sample in cells before the last push.
+    /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not velocities.
+    /// Returns the greatest depth of a sample in cells before the last push.
     ///
     /// Few steps need a push-out. The possible causes are a body that was placed inside a collider or is
-    /// constrained to be inside it, a patch that rotated about its contact point, and a penetration within
-    /// the tolerance of the impulses.
+    /// constrained to be inside it, and a patch that rotated about its contact point.
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
         let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
         let mut deepest = f64::INFINITY;
@@ -369,7 +368,7 @@ impl Contacts {
                         }
                     };
                     let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
-                    let contact = Contact { normal, target, limit: target, ..Contact::default() };
+                    let contact = Contact { normal, target, approach: target, ..Contact::default() };
                     solver.add(contact, samples.links(patch));
                 }
             }

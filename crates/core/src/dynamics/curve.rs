@@ -97,6 +97,18 @@ mod tests {
     }
 
     #[test]
+    fn rounding_errors_do_not_lie_beyond_the_keys() {
+        let curve = curve(&[(0.0, 10.0), (1.0, 0.1)]);
+        for interpolation in [Interpolation::Linear, Interpolation::Smooth, Interpolation::Cubic] {
+            let curve = curve.clone().interpolated(interpolation);
+            for k in 1..1000 {
+                let value = curve.value(1.0 - f64::from(k) * f64::EPSILON);
+                assert!((0.1..=10.0).contains(&value), "{interpolation:?}: {value}");
+            }
+        }
+    }
+
+    #[test]
     fn keys_out_of_order_and_numbers_that_are_not_finite_are_errors() {
         assert_eq!(Curve::new(Vec::new()), Err(MotionError::NoKeys));
         let keys =

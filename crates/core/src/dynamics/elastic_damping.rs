@@ -245,12 +245,17 @@ fn resistance(support: &Support, coefficient: f64, rigid: &RigidState, motion: R
     let turning = motion.angular - spin;
     let rolling = turning - normal * normal.dot(&turning);
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
-    let inertia = axis.dot(&(rigid.inertia() * axis));
+    // A torque alone: how the velocity of the center follows is up to friction.
+    let turned = Mobility::of_body(rigid.mass, rigid.inertia()).turn(axis);
     let radius = (support.spread + 0.25).sqrt();
     // Without a mean normal, no force presses.
     let torque = coefficient * radius * support.impulse * normal.norm();
-    // A torque alone: what it changes in the velocity of the center is up to friction.
-    RigidMotion { angular: -axis * (torque / inertia).min(rolling.norm()), ..RigidMotion::ZERO }
+    // About the axis, the component is stopped at most: no work is done.
+    let stopping = rolling.norm() / axis.dot(&turned);
+    match stopping.is_finite() {
+        true => RigidMotion { angular: -turned * torque.min(stopping), ..RigidMotion::ZERO },
+        false => RigidMotion::ZERO,
+    }
 }
 
 /// Adds the conditions of a support, and advances its deflections.
@@ -275,5 +280,28 @@ fn rest_on(
     let free = deflect(&mut support.sliding, (slip - normal * normal.dot(&slip)) * (dt / size));
     for axis in axes_without(free) {
         projection.fix_velocity(point, axis, axis.dot(&surface), Weight::Soft);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a body
+    /// whose moments of inertia couple the axes.
+    #[test]
+    fn rolling_resistance_takes_energy_and_no_angular_momentum_about_the_normal() {
+        let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);
+        let rigid = RigidState::of_inertia(2.0, inertia);
+        for (spin, impulse) in [([0.1, 10.0, 0.0], 1e9), ([3.0, -1.0, 2.0], 0.5), ([3.0, -1.0, 2.0], 1e9)] {
+            let motion = RigidMotion { angular: spin.into(), ..RigidMotion::ZERO };
+            let support = Support { normal: [0.0, 1.0, 0.0], impulse, ..Support::default() };
+            let after = motion.angular + resistance(&support, 0.1, &rigid, motion).angular;
+            let energy = |angular: Vector3<f64>| 0.5 * angular.dot(&(inertia * angular));
+            assert!(energy(after) < energy(motion.angular), "{after:?}");
+            assert!((inertia * (after - motion.angular)).y.abs() < 1e-12);
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! Inflation: rest volumes that change over time.
 //!
 //! s is the ratio of the rest volume around a vertex to that of the mesh: s = s₀ Π s_z^share, with the ratio s₀ of the body,
-//! and the ratio of each zone and the share of the vertex in it, both at the end of the step. See `matching::bulk` for what
-//! the regions make of it.
+//! and the ratio of each zone and the share of the vertex in it, both at the end of the step. `matching::bulk` says how the
+//! regions use s.
 
 use super::Curve;
+use crate::lattice::Components;
 use crate::matching::VolumeRatios;
 use crate::range::{RangeError, in_range};
 
@@ -18,6 +19,12 @@ pub(crate) struct Inflation {
     /// s₀.
     body: InflatedPart,
     zones: Vec<(InflatedPart, Vec<f64>)>,
+    /// The mean of s over each component as of the last step, weighted by mass. Empty if all ratios are 1.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    means: Vec<f64>,
+    /// The mass of each component.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    totals: Vec<f64>,
 }
 
 /// The ratio of the rest volume of a part.
@@ -42,7 +49,7 @@ impl InflatedPart {
 
 impl Default for Inflation {
     fn default() -> Self {
-        Self { body: InflatedPart::new(1.0.into()), zones: Vec::new() }
+        Self { body: InflatedPart::new(1.0.into()), zones: Vec::new(), means: Vec::new(), totals: Vec::new() }
     }
 }
 
@@ -93,24 +100,41 @@ impl Inflation {
         self.parts().all(InflatedPart::is_idle)
     }
 
-    /// Passes s as of the last step to `receive`.
-    pub(crate) fn pass(&self, receive: impl FnOnce(VolumeRatios)) {
-        match self.zones.is_empty() {
-            true => receive(VolumeRatios::Uniform(self.body.in_force)),
-            false => receive(VolumeRatios::Vertices(&|vertex| self.ratio(vertex))),
+    /// Returns whether a ratio as of the last step is not 1.
+    pub(crate) fn is_acting(&self) -> bool {
+        self.parts().any(|part| part.in_force != 1.0)
+    }
+
+    /// Passes s as of the last step to `receive`, or `None` if all ratios are 1.
+    pub(crate) fn pass(&self, receive: impl FnOnce(Option<VolumeRatios>)) {
+        match () {
+            _ if !self.is_acting() => receive(None),
+            _ if self.zones.is_empty() => receive(Some(VolumeRatios::Uniform(self.body.in_force))),
+            _ => receive(Some(VolumeRatios::Vertices(&|vertex| self.ratio(vertex)))),
         }
     }
 
-    /// Computes the ratio of the rest volume of each of `components` parts: the mean of s over their vertices, weighted by mass.
-    /// `component_of` has the part of each vertex.
-    pub(crate) fn means(&self, components: usize, component_of: &[u32], masses: &[f32]) -> Vec<f64> {
-        let mut sums = vec![[0.0; 2]; components];
-        for (vertex, (&component, &mass)) in component_of.iter().zip(masses).enumerate() {
-            let [product, total] = &mut sums[component as usize];
-            *product += f64::from(mass) * self.ratio(vertex);
-            *total += f64::from(mass);
+    /// Computes the means over components as of the last step.
+    pub(crate) fn measure_means(&mut self, components: &Components, masses: &[f32]) {
+        self.means.clear();
+        self.totals.clear();
+        if !self.is_acting() {
+            return;
         }
-        sums.into_iter().map(|[product, total]| product / total).collect()
+        self.means.resize(components.count, 0.0);
+        self.totals.resize(components.count, 0.0);
+        for (vertex, (&component, &mass)) in components.of_vertex.iter().zip(masses).enumerate() {
+            self.means[component as usize] += f64::from(mass) * self.ratio(vertex);
+            self.totals[component as usize] += f64::from(mass);
+        }
+        for (mean, total) in self.means.iter_mut().zip(&self.totals) {
+            *mean /= total;
+        }
+    }
+
+    /// Returns the ratio of the rest volume of each component: the mean of s, weighted by mass. `None` if all ratios are 1.
+    pub(crate) fn means(&self) -> Option<&[f64]> {
+        Some(self.means.as_slice()).filter(|means| !means.is_empty())
     }
 
     /// Returns s of a vertex as of the last step, limited to [0.1, 10].
@@ -147,7 +171,8 @@ impl Inflation {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.zones.iter().map(|(_, shares)| size_of_val(shares.as_slice())).sum()
+        let shares: usize = self.zones.iter().map(|(_, shares)| size_of_val(shares.as_slice())).sum();
+        shares + size_of_val(self.means.as_slice()) + size_of_val(self.totals.as_slice())
     }
 }
 

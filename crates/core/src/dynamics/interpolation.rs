@@ -48,7 +48,7 @@ pub(super) fn value_at<K>(
             let length = time_of(next) - time_of(previous);
             let s = (time - time_of(previous)) / length;
             let [a, b] = [previous, next].map(&value_of);
-            match interpolation {
+            let value = match interpolation {
                 Interpolation::Linear => a + s * (b - a),
                 Interpolation::Smooth => a + smooth(s) * (b - a),
                 Interpolation::Cubic => {
@@ -56,7 +56,9 @@ pub(super) fn value_at<K>(
                         [after - 1, after].map(|key| length * slope_at(keys, key, &time_of, &value_of));
                     hermite(a, b, slopes, s)
                 }
-            }
+            };
+            // Rounding errors could lie outside.
+            value.clamp(a.min(b), a.max(b))
         }
         (Some(only), None) | (None, Some(only)) => value_of(only),
         (None, None) => 0.0,

@@ -177,7 +177,7 @@ impl Regions {
         self.inflation = Some(sigma);
     }
 
-    /// Returns what changes the rest volumes of the regions, if they have rest spreads.
+    /// Returns the constants of the volume term and of inflation, if the regions have rest spreads.
     pub(super) fn rest_volumes(&self) -> Option<RestVolumes<'_>> {
         let inverse_spreads = self.inverse_spreads.as_ref()?;
         Some(RestVolumes { inverse_spreads, bulk: self.bulk, inflation: self.inflation.as_ref() })

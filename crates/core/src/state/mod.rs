@@ -32,7 +32,7 @@ pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
-pub(crate) use rest::Rest;
+pub(crate) use rest::{Rest, RestSigns, Stay};
 pub(crate) use supports::{Deflection, Support, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, SearchedMotion, Touches};
 
@@ -174,18 +174,14 @@ impl State {
         self.rest.wake();
     }
 
-    /// Adds a step of `dt` seconds to the time of rest. `is_slow`: whether all vertices were slow. `can_stay`: whether the body
-    /// can be at rest because it stays in a place; if `is_checked`, no vertex may then be farther than `limit` cells from it.
-    pub(crate) fn track_rest(
-        &mut self,
-        (dt, is_slow): (f64, bool),
-        occupied: &[u8],
-        (can_stay, limit, is_checked): (bool, f64, bool),
-    ) {
+    /// Adds a step of `dt` seconds to the time of rest. `occupied` has the bit mask of the lanes with a vertex of each block.
+    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], RestSigns { is_slow, stay }: RestSigns) {
         self.rest.add(dt, is_slow);
-        match can_stay {
-            true => self.rest.stay((&self.positions, self.frame.shift), occupied, (dt, limit, is_checked)),
-            false => self.rest.leave(),
+        match stay {
+            Stay::Impossible => self.rest.leave(),
+            Stay::Possible { check } => {
+                self.rest.stay((&self.positions, self.frame.shift), occupied, dt, check);
+            }
         }
     }
 

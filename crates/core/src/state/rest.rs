@@ -8,61 +8,85 @@ use crate::simd::lanes::Lanes;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Rest {
     /// Time in seconds for which all vertices have been slow, or stayed where other bodies were searched.
-    slow: f64,
-    /// Time in seconds for which the body has stayed in a place.
-    still: f64,
+    slow_time: f64,
+    /// Time in seconds for which the body has stayed in a place, as of the last check.
+    still_time: f64,
+    /// Time in seconds since the last check.
+    unchecked_time: f64,
     /// The place.
     place: Place,
     /// Whether the body sleeps: it is not stepped.
     pub(crate) is_asleep: bool,
 }
 
+/// What a step tells about the rest of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RestSigns {
+    /// Whether all vertices were slow, or stayed where other bodies were searched.
+    pub(crate) is_slow: bool,
+    pub(crate) stay: Stay,
+}
+
+/// Whether a body can be at rest because it stays in a place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stay {
+    Impossible,
+    /// `check` is the greatest distance in cells of a vertex from the place, in the steps in which it is checked.
+    Possible {
+        check: Option<f64>,
+    },
+}
+
 impl Rest {
     /// Returns the time in seconds for which the body has been at rest.
     pub(crate) fn time(&self) -> f64 {
-        self.slow.max(self.still)
+        self.slow_time.max(self.still_time)
     }
 
     /// Wakes the body up. The time begins again.
     pub(super) fn wake(&mut self) {
-        (self.slow, self.still, self.is_asleep) = (0.0, 0.0, false);
-        self.place.forget();
+        (self.slow_time, self.is_asleep) = (0.0, false);
+        self.leave();
     }
 
     /// Adds a step of `dt` seconds, in which the body `is_slow` or not.
     pub(super) fn add(&mut self, dt: f64, is_slow: bool) {
-        self.slow = if is_slow { self.slow + dt } else { 0.0 };
+        self.slow_time = if is_slow { self.slow_time + dt } else { 0.0 };
     }
 
-    /// Adds a step of `dt` seconds of a body that can stay in a place. If `is_checked`, and a vertex is farther than `limit`
-    /// cells from it, the place becomes the present one. `occupied` has the bit mask of the lanes with a vertex of each block.
+    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a vertex from
+    /// it, in the steps in which this is checked. If a vertex is farther, the place becomes the present one. `occupied` has the
+    /// bit mask of the lanes with a vertex of each block.
     pub(super) fn stay(
         &mut self,
         present: (&Lanes<3>, [f64; 3]),
         occupied: &[u8],
-        (dt, limit, is_checked): (f64, f64, bool),
+        dt: f64,
+        check: Option<f64>,
     ) {
-        self.still += dt;
-        if is_checked {
-            let displacements = self.place.displacements(present, occupied);
-            let stays =
-                displacements.is_some_and(|displacements| displacements.distance_from([0.0; 3]) <= limit);
-            if !stays {
-                self.place.store(present);
-                self.still = 0.0;
-            }
+        self.unchecked_time += dt;
+        let Some(limit) = check else { return };
+        let displacements = self.place.displacements(present, occupied);
+        if displacements.is_some_and(|displacements| displacements.distance_from([0.0; 3]) <= limit) {
+            self.still_time += self.unchecked_time;
+        } else {
+            self.place.store(present);
+            self.still_time = 0.0;
         }
+        self.unchecked_time = 0.0;
     }
 
     /// Forgets the place: the body cannot stay in one.
     pub(super) fn leave(&mut self) {
-        self.still = 0.0;
+        (self.still_time, self.unchecked_time) = (0.0, 0.0);
         self.place.forget();
     }
 
     /// Returns whether the data can be those of a body with this number of blocks of positions.
     pub(super) fn is_valid(&self, blocks: usize) -> bool {
-        [self.slow, self.still].iter().all(|time| time.is_finite() && *time >= 0.0)
+        [self.slow_time, self.still_time, self.unchecked_time]
+            .iter()
+            .all(|time| time.is_finite() && *time >= 0.0)
             && self.place.is_valid(blocks)
     }
 
@@ -84,12 +108,13 @@ mod tests {
             positions
         };
         let mut rest = Rest::default();
-        let mut stay = |x: f32, shift: f64, is_checked| {
-            rest.stay((&positions(x), [shift, 0.0, 0.0]), &[1], (0.25, 0.01, is_checked));
+        let mut stay = |x: f32, shift: f64, is_checked: bool| {
+            rest.stay((&positions(x), [shift, 0.0, 0.0]), &[1], 0.25, is_checked.then_some(0.01));
             rest.time()
         };
         assert_eq!(stay(0.0, 0.0, true), 0.0);
-        assert_eq!(stay(5.0, 0.0, false), 0.25);
+        // Time counts when it is checked.
+        assert_eq!(stay(5.0, 0.0, false), 0.0);
         assert_eq!(stay(0.007, 0.0, true), 0.5);
         // It counts from the first place, however slowly the body goes on.
         assert_eq!(stay(0.014, 0.0, true), 0.0);

@@ -46,7 +46,7 @@ impl Body {
 
     /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from its
     /// middle, as a fraction of the radius of the contact. Unless it is set, 0.08 times the damping ratio, or 0.016 with a
-    /// damping_rate.
+    /// damping_rate above 0.
     #[getter]
     fn rolling_resistance(&self, py: Python<'_>) -> PyResult<f64> {
         self.read(py, supple::Body::rolling_resistance)

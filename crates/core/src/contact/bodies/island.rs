@@ -338,7 +338,7 @@ impl Island {
             velocity: narrow(velocity / length),
             slip_before: narrow((before + normal * approach) / length),
             target: (target / length) as f32,
-            limit: (approach.max(target) / length) as f32,
+            approach: (approach / length) as f32,
             friction: friction.min(f64::from(f32::MAX)) as f32,
         };
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
@@ -399,7 +399,7 @@ impl Island {
             Contact {
                 normal: contact.normal,
                 target: target as f32,
-                limit: target as f32,
+                approach: target as f32,
                 ..Contact::default()
             }
         });

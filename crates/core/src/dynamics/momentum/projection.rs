@@ -57,6 +57,11 @@ impl Mobility {
         Self { allowed: free, free }
     }
 
+    /// Returns the change of ω by an angular impulse of 1 about `axis`.
+    pub(crate) fn turn(&self, axis: Vector3<f64>) -> Vector3<f64> {
+        self.allowed.fixed_view::<3, 3>(3, 3) * axis
+    }
+
     /// Returns the mobility in other units: `length` and `mass` are the old units of length and mass in the new ones.
     /// The units of v and ω are old lengths per second, and radians per second.
     pub(crate) fn in_units(mut self, length: f64, mass: f64) -> Self {
