@@ -283,7 +283,7 @@ test('reset, material, resolution, gravity, floor, base and pause', async (t) =>
   // Without base, floor and gravity the body stays where it is; with gravity it falls.
   for (const id of ['base', 'floor']) await page.click(`#${id}`);
   await page.selectOption('#gravity', '0');
-  await page.click('#reset');
+  await page.evaluate(() => globalThis.page.reset());
   await page.click('#pause');
   const height = async () => (await top(page)).position[1];
   const before = await height();
