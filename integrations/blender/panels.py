@@ -137,6 +137,23 @@ class StiffnessPanel(SubPanel):
         part.prop(found.supple, "stiffness_factor")
 
 
+class InflationPanel(SubPanel):
+    """Volumes at rest that grow and shrink."""
+
+    bl_idname = "SUPPLE_PT_inflation"
+    bl_label = "Inflation"
+
+    def draw(self, context: Context) -> None:
+        """Draw the panel."""
+        layout, found = self.layout, context.object
+        layout.use_property_split = True
+        layout.prop(found.supple, "inflate")
+        layout.prop_search(found.supple, "inflation_group", found, "vertex_groups")
+        part = layout.column()
+        part.active = bool(found.supple.inflation_group)
+        part.prop(found.supple, "inflation_ratio")
+
+
 class ContactPanel(SubPanel):
     """How the body touches other bodies."""
 
@@ -223,7 +240,16 @@ def _draw_bake(layout: UILayout) -> None:
     row.operator("supple.cancel", text="", icon="X")
 
 
-CLASSES = (AttachmentList, BodyPanel, AttachmentsPanel, StiffnessPanel, ContactPanel, ScenePanel, ColliderPanel)
+CLASSES = (
+    AttachmentList,
+    BodyPanel,
+    AttachmentsPanel,
+    StiffnessPanel,
+    InflationPanel,
+    ContactPanel,
+    ScenePanel,
+    ColliderPanel,
+)
 
 
 def register() -> None:

@@ -149,7 +149,8 @@ class SoftBodySettings(PropertyGroup):
     )
     poisson_ratio: FloatProperty(
         name="Poisson's Ratio",
-        description="By how much the body narrows when it is stretched: 0 keeps its width, 0.45 nearly its volume",
+        description="By how much the body narrows when it is stretched: 0 keeps its width, 0.45 nearly its volume. "
+        "Other materials have their own",
         default=0.0,
         min=0.0,
         max=0.47,
@@ -196,6 +197,30 @@ class SoftBodySettings(PropertyGroup):
         default=10.0,
         min=0.001,
         max=100.0,
+        override=OVERRIDABLE,
+    )
+
+    inflate: FloatProperty(
+        name="Inflate",
+        description="Ratio of the volume at rest to that of the mesh: the body grows above 1 and shrinks below it. Can "
+        "be animated",
+        default=1.0,
+        min=0.1,
+        max=10.0,
+        override=OVERRIDABLE,
+    )
+    inflation_group: StringProperty(
+        name="Inflation Group",
+        description="Vertex group of parts that grow or shrink beside the body, such as a muscle; empty: none",
+        override=OVERRIDABLE,
+    )
+    inflation_ratio: FloatProperty(
+        name="Ratio",
+        description="Ratio of the volume at rest at weight 1, times that of the body. At weight 0 it is 1. Can be "
+        "animated",
+        default=1.0,
+        min=0.1,
+        max=10.0,
         override=OVERRIDABLE,
     )
 

@@ -20,6 +20,7 @@ from scenes import (
     frames,
     group,
     local,
+    module,
     new_scene,
     soft,
     surfaces,
@@ -210,6 +211,51 @@ def check_stiffness() -> None:
     assert sags[1] > 3 * sags[0] > 0, sags
 
 
+def check_inflation() -> None:
+    """Ratios of rest volumes are animated, and every frame has the bits of the same run from Python."""
+    import supple
+
+    scene = new_scene(12)
+    scene.use_gravity = False
+    found = soft(cube("box"), inflation_ratio=1.5)
+    group(found, "top", lambda point: point.z > 0.1)
+    for frame, found.supple.inflate in ((1, 1.0), (12, 1.25)):
+        assert found.keyframe_insert("supple.inflate", frame=frame)
+    shape = world(found)
+    mesh = supple.Mesh(shape, faces(found))
+    for name in ("", "top"):
+        found.supple.inflation_group = name
+        assert bpy.ops.supple.bake() == {"FINISHED"}
+        ratios = [found.supple.inflate for _ in frames()]
+        assert (ratios[0], ratios[-1]) == (1.0, 1.25)
+        assert 1.0 < ratios[1] < ratios[5] < 1.25, "the curve is sampled in each frame"
+        keys = [(index / 24, ratio) for index, ratio in enumerate(ratios)]
+        body = supple.Body(mesh, lattice_vertices=200, inflate=keys)
+        if name:
+            weights = np.array([float(vertex.co.z > 0.1) for vertex in found.data.vertices])
+            for exponent, vertices in module("bake").inflated_zones(body, weights):
+                body.zone(inflate=1.5**exponent, vertices=vertices)
+        sim = supple.Simulation([body], fps=24, gravity=(0, 0, 0))
+        for index, expected in zip(frames(), surfaces(sim), strict=True):
+            assert np.array_equal(local(found), expected[0].astype(np.float32)), f'group "{name}" in frame {index}'
+        volume = supple.Mesh(world(found), faces(found)).volume
+        expected = 1.25 if not name else body.volume_report().rest
+        assert abs(volume - expected) < 1e-5 * expected
+    assert volume > 1.25 * 1.1, "the top grows by half beside the body"
+
+
+def check_materials() -> None:
+    """A material has its own Poisson's ratio, and Young's modulus has the number beside it."""
+    new_scene()
+    found = soft(cube("box"), poisson_ratio=0.2)
+    options = module("scene.settings").body_options
+    for material in ("JELLY", "FLESH", "RUBBER", "FIRM"):
+        found.supple.material = material
+        assert "poisson_ratio" not in options(found, bpy.context.scene, [found])
+    found.supple.material = "CUSTOM"
+    assert abs(options(found, bpy.context.scene, [found])["poisson_ratio"] - 0.2) < ROUNDING
+
+
 def check_ignore() -> None:
     """Bodies of the collection that a body ignores pass through it."""
     heights = []
@@ -253,6 +299,8 @@ CHECKS = (
     check_time,
     check_units,
     check_stiffness,
+    check_inflation,
+    check_materials,
     check_ignore,
     check_suzanne,
 )

@@ -302,11 +302,12 @@ def check_panels() -> None:
     attachment.motion, attachment.target = "OBJECT", rig
     shown = drawn()
     settings = set(type(found.supple).bl_rna.properties.keys()) - {"rna_type", "name"}
-    hidden = {"enabled", "cache", "cell_size", "youngs_modulus", "attachments", "active_attachment"}
+    of_number = {"youngs_modulus", "poisson_ratio"}
+    hidden = {"enabled", "cache", "cell_size", "attachments", "active_attachment", *of_number}
     assert settings - hidden <= set(shown), settings - hidden - set(shown)
     assert {"supple.remove", "supple.bake", "supple.clear", "target", "bone", "Object or Bone", "gravity"} <= set(shown)
     found.supple.material, found.supple.resolution = "CUSTOM", "CELL_SIZE"
-    assert {"youngs_modulus", "cell_size"} <= set(drawn())
+    assert {"cell_size", *of_number} <= set(drawn())
     bpy.ops.supple.remove_attachment()
     assert not found.supple.attachments
     assert "target" not in drawn()

@@ -283,7 +283,7 @@ test('reset, material, resolution, gravity, floor, base and pause', async (t) =>
   // Without base, floor and gravity the body stays where it is; with gravity it falls.
   for (const id of ['base', 'floor']) await page.click(`#${id}`);
   await page.selectOption('#gravity', '0');
-  await page.click('#reset');
+  await page.evaluate(() => globalThis.page.reset());
   await page.click('#pause');
   const height = async () => (await top(page)).position[1];
   const before = await height();
@@ -293,6 +293,66 @@ test('reset, material, resolution, gravity, floor, base and pause', async (t) =>
   await page.waitForFunction((before) => globalThis.page.picture.body.positions[1] < before - 1, before, {
     timeout: 60_000,
   });
+  assert.deepEqual(messages, []);
+});
+
+// Moves a slider to a number, as a pointer does.
+function slide(page, id, number) {
+  return page.locator(`#${id}`).fill(String(number));
+}
+
+test("Poisson's ratio begins as that of the material, and can be another", async (t) => {
+  const { page, messages } = await opened(t);
+  const shown = async () => [await page.inputValue('#poisson'), await text(page, 'poisson + output')];
+  assert.deepEqual(await shown(), ['0.45', '0.45']);
+  for (const [material, ratio] of [
+    ['rubber', '0.4'],
+    ['firm', '0.3'],
+    ['jelly', '0.45'],
+  ]) {
+    await page.selectOption('#material', material);
+    await page.waitForFunction((ratio) => document.getElementById('poisson').value === ratio, ratio);
+  }
+  const steps = async () => Number(await text(page, 'steps'));
+  await pictures(page, 5);
+  const many = await steps();
+  await slide(page, 'poisson', 0.1);
+  await page.waitForFunction((many) => Number(document.getElementById('steps').textContent) < many, many);
+  // It is kept by another lattice, and is that of the material again after another choice.
+  await page.selectOption('#resolution', '250');
+  await page.waitForFunction(() => Number(document.getElementById('lattice-vertices').textContent) < 300);
+  assert.deepEqual(await shown(), ['0.1', '0.10']);
+  await page.selectOption('#material', 'firm');
+  await page.waitForFunction(() => document.getElementById('poisson').value === '0.3');
+  assert.deepEqual(messages, []);
+});
+
+test('a body at rest is inflated while the slider moves, and keeps its new volume', async (t) => {
+  const { page, messages } = await opened(t);
+  await page.selectOption('#shape', 'Ball');
+  await page.selectOption('#resolution', '250');
+  await page.waitForFunction(() => Number(document.getElementById('lattice-vertices').textContent) < 300);
+  const rests = () => page.waitForFunction(() => globalThis.page.isAtRest, null, { timeout: 60_000 });
+  await rests();
+  const height = async () => (await top(page)).position[1];
+  const before = await height();
+  await slide(page, 'inflate', 2);
+  await page.waitForFunction(() => globalThis.page.picture.body.volumeRatio > 1.999);
+  await rests();
+  // The held base keeps its width.
+  assert.ok((await height()) > 1.15 * before, `${await height()} and ${before}`);
+  assert.ok(Math.abs(await volumeError(page)) < 1e-6, `${await volumeError(page)}`);
+  // Arrows move the slider, and neither the camera nor the body.
+  const camera = () => page.evaluate(() => globalThis.page.picture.views.camera.position.toArray());
+  const place = await camera();
+  await page.focus('#inflate');
+  await page.keyboard.press('ArrowLeft');
+  assert.equal(await text(page, 'inflate + output'), '1.99');
+  assert.deepEqual(await camera(), place);
+  await slide(page, 'inflate', 1);
+  await page.waitForFunction(() => Math.abs(globalThis.page.picture.body.volumeRatio - 1) < 1e-6);
+  await rests();
+  assert.ok(Math.abs((await height()) - before) < 0.02, `${await height()} and ${before}`);
   assert.deepEqual(messages, []);
 });
 
@@ -311,6 +371,8 @@ test('the keyboard reaches every control, and pulls the body', async (t) => {
     'open',
     'up',
     'material',
+    'poisson',
+    'inflate',
     'resolution',
     'gravity',
     'volume',

@@ -95,6 +95,40 @@ def test_stiffness_factors_are_interpolated_and_reach_the_inside(box):
     body.set_stiffness_factors(factors)
 
 
+def test_zones_of_a_group_give_the_ratio_to_the_power_of_the_weight(box):
+    body = supple.Body(supple.Mesh(box.vertices, box.faces), lattice_vertices=1000)
+    weights = box.vertices[:, 2] + 0.5
+    ratio = 1.5
+    for exponent, vertices in bake.inflated_zones(body, weights):
+        body.zone(inflate=ratio**exponent, vertices=vertices)
+    supple.Simulation([body], fps=24, gravity=(0, 0, 0)).advance()
+    # The logarithm is interpolated as that of a stiffness factor, in steps of 1/31.
+    expected = np.log(bake.stiffness_factors(body, ratio**weights))
+    error = np.abs(np.log(body.rest_volume_ratios) - expected)
+    assert error.max() <= np.log(ratio) / 62 + 1e-12
+    assert bake.inflated_zones(body, np.zeros(len(weights))) == []
+    ((exponent, vertices), *_) = bake.inflated_zones(body, np.ones(len(weights)))
+    assert exponent == 1 / 31
+    assert np.array_equal(vertices, np.arange(len(body)))
+
+
+def test_rest_volumes_follow_the_ratios_of_the_frames(box):
+    box.inflate = np.linspace(1, 1.5, 10)
+    box.inflation = bake.Inflation(np.ones(len(box.vertices)), np.linspace(1, 2, 10))
+    sim = bake.build(job(box))
+    body = sim.bodies[0]
+    assert body.inflate == [(frame / 24, ratio) for frame, ratio in enumerate(box.inflate)]
+    sim.advance(9)
+    assert body.rest_volume_ratios == pytest.approx(3)
+    # Numbers that do not change have no keyframes, and a ratio of 1 has no zones.
+    box.inflate, box.inflation.ratios = np.full(10, 0.8), np.ones(10)
+    body = bake.build(job(box)).bodies[0]
+    assert body.inflate == 0.8
+    box.inflate = np.full(10, 11.0)
+    with pytest.raises(bake.BakeError, match='object "box" cannot be a soft body: inflate = 11 is out of range'):
+        bake.build(job(box))
+
+
 @pytest.mark.parametrize("axis", [(0, 1, 0), (1, 0, 0), (0.4, 0.8, -0.3)])
 def test_a_driven_part_moves_with_its_object_through_any_rotation(box, axis):
     # A whole turn, also through 90 degrees about y, where the three angles of a keyframe are not unique.

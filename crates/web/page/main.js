@@ -19,6 +19,9 @@ const SHAPES = [
   ["Ring", "shapes/ring.obj"],
 ];
 
+// Settings with a slider.
+const SLIDERS = ["poisson", "inflate"];
+
 // Longest time between two pictures that counts, in seconds: a page in the background is not drawn.
 const LONGEST = 0.25;
 
@@ -30,6 +33,8 @@ class Page {
     this.source = null;
     // The last settings that the simulation took.
     this.applied = null;
+    // Poisson's ratio that was chosen; null: the one of the material.
+    this.poisson = null;
     this.isPaused = false;
     this.isAtRest = false;
     this.isAsked = false;
@@ -58,6 +63,8 @@ class Page {
       resolution: Number(at("resolution").value),
       gravity: Number(at("gravity").value),
       material: at("material").value,
+      poisson: this.poisson,
+      inflate: Number(at("inflate").value),
       up: at("up").value,
       volume: isPressed("volume"),
       floor: isPressed("floor"),
@@ -68,9 +75,23 @@ class Page {
   // Puts the controls back to the last settings that the simulation took.
   restoreControls() {
     if (!this.applied) return;
-    for (const id of ["resolution", "gravity", "material", "up"]) at(id).value = this.applied[id];
+    this.poisson = this.applied.poisson;
+    for (const id of ["resolution", "gravity", "material", "up", ...SLIDERS]) at(id).value = this.applied[id];
+    this.showNumbers();
     for (const id of ["volume", "floor", "base"]) at(id).setAttribute("aria-pressed", String(this.applied[id]));
     this.picture?.set({ ground: this.applied.floor });
+  }
+
+  // Remembers the settings that the simulation took, and shows the Poisson's ratio of the material.
+  keep(settings, { poisson }) {
+    this.applied = { ...settings, poisson };
+    if (this.poisson === null) at("poisson").value = poisson;
+    this.showNumbers();
+  }
+
+  // Shows the numbers of the sliders.
+  showNumbers() {
+    for (const id of SLIDERS) at(id).nextElementSibling.textContent = Number(at(id).value).toFixed(2);
   }
 
   fillShapes() {
@@ -87,7 +108,12 @@ class Page {
       if (file) this.loadFile(file);
       at("file").value = "";
     });
-    for (const id of ["material", "gravity"]) on(id, () => this.apply(false));
+    on("gravity", () => this.apply(false));
+    on("material", () => {
+      this.poisson = null;
+      this.apply(false);
+    });
+    for (const id of SLIDERS) this.connectSlider(id);
     for (const id of ["up", "resolution"]) on(id, () => this.apply(true));
     for (const id of ["volume", "floor", "base"]) on(id, () => this.toggle(id));
     for (const id of ["wireframe", "lattice"]) on(id, () => this.toggle(id));
@@ -100,6 +126,19 @@ class Page {
       this.setTheme(event.matches ? "dark" : "light"),
     );
     this.connectDrop();
+  }
+
+  connectSlider(id) {
+    const slider = at(id);
+    slider.addEventListener("input", () => {
+      if (id === "poisson") this.poisson = Number(slider.value);
+      this.showNumbers();
+      this.apply(false);
+    });
+    // Arrows move the slider, and neither the camera nor the body.
+    slider.addEventListener("keydown", (event) => {
+      if (event.key.startsWith("Arrow")) event.stopPropagation();
+    });
   }
 
   connectDrop() {
@@ -177,7 +216,7 @@ class Page {
       return false;
     }
     this.source = { name, bytes };
-    this.applied = settings;
+    this.keep(settings, answer);
     this.showBody(answer, true);
     showMessage("");
     return true;
@@ -197,7 +236,7 @@ class Page {
       this.restoreControls();
       return;
     }
-    this.applied = settings;
+    this.keep(settings, answer);
     if (!isRebuilt) return;
     this.showBody(answer);
     showMessage("");
@@ -294,7 +333,7 @@ class Page {
     // Another body may be shown by now.
     if (!answer.buffer || body !== this.picture.body) return;
     this.buffer = body.buffer;
-    body.take(answer.buffer);
+    body.take(answer);
     this.picture.show();
     this.showVolume(answer);
   }

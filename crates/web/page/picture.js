@@ -34,20 +34,20 @@ function volumeInside(triangles, p) {
 
 // A body as the views expect it, with one frame, which changes.
 export class LiveBody {
-  constructor({ surface, links, lattice, isClosed, buffer }) {
+  constructor({ surface, links, lattice, isClosed, ...answer }) {
     Object.assign(this, { surface, links, lattice, isClosed });
     this.mesh = { bounds: null, normals: null, positions: (_, out) => out.set(this.positions) };
     this.latticePoints = { positions: (_, out) => out.set(this.latticePositions) };
-    this.take(buffer);
+    this.take(answer);
     // Positions in the start pose.
     this.start = this.positions.slice();
     this.mesh.bounds = boundsOf(this.start);
   }
 
-  // Takes the positions and normals of an answer of the simulation.
-  take(buffer) {
+  // Takes the positions, the normals and the ratio of the rest volume of an answer of the simulation.
+  take({ buffer, volumeRatio }) {
     const count = 3 * this.surface.vertices;
-    this.buffer = buffer;
+    Object.assign(this, { buffer, volumeRatio });
     this.positions = new Float32Array(buffer, 0, count);
     this.mesh.normals = new Float32Array(buffer, 4 * count, count);
     this.latticePositions = new Float32Array(buffer, 8 * count, 3 * this.lattice);
@@ -135,7 +135,8 @@ export class Picture {
 
   // Returns the relative error of the volume of the triangles that are drawn.
   volumeError() {
-    return volumeInside(this.object.geometry.triangles, this.body.positions) / this.restVolume - 1;
+    const { positions, volumeRatio } = this.body;
+    return volumeInside(this.object.geometry.triangles, positions) / (volumeRatio * this.restVolume) - 1;
   }
 
   set(options) {

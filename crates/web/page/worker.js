@@ -16,7 +16,10 @@ function read(values) {
   settings.lattice_vertices = values.resolution;
   settings.gravity = values.gravity;
   for (const name of ["volume", "floor", "base"]) settings[name] = values[name];
+  settings.inflate = values.inflate;
   settings.set_material(values.material);
+  // Without a number it is the one of the material.
+  if (values.poisson !== null) settings.poisson_ratio = values.poisson;
   settings.set_up(values.up);
   return settings;
 }
@@ -51,6 +54,7 @@ function figures() {
   return {
     volumeError: playground.volume_error(),
     volumeErrorBefore: playground.volume_error_before(),
+    volumeRatio: playground.rest_volume_ratio(),
     isAtRest: playground.is_at_rest(),
     steps: playground.steps_per_frame(),
   };
@@ -81,10 +85,13 @@ const actions = {
   },
 
   load({ name, bytes, settings }) {
-    const next = withSettings(settings, (read) => new Playground(name, new Uint8Array(bytes), read));
+    const [next, poisson] = withSettings(settings, (read) => [
+      new Playground(name, new Uint8Array(bytes), read),
+      read.poisson_ratio,
+    ]);
     playground?.free();
     playground = next;
-    return description();
+    return { poisson, ...description() };
   },
 
   reset() {
@@ -93,9 +100,12 @@ const actions = {
   },
 
   apply({ settings, isRebuilt }) {
-    withSettings(settings, (read) => playground.apply(read));
+    const poisson = withSettings(settings, (read) => {
+      playground.apply(read);
+      return read.poisson_ratio;
+    });
     isChanged = true;
-    return isRebuilt ? description() : {};
+    return { poisson, ...(isRebuilt ? description() : {}) };
   },
 
   grab({ pointer, point }) {

@@ -27,8 +27,10 @@ pub struct Playground {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     lattice_positions: Vec<[f32; 3]>,
-    /// Relative errors of the volume: of the lattice, and of the displayed surface.
-    volume_errors: [f64; 2],
+    /// Rest volume in the start pose, before the body is inflated.
+    start_volume: f64,
+    /// Volume at rest, before the correction and after it.
+    volumes: [f64; 3],
 }
 
 #[wasm_bindgen]
@@ -48,7 +50,8 @@ impl Playground {
             lattice_positions: vec![[0.0; 3]; start.len()],
             positions: vec![[0.0; 3]; vertices],
             normals: vec![[0.0; 3]; vertices],
-            volume_errors: [0.0; 2],
+            start_volume: 0.0,
+            volumes: [0.0; 3],
             display: Display::new(),
             grabs: Vec::new(),
             model,
@@ -57,7 +60,7 @@ impl Playground {
             start,
             base,
         };
-        playground.evaluate();
+        playground.evaluate_start();
         Ok(playground)
     }
 
@@ -81,6 +84,12 @@ impl Playground {
             return self.rebuild(new);
         }
         let body = self.simulation.body_mut(0);
+        if new.poisson_ratio != old.poisson_ratio {
+            body.set_poisson_ratio(Some(new.poisson_ratio)).map_err(supple::Error::from)?;
+        }
+        if new.inflate != old.inflate {
+            body.set_inflate(new.inflate).map_err(supple::Error::from)?;
+        }
         if new.material != old.material {
             body.set_elasticity(Elasticity::Preset(new.material)).map_err(supple::Error::from)?;
         }
@@ -157,7 +166,7 @@ impl Playground {
             *row = [position.x as f32, position.y as f32, position.z as f32];
         }
         let corrections = displayed.corrections();
-        let [rest, before, after] = if corrections.is_empty() {
+        self.volumes = if corrections.is_empty() {
             let report = displayed.volume_report();
             [report.rest, report.before, report.after]
         } else {
@@ -165,7 +174,6 @@ impl Playground {
                 [rest + component.rest, before + component.before, after + component.after]
             })
         };
-        self.volume_errors = [before / rest - 1.0, after / rest - 1.0];
     }
 
     /// Returns whether the body is at rest, so that steps change nothing.
@@ -175,12 +183,19 @@ impl Playground {
 
     /// Returns the relative error of the volume of the displayed surface.
     pub fn volume_error(&self) -> f64 {
-        self.volume_errors[1]
+        let [rest, _, after] = self.volumes;
+        after / rest - 1.0
     }
 
     /// Returns the relative error of the volume before the correction.
     pub fn volume_error_before(&self) -> f64 {
-        self.volume_errors[0]
+        let [rest, before, _] = self.volumes;
+        before / rest - 1.0
+    }
+
+    /// Returns the ratio of the rest volume to that of the model, as of the last step: 1 before the first one.
+    pub fn rest_volume_ratio(&self) -> f64 {
+        self.volumes[0] / self.start_volume
     }
 
     /// Returns whether the mesh is closed. The volume of an open one is that of the lattice cells.
@@ -263,8 +278,14 @@ impl Playground {
         self.display = Display::new();
         self.grabs.clear();
         self.lattice_positions = vec![[0.0; 3]; self.start.len()];
-        self.evaluate();
+        self.evaluate_start();
         Ok(())
+    }
+
+    /// Evaluates the surface before the first step.
+    fn evaluate_start(&mut self) {
+        self.evaluate();
+        self.start_volume = self.volumes[0];
     }
 }
 

@@ -33,6 +33,10 @@ pub struct Settings {
     pub floor: bool,
     /// Whether the lowest part of the body is held where it is; default true.
     pub base: bool,
+    /// Poisson's ratio, in [0, 0.47]; default that of the material, which [`Settings::set_material`] sets.
+    pub poisson_ratio: f64,
+    /// Ratio of the rest volume of the body to that of the model, in [0.1, 10]; default 1.
+    pub inflate: f64,
     pub(crate) material: Preset,
     pub(crate) up: Up,
 }
@@ -45,6 +49,8 @@ impl Default for Settings {
             gravity: 9.81,
             floor: true,
             base: true,
+            poisson_ratio: Preset::Flesh.poisson_ratio(),
+            inflate: 1.0,
             material: Preset::Flesh,
             up: Up::default(),
         }
@@ -59,13 +65,14 @@ impl Settings {
         Self::default()
     }
 
-    /// Sets the material: the name of a preset; default `flesh`.
+    /// Sets the material, the name of a preset, and its Poisson's ratio; default `flesh`.
     ///
     /// # Errors
     ///
     /// An unknown name.
     pub fn set_material(&mut self, name: &str) -> Result<(), PlaygroundError> {
         self.material = named("material", name, &Preset::NAMED)?;
+        self.poisson_ratio = self.material.poisson_ratio();
         Ok(())
     }
 
@@ -87,6 +94,8 @@ impl Settings {
             .body(self.up, if self.base { HELD_HEIGHT } else { DROP_HEIGHT })
             .lattice_vertices(self.lattice_vertices as usize)
             .preset(self.material)
+            .poisson_ratio(self.poisson_ratio)
+            .inflate(self.inflate)
             .volume(self.preservation())
             .skin(SkinKind::Smooth)
             .memory_limit(MEMORY_LIMIT)

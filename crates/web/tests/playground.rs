@@ -153,6 +153,71 @@ fn settings_change_a_body_that_is_dragged() {
 }
 
 #[test]
+fn poisson_ratio_is_that_of_the_material_until_it_is_set() {
+    let mut settings = Settings::default();
+    for (material, ratio) in [("jelly", 0.45), ("flesh", 0.45), ("rubber", 0.4), ("firm", 0.3)] {
+        settings.set_material(material).unwrap();
+        assert_eq!(settings.poisson_ratio, ratio, "{material}");
+    }
+    assert_eq!(Settings::default().poisson_ratio, 0.45);
+    // The volume without the correction changes less, the greater Poisson's ratio is.
+    let mut stretched = [0.0, 0.45].map(|ratio| {
+        let mut settings = Settings::default();
+        settings.lattice_vertices = 300;
+        settings.poisson_ratio = ratio;
+        let mut playground = playground(BALL, &settings);
+        pull_top(&mut playground, [0.0, 0.4, 0.0]);
+        (playground, settings)
+    });
+    let [without, with] = stretched.each_ref().map(|(playground, _)| playground.volume_error_before());
+    assert!(without > 0.05 && with.abs() < 0.5 * without, "{without} {with}");
+    let [(playground, settings), _] = &mut stretched;
+    settings.poisson_ratio = 0.45;
+    playground.apply(settings).unwrap();
+    playground.advance(60).unwrap();
+    playground.evaluate();
+    assert!((playground.volume_error_before() - with).abs() < 0.1 * without);
+    settings.poisson_ratio = 0.5;
+    let error = playground.apply(settings).unwrap_err().to_string();
+    assert_eq!(error, "poisson_ratio = 0.5 is out of range: it must be in [0, 0.47]");
+}
+
+#[test]
+fn a_body_at_rest_inflates_to_its_ratio_and_back() {
+    let mut settings = Settings::default();
+    settings.lattice_vertices = 300;
+    settings.floor = false;
+    settings.gravity = 0.0;
+    settings.base = false;
+    let mut playground = playground(BALL, &settings);
+    let width = |playground: &Playground| {
+        let [low, high] = bounds(playground.surface());
+        high[0] - low[0]
+    };
+    let start = width(&playground);
+    for ratio in [1.5, 0.5, 1.0] {
+        settings.inflate = ratio;
+        playground.apply(&settings).unwrap();
+        playground.advance(240).unwrap();
+        playground.evaluate();
+        assert!((playground.rest_volume_ratio() - ratio).abs() < 1e-6);
+        assert!(playground.volume_error().abs() < 1e-6);
+        let expected = start * ratio.cbrt() as f32;
+        assert!((width(&playground) - expected).abs() < 0.01 * expected, "{ratio}: {}", width(&playground));
+    }
+    // Reset begins with the volume of the model, from which the body is inflated again.
+    settings.inflate = 2.0;
+    playground.apply(&settings).unwrap();
+    playground.reset().unwrap();
+    assert_eq!(playground.rest_volume_ratio(), 1.0);
+    playground.advance(1).unwrap();
+    playground.evaluate();
+    assert!((playground.rest_volume_ratio() - 2.0).abs() < 1e-6);
+    settings.inflate = 0.0;
+    assert!(playground.apply(&settings).unwrap_err().to_string().starts_with("inflate = 0 is out of range"));
+}
+
+#[test]
 fn errors_name_the_file_and_the_line() {
     let message = |text: &str| {
         Playground::new("broken.obj", text.into(), &Settings::default()).unwrap_err().to_string()

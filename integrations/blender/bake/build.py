@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 import supple
 
-from .groups import held_vertices, stiffness_factors
-from .job import Attachment, BakeError, Body, Collider, Job
-from .motion import is_rigid, is_still, rigid_keys, transformed
+from .groups import held_vertices, inflated_zones, stiffness_factors
+from .job import Attachment, BakeError, Body, Collider, Inflation, Job
+from .motion import curve, is_rigid, is_still, rigid_keys, transformed
 
 
 def build(job: Job) -> supple.Simulation:
@@ -35,11 +35,15 @@ def build(job: Job) -> supple.Simulation:
 
 
 def _body(data: Body, job: Job) -> supple.Body:
-    """Return a body with its attachments and its stiffness."""
+    """Return a body with its attachments, its stiffness and its inflation."""
     try:
         body = supple.Body(supple.Mesh(data.vertices, data.faces), name=data.name, **data.options)
         if data.stiffness is not None:
             body.set_stiffness_factors(stiffness_factors(body, data.stiffness))
+        if data.inflate is not None:
+            body.inflate = curve(data.inflate, job.fps)
+        if data.inflation is not None:
+            _inflate(body, data.inflation, job.fps)
     except ValueError as error:
         raise BakeError(f'object "{data.name}" cannot be a soft body: {error}') from error
     for attachment in data.attachments:
@@ -53,6 +57,14 @@ def _body(data: Body, job: Job) -> supple.Body:
         except ValueError as error:
             raise BakeError(f'object "{data.name}", vertex group "{attachment.group}": {error}') from error
     return body
+
+
+def _inflate(body: supple.Body, data: Inflation, fps: float) -> None:
+    """Add the zones of a group whose rest volume changes."""
+    if (data.ratios == 1).all():
+        return
+    for exponent, vertices in inflated_zones(body, data.weights):
+        body.zone(inflate=curve(data.ratios**exponent, fps), vertices=vertices)
 
 
 def _attach(body: supple.Body, data: Attachment, fps: float) -> None:

@@ -11,6 +11,9 @@ import supple
 
 _Entry = TypeVar("_Entry", np.int64, np.bool_)
 
+#: Bits of the weights of zones.
+BITS = 5
+
 #: Corners of a cell, relative to the one with the smallest coordinates.
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
@@ -28,13 +31,34 @@ def held_vertices(body: supple.Body, group: NDArray[np.bool_]) -> NDArray[np.int
 
 
 def stiffness_factors(body: supple.Body, factors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the stiffness factors of the lattice vertices, from those of the vertices of the mesh.
+    """Return the stiffness factors of the lattice vertices, whose logarithms are means of those of the mesh.
 
     factors : (n,) float, > 0
         Factor at each vertex of the mesh.
+    """
+    return np.exp(_means(body, np.log(factors)))
 
-    The logarithm of the factor of a lattice vertex is the mean of those in the cells around it, with the weights of the
-    interpolation within a cell. Lattice vertices without a mesh vertex around them have the mean of their neighbors.
+
+def inflated_zones(body: supple.Body, weights: NDArray[np.float64]) -> list[tuple[float, NDArray[np.int64]]]:
+    """Return the zones of a vertex group as pairs of an exponent and lattice vertices.
+
+    weights : (n,) float, in [0, 1]
+        Weight of each vertex of the mesh.
+
+    The ratios of overlapping zones multiply. A zone for each bit of the weights, with the ratio r ** exponent, gives a
+    vertex of weight w the ratio r ** w, with w in steps of 1/31.
+    """
+    greatest = 2**BITS - 1
+    levels = np.rint(greatest * _means(body, weights)).astype(np.int64)
+    zones = ((2**bit / greatest, np.flatnonzero(levels >> bit & 1)) for bit in range(BITS))
+    return [(exponent, vertices) for exponent, vertices in zones if len(vertices)]
+
+
+def _means(body: supple.Body, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return numbers at the lattice vertices, from those at the vertices of the mesh, (n,).
+
+    A lattice vertex has the mean in the cells around it, with the weights of the interpolation within a cell. Lattice
+    vertices without a mesh vertex around them have the mean of their neighbors.
     """
     table = _Grid(body.lattice)
     cells, offset = table.cells_of(_points(body))
@@ -43,10 +67,10 @@ def stiffness_factors(body: supple.Body, factors: NDArray[np.float64]) -> NDArra
     weights[corners < 0] = 0.0
     count = len(body)
     total = np.bincount(corners.ravel(), weights.ravel(), count)
-    summed = np.bincount(corners.ravel(), (weights * np.log(factors)[:, None]).ravel(), count)
+    summed = np.bincount(corners.ravel(), (weights * values[:, None]).ravel(), count)
     known = total > 0
-    values = np.divide(summed, total, out=np.zeros(count), where=known)
-    return np.exp(_filled(table, values, known))
+    means = np.divide(summed, total, out=np.zeros(count), where=known)
+    return _filled(table, means, known)
 
 
 def _points(body: supple.Body) -> NDArray[np.float64]:
@@ -65,7 +89,7 @@ def _filled(table: _Grid, values: NDArray[np.float64], known: NDArray[np.bool_])
         count = usable.sum(axis=1)
         new = ~known & (count > 0)
         if not new.any():
-            break  # components without a vertex of the mesh keep the factor 1
+            break  # components without a vertex of the mesh keep 0
         values[new] = (values[neighbors[new]] * usable[new]).sum(axis=1) / count[new]
         known |= new
     return values

@@ -35,6 +35,16 @@ class Attachment:
 
 
 @dataclass
+class Inflation:
+    """A vertex group whose rest volume changes beside that of the body."""
+
+    #: Weight of each vertex of the mesh: (n,), in [0, 1].
+    weights: NDArray[np.float64]
+    #: Ratio of the rest volume at weight 1 in each frame: (f,), in [0.1, 10]. At weight w it is ratio ** w.
+    ratios: NDArray[np.float64]
+
+
+@dataclass
 class Body:
     """A mesh that becomes a soft body."""
 
@@ -53,6 +63,9 @@ class Body:
     attachments: list[Attachment] = field(default_factory=list)
     #: Factor of the stiffness at each vertex of the mesh: (n,), or None.
     stiffness: NDArray[np.float64] | None = None
+    #: Ratio of the rest volume to that of the mesh in each frame: (f,), in [0.1, 10]; None: always 1.
+    inflate: NDArray[np.float64] | None = None
+    inflation: Inflation | None = None
 
 
 @dataclass

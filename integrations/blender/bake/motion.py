@@ -1,4 +1,4 @@
-"""Keyframes of objects that move rigidly, from their matrices."""
+"""Keyframes of objects that move rigidly, from their matrices, and of numbers that change."""
 
 from __future__ import annotations
 
@@ -37,6 +37,13 @@ def rigid_keys(matrices: NDArray[np.float64], center: ArrayLike, fps: float) -> 
     origins = matrices[:, :3, 3]
     moved = origins + (turns @ (point - origins[0]))
     return [(frame / fps, to - point, turn) for frame, (to, turn) in enumerate(zip(moved, turns, strict=True))]
+
+
+def curve(values: NDArray[np.float64], fps: float) -> float | list[tuple[float, float]]:
+    """Return keyframes (time, value), one per frame, of a number, (f,); or the number if it does not change."""
+    if is_still(values):
+        return float(values[0])
+    return [(frame / fps, float(value)) for frame, value in enumerate(values)]
 
 
 def is_rigid(matrices: NDArray[np.float64]) -> bool:

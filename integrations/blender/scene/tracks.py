@@ -6,7 +6,7 @@ import numpy as np
 from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
 
-from ..bake import Attachment, BakeError, Body, Collider, transformed
+from ..bake import Attachment, BakeError, Body, Collider, Inflation, transformed
 from ..properties import SoftBodyAttachment
 from .caches import cache_path
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
@@ -39,7 +39,7 @@ class DriverTrack:
 
 
 class BodyTrack:
-    """A soft body: the shape of the first frame, the matrices of all frames, and the animated mesh if it is needed."""
+    """A soft body: the shape of the first frame, the matrices and ratios of all frames, and a mesh that is animated."""
 
     def __init__(self, found: Object, scene: Scene, bodies: list[Object]) -> None:
         """Prepare to read an object, one of all soft bodies of the bake, and check the settings of its attachments."""
@@ -49,10 +49,14 @@ class BodyTrack:
         self._is_animated = any(attachment.motion == "ANIMATION" for attachment in found.supple.attachments)
         self._matrices: list[NDArray[np.float64]] = []
         self._animation: list[NDArray[np.float32]] = []
+        # Ratios of the rest volumes of the body and of its group.
+        self._ratios: list[tuple[float, float]] = []
 
     def read(self, depsgraph: Depsgraph) -> None:
         """Read the current frame."""
         matrix = matrix_of(self._found, depsgraph)
+        animated = self._found.evaluated_get(depsgraph).supple
+        self._ratios.append((animated.inflate, animated.inflation_ratio))
         if not self._matrices:
             self._read_shape(depsgraph, matrix)
         if self._is_animated:
@@ -85,6 +89,8 @@ class BodyTrack:
             options=self._options,
             attachments=attachments,
             stiffness=self._stiffness(),
+            inflate=np.array(self._ratios)[:, 0],
+            inflation=self._inflation(),
         )
 
     def _driver(self, attachment: SoftBodyAttachment) -> DriverTrack | None:
@@ -110,7 +116,8 @@ class BodyTrack:
             self._vertices = transformed(matrix, positions_of(mesh))
             self._faces = faces_of(mesh, mirrored=np.linalg.det(matrix[:3, :3]) < 0)
             used = [attachment.vertex_group for attachment in settings.attachments]
-            self._weights = self._read_weights(mesh, [*used, *filter(None, [settings.stiffness_group])])
+            parts = filter(None, [settings.stiffness_group, settings.inflation_group])
+            self._weights = self._read_weights(mesh, [*used, *parts])
         for group in used:
             if not (self._weights[group] >= HELD_WEIGHT).any():
                 raise BakeError(
@@ -143,6 +150,11 @@ class BodyTrack:
             return None
         factors: NDArray[np.float64] = settings.stiffness_factor ** self._weights[settings.stiffness_group]
         return factors
+
+    def _inflation(self) -> Inflation | None:
+        """Return the group whose rest volume changes."""
+        group = self._found.supple.inflation_group
+        return Inflation(self._weights[group], np.array(self._ratios)[:, 1]) if group else None
 
 
 class ColliderTrack:
