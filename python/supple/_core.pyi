@@ -301,7 +301,7 @@ class Body:
         bodies is the greater of theirs; at a collider, that of the collider holds.
     rolling_resistance : float
         Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
-        its middle, as a fraction of the radius of the contact. Default 0.08 times the damping ratio, or 0.016 with a damping_rate.
+        its middle, as a fraction of the radius of the contact. Default 0.08 times the damping ratio, or 0.016 with a damping_rate above 0.
     ignore : list of str, default empty
         Names of bodies that the body does not touch, whichever of the two names the other.
     self_contact : bool
@@ -442,7 +442,7 @@ class Body:
     def rolling_resistance(self) -> float:
         """Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from its
         middle, as a fraction of the radius of the contact. Unless it is set, 0.08 times the damping ratio, or 0.016 with a
-        damping_rate.
+        damping_rate above 0.
         """
     @property
     def self_contact(self) -> bool | None:

@@ -226,29 +226,6 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         assert_eq!(thread_allocations(|| step_and_evaluate(20)), 0, "evaluations beside colliders, {skin:?}");
     }
 
-    // A surface that is flattened on the ground. Its lowest vertices are held there.
-    for skin in [SkinKind::Linear, SkinKind::Smooth] {
-        let body = Body::builder(mesh_of(unit_cube())).lattice_vertices(500).skin(skin).build().unwrap();
-        let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
-        let mut sim = Simulation::builder().body(body).collider(ground).threads(1).build().unwrap();
-        let mut display = Display::new();
-        display.evaluate(sim.body(0));
-        let unpressed = display.bytes();
-        let squashed = |p: Point3<f64>| Point3::new(p.x, 0.8 * p.y, p.z);
-        let positions: Vec<_> = sim.body(0).positions().into_iter().map(squashed).collect();
-        sim.body_mut(0).set_positions(&positions).unwrap();
-        let mut points = [[0.0_f32; 3]; 8];
-        let mut evaluate =
-            || display.evaluate(sim.body(0)).surface_into(&mut points, None::<&mut [[f32; 3]]>);
-        evaluate();
-        assert_eq!(
-            thread_allocations(|| (0..5).for_each(|_| evaluate())),
-            0,
-            "a flattened surface, {skin:?}"
-        );
-        assert!(display.bytes() > unpressed, "the ground flattens the surface");
-    }
-
     let stages = |sim: &Simulation| {
         let plan = sim.plan();
         plan.bodies[0].stages.iter().map(|stage| stage.name).collect::<Vec<_>>()

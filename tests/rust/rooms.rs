@@ -9,14 +9,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 21] = [
+const LAYERS: [&str; 20] = [
     "reference",
     "simulation",
     "body",
     "error",
     "untangle",
     "volume",
-    "flatten",
     "contact",
     "skin",
     "dynamics",

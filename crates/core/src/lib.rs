@@ -79,8 +79,7 @@
 //!    along its normals, and the scale lambda is the root of a cubic (`volume::cubic`). The directions of
 //!    external forces are first removed from V (Eq. (2), `volume::external_forces`).
 //!    Before it, and after it again where needed, cells that are inside out are untangled (module `untangle`).
-//! 2. **Flattening** (module `flatten`): surfaces that are pressed onto planes are shown flat.
-//! 3. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
+//! 2. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
 //!    (`skin::mesh_update`), and normals.
 //!
 //! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and
@@ -129,7 +128,6 @@ mod contact;
 mod cut;
 mod dynamics;
 mod error;
-mod flatten;
 mod fracture;
 mod lattice;
 mod matching;

@@ -1,6 +1,6 @@
-//! The visible surface: evaluation, untangling, flattening and the smooth skin.
+//! The visible surface: evaluation, untangling and the smooth skin.
 
 mod evaluate;
-mod flatten;
+mod pressed;
 mod smooth_skin;
 mod untangle;

@@ -228,7 +228,6 @@ fn the_displayed_mesh_is_that_of_the_corrected_lattice() {
         let lowest = body.alone().surface().positions.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
         let cell = body.lattice().cell_size();
         // The surface rises from the floor where the body shrinks, and the floor limits the vertices below.
-        // A box, because surfaces are flattened onto planes.
         let floor = Collider::cuboid([0.0, lowest + 0.05 * cell - 1.0, 0.0], [9.0, 1.0, 9.0], [0.0; 3]);
         let sim = Simulation::builder().body(body).collider(floor).build().unwrap();
         let mut display = Display::new();

@@ -2,20 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::near_bodies::{GREATEST_GAP, NearBodies};
+use super::near_bodies::GREATEST_GAP;
 use super::reference::BodyRef;
 use crate::contact::RowSet;
 use crate::contact::bodies::{GapBody, GapSearch};
-use crate::flatten::{Displacements, FlattenTable};
-use crate::lattice::Embedding;
 use crate::volume::Limit;
 
 /// Greatest clearance in cells that is searched: half of a gap.
 const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
-
-/// Distance in cells by which a displacement may exceed a limit, so that displacements are continuous where a vertex
-/// moves along another body.
-const TOLERANCE: f64 = 0.01;
 
 /// Buffers for the limits of one body after another.
 #[derive(Debug, Default)]
@@ -47,43 +41,6 @@ impl BodyLimits {
             }
             limits.extend_from_slice(&self.limits);
         }
-    }
-
-    /// Shortens the displacements of a flattened surface, so that with the correction before them it takes at most half
-    /// of a gap to another body, and does not move towards a body that it touches, up to [`TOLERANCE`].
-    ///
-    /// `deformed`, `corrected`: positions of the lattice before and after the correction.
-    pub(super) fn shorten(
-        &mut self,
-        body: BodyRef<'_>,
-        displacements: &mut Displacements,
-        (table, embedding): (&FlattenTable, &Embedding),
-        (deformed, corrected): (&[[f32; 3]], &[[f32; 3]]),
-    ) {
-        if !body.near_bodies().is_some_and(NearBodies::is_any) {
-            return;
-        }
-        self.limits.clear();
-        self.find(body, deformed, GREATEST_DISTANCE);
-        self.limits.sort_unstable_by_key(|limit| limit.vertex);
-        let limits = &*self.limits;
-        displacements.scale((table, embedding), |corners, displacement| {
-            let displacement = Vector3::from(displacement.map(f64::from));
-            let mut factor = 1.0_f64;
-            for &corner in corners {
-                let first = limits.partition_point(|limit| limit.vertex < corner);
-                for limit in limits[first..].iter().take_while(|limit| limit.vertex == corner) {
-                    let towards = -limit.normal.dot(&displacement);
-                    if towards > 0.0 {
-                        let [from, to] = [deformed, corrected]
-                            .map(|positions| Vector3::from(positions[corner as usize].map(f64::from)));
-                        let remaining = limit.clearance - limit.normal.dot(&(from - to)).max(0.0);
-                        factor = factor.min((remaining.max(0.0) + TOLERANCE) / towards);
-                    }
-                }
-            }
-            factor as f32
-        });
     }
 
     /// Replaces the limits by those within `distance`.

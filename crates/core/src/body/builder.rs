@@ -377,16 +377,7 @@ impl BodyBuilder {
                     SkinKind::Linear => embedding,
                     SkinKind::Smooth => embedding.smoothed(&lattice),
                 };
-                (
-                    lattice,
-                    Some(Surface {
-                        mesh,
-                        embedding,
-                        skin: Skin::default(),
-                        flatten_table: OnceLock::new(),
-                        pieces: None,
-                    }),
-                )
+                (lattice, Some(Surface { mesh, embedding, skin: Skin::default(), pieces: None }))
             }
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;

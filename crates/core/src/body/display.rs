@@ -11,7 +11,6 @@ use super::body_limits::BodyLimits;
 use super::reference::BodyRef;
 use super::untangling::Untangling;
 use super::{Body, Surface};
-use crate::flatten::{FlattenTable, FlattenedSurface, Flattener, Unflattened};
 use crate::lattice::{Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
@@ -63,7 +62,7 @@ pub struct DisplayedSurface {
 /// Evaluates displayed surfaces, and owns the buffers of the evaluation.
 ///
 /// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
-/// change, while the contact with planes grows, and in frames in which cells of the lattice are inside out.
+/// change, and in frames in which cells of the lattice are inside out.
 /// [`Displayed::surface`] also allocates its result in each call; [`Displayed::surface_into`] does not. A `Display` can
 /// evaluate several bodies, but one `Display` per body is faster.
 #[derive(Debug, Default)]
@@ -90,8 +89,6 @@ pub struct Display {
     /// Finds the limits of the correction at other bodies.
     body_limits: BodyLimits,
     components: Vec<ComponentReport>,
-    /// Present after the first frame in which the body was near a plane.
-    flattener: Option<Box<Flattener>>,
     /// Present after the first frame in which a cell of the lattice was inside out.
     untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
@@ -158,7 +155,6 @@ impl Display {
                 }
             }
         }
-        self.flatten(body, &executor);
         if body.get().correction().is_some()
             || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
         {
@@ -198,38 +194,6 @@ impl Display {
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
-    }
-
-    /// Flattens the surface where it is pressed onto planes.
-    fn flatten(&mut self, body: BodyRef<'_>, executor: &Executor) {
-        if let Some(flattener) = &mut self.flattener {
-            flattener.clear();
-        }
-        let (Some(surface), Some(context)) = (body.get().surface(), body.context()) else { return };
-        let Self { deformed, corrected, trust, components, body_limits, correction: workspace, .. } = self;
-        let correction = body.get().correction();
-        let lattice = if correction.is_some() { &*corrected } else { &*deformed };
-        let shapes = context.colliders.at(context.time, body.state.frame.body_frame());
-        if context.colliders.is_empty() || !Flattener::is_near(shapes.clone(), lattice) {
-            return;
-        }
-        let Surface { mesh, embedding, flatten_table, .. } = surface;
-        let table = flatten_table.get_or_init(|| FlattenTable::new(mesh, embedding, &body.lattice));
-        let flattener = self.flattener.get_or_insert_default();
-        if let Some(correction) = correction {
-            correction.update_surface(workspace, executor);
-        }
-        let motion = correction.and_then(|correction| correction.surface_motion(workspace));
-        let unflattened = Unflattened { table, embedding, positions: lattice, trust: trust.values(), motion };
-        flattener.flatten(unflattened, shapes);
-        let displacements = flattener.displacements_mut();
-        if displacements.is_empty() {
-            return;
-        }
-        body_limits.shorten(body, displacements, (table, embedding), (deformed, lattice));
-        if let Some(correction) = correction {
-            correction.solve_flattened(workspace, (table, embedding), displacements, corrected, components);
-        }
     }
 
     /// Untangles the deformed lattice, if a cell is inside out.
@@ -341,7 +305,6 @@ impl Display {
         let correction = correction + self.body_limits.bytes();
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
-        let untangling = untangling + self.flattener.as_ref().map_or(0, |flattener| flattener.bytes());
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling
     }
 }
@@ -412,9 +375,7 @@ impl Displayed<'_> {
             let correction = self.body.correction();
             let motion =
                 correction.and_then(|correction| correction.surface_motion(&self.display.correction));
-            let offsets =
-                flattened_surface(&self.display.flattener, self.body).map(FlattenedSurface::skin_offsets);
-            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, offsets, frame };
+            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
             (self.display.xyzx, self.display.slopes) = (lattice, slopes);
         }
@@ -428,14 +389,13 @@ impl Displayed<'_> {
         let (surface, correction) = (self.body.surface(), self.body.correction());
         let volume_surface = || surface.map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
-        let Display { deformed: start, corrected, components, untangling, flattener, .. } = &*self.display;
-        let flattened = flattened_surface(flattener, self.body);
+        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         let ratios = self.body.component_ratios();
         match correction {
-            None => measures.report_displayed(deformed, (start, flattened), ratios),
+            None => measures.report_displayed(deformed, start, ratios),
             Some(correction) => {
-                let displayed = (start.as_slice(), corrected.as_slice(), flattened);
+                let displayed = (start.as_slice(), corrected.as_slice());
                 measures.report_corrected_from(correction, components, deformed, displayed, ratios)
             }
         }
@@ -459,17 +419,6 @@ impl Displayed<'_> {
     pub fn times(&self) -> DisplayTimes {
         self.display.times
     }
-}
-
-/// Returns the flattened surface of a body, if any mesh vertex is displaced.
-fn flattened_surface<'a>(
-    flattener: &'a Option<Box<Flattener>>,
-    body: &'a Body,
-) -> Option<FlattenedSurface<'a>> {
-    let displacements = flattener.as_ref()?.displacements();
-    let Surface { embedding, flatten_table, .. } = body.surface()?;
-    let table = flatten_table.get().filter(|_| !displacements.is_empty())?;
-    Some(FlattenedSurface { table, embedding, displacements })
 }
 
 impl Body {

@@ -74,7 +74,6 @@ use crate::dynamics::{
     Constraints, ElasticDamper, EnergyLimiter, Forces, Inflation, Material, MomentumTracker, RegionDamper,
     StiffnessFactors,
 };
-use crate::flatten::FlattenTable;
 use crate::lattice::{Embedding, Lattice, Masses, Smoothing};
 use crate::matching::{HalfWidth, Matching, Purpose, Workspace};
 use crate::mesh::{Mesh, Scale};
@@ -413,7 +412,6 @@ struct Surface {
     embedding: Embedding,
     skin: Skin,
     /// Built when the body is first displayed near a collider.
-    flatten_table: OnceLock<FlattenTable>,
     /// `None` while the body is whole.
     pieces: Option<Box<PieceMesh>>,
 }

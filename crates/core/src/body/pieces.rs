@@ -1,8 +1,6 @@
 //! The mesh and the volume correction of a body in pieces. They are created when they are needed, after an event in
 //! which joints broke.
 
-use std::sync::OnceLock;
-
 use super::{Body, Surface};
 use crate::cut::{CutMesh, FaceSource, Origin};
 use crate::lattice::Embedding;
@@ -116,7 +114,7 @@ impl Body {
             SkinKind::Linear => embedding,
             SkinKind::Smooth => embedding.smoothed(&self.lattice),
         };
-        Surface { mesh, embedding, skin: Skin::default(), flatten_table: OnceLock::new(), pieces }
+        Surface { mesh, embedding, skin: Skin::default(), pieces }
     }
 
     /// Creates the volume correction of the pieces. If the measure `mesh` cannot use their mesh, the volume of the

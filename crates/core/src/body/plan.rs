@@ -3,7 +3,6 @@
 use super::Body;
 use super::step::{STEP, Stage};
 use crate::dynamics::{Damping, Inflation, RegionDamping, StiffnessFactors};
-use crate::flatten::FlattenTable;
 use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
@@ -47,9 +46,7 @@ impl Body {
             when: When::Display,
             name: "mesh update",
             detail: format!("{} mesh vertices, {} skin", surface.mesh.vertices().len(), self.skin().name()),
-            bytes: surface.embedding.memory()
-                + surface.skin.bytes()
-                + surface.flatten_table.get().map_or(0, FlattenTable::bytes),
+            bytes: surface.embedding.memory() + surface.skin.bytes(),
         });
         for (name, stage) in [("volume correction", correction), ("mesh update", mesh_update)] {
             match stage {

@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use super::one_ring_blocks::TileLayout;
-use super::{ComponentMotion, Pose, SkinOffsets};
+use super::{ComponentMotion, Pose};
 use crate::lattice::{
     Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };
@@ -31,8 +31,7 @@ pub(super) struct EmbeddedPoints {
     ends: Vec<Ends>,
     /// The cells of each chunk.
     runs: Vec<CellRun>,
-    /// Local coordinates of each pair of points in their cell, and the rank of each point: `(u, v, w, r)` of both
-    /// points, with the rank as [`lane_of_rank`].
+    /// Local coordinates of each pair of points in their cell: `(u, v, w, u)` of both points.
     coords: Vec<Pair>,
     /// Ranks of each pair of points, for a smooth skin; see `SurfaceMotion`.
     sources: Vec<[u32; 2]>,
@@ -129,7 +128,7 @@ impl TileLayout for EmbeddedPointsBuilder {
             coords.extend(run.chunks(2).map(|pair| {
                 let (first, last) = (&pair[0], &pair[pair.len() - 1]);
                 let ([a, b, c], [d, e, f]) = (point(first).1, point(last).1);
-                [a, b, c, lane_of_rank(rank(first)), d, e, f, lane_of_rank(rank(last))]
+                [a, b, c, a, d, e, f, d]
             }));
             if is_smooth {
                 sources.extend(run.chunks(2).map(|pair| [rank(&pair[0]), rank(&pair[pair.len() - 1])]));
@@ -157,7 +156,7 @@ impl EmbeddedPoints {
     ///
     /// Positions are in cells from the origin of the body frame.
     pub(super) fn interpolate(&self, chunk: usize, pose: Pose, pairs: &mut [Pair]) {
-        let Pose { lattice, slopes, motion, offsets, .. } = pose;
+        let Pose { lattice, slopes, motion, .. } = pose;
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let coords = &self.coords[begin.coords..end.coords];
@@ -193,42 +192,7 @@ impl EmbeddedPoints {
             let outlier = PointMap::new(&self.corners[cell as usize], lattice, slopes).at(local);
             pairs[pair][half..half + 4].copy_from_slice(&xyzx(outlier));
         }
-        if let Some(offsets) = offsets {
-            displace(offsets, runs, coords, pairs);
-        }
     }
-}
-
-/// Adds displacements to the points of a chunk.
-fn displace(offsets: SkinOffsets<'_>, runs: &[CellRun], coords: &[Pair], pairs: &mut [Pair]) {
-    let mut remaining = (coords, pairs);
-    for run in runs {
-        let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
-        let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
-        if offsets.is_moved[run.cell as usize] {
-            for (pair, coords) in pairs.iter_mut().zip(coords) {
-                for half in [0, 4] {
-                    let offset = &offsets.offsets[rank_of_lane(coords[half + 3]) as usize];
-                    (0..4).for_each(|k| pair[half + k] += offset[k]);
-                }
-            }
-        }
-        remaining = (later_coords, later_pairs);
-    }
-}
-
-/// Bits of the number 1. Numbers near 1 do not slow down the computations with whole registers, as subnormal numbers
-/// would.
-const BITS_OF_ONE: u32 = 1.0_f32.to_bits();
-
-/// Returns the number whose bits have a rank.
-fn lane_of_rank(rank: u32) -> f32 {
-    f32::from_bits(rank.wrapping_add(BITS_OF_ONE))
-}
-
-/// Returns the rank that [`lane_of_rank`] has stored.
-fn rank_of_lane(lane: f32) -> u32 {
-    lane.to_bits().wrapping_sub(BITS_OF_ONE)
 }
 
 /// Returns whether the polynomial and the linear continuation of a cell differ at local coordinates. The trilinear

@@ -86,22 +86,8 @@ pub(crate) struct Pose<'a> {
     pub(crate) slopes: Option<Slopes<'a>>,
     /// The motions of the mesh vertices to `lattice`, if they are known. Only for a smooth skin.
     pub(crate) motion: Option<SurfaceMotion<'a>>,
-    /// Displacements of mesh vertices, if any is displaced.
-    pub(crate) offsets: Option<SkinOffsets<'a>>,
     /// The body frame: its origin and cell size in world space.
     pub(crate) frame: &'a BodyFrame,
-}
-
-/// Displacements that are added to the interpolated mesh vertices. The rank of a mesh vertex is its index in the order
-/// of [`Embedding::by_cell`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SkinOffsets<'a> {
-    /// Displacement of each rank, in cells.
-    pub(crate) offsets: &'a [Xyzx],
-    /// Whether mesh vertices of a cell are displaced, for each cell in [`Embedding::by_cell`].
-    pub(crate) is_moved: &'a [bool],
-    /// Rank of each mesh vertex.
-    pub(crate) ranks: &'a [u32],
 }
 
 /// The mesh vertices as points that move along straight lines, `p + lambda v`. The points of a component of the lattice
@@ -114,13 +100,6 @@ pub(crate) struct SurfaceMotion<'a> {
     pub(crate) component_of_vertex: &'a [u32],
     /// Motion of each component.
     pub(crate) components: &'a [ComponentMotion],
-}
-
-impl SurfaceMotion<'_> {
-    /// Returns the motion of the points in the component of a lattice vertex.
-    pub(crate) fn of_vertex(&self, vertex: u32) -> ComponentMotion {
-        self.components[self.component_of_vertex[vertex as usize] as usize]
-    }
 }
 
 /// The motion of the points of a component of the lattice.
@@ -143,14 +122,7 @@ pub(crate) struct Outputs<'a, P, N> {
 impl Pose<'_> {
     /// Returns the position of one mesh vertex.
     fn position(&self, vertex: usize) -> Xyzx {
-        let position = self.embedding.position(vertex, self.lattice, self.slopes);
-        match self.offsets {
-            None => position,
-            Some(SkinOffsets { offsets, ranks, .. }) => {
-                let offset = offsets[ranks[vertex] as usize];
-                std::array::from_fn(|k| position[k] + offset[k])
-            }
-        }
+        self.embedding.position(vertex, self.lattice, self.slopes)
     }
 }
 

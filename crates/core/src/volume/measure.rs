@@ -72,14 +72,6 @@ impl Measure {
         }
     }
 
-    /// Returns the measure `mesh`, if it is this one.
-    pub(super) fn as_mesh(&self) -> Option<&MeshMeasure> {
-        match self {
-            Self::Mesh(measure) => Some(measure),
-            Self::Lattice(_) | Self::Cells(_) => None,
-        }
-    }
-
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         match self {

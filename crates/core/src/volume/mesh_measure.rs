@@ -46,23 +46,6 @@ pub(super) struct MeshMeasure {
     quads: Vec<[u32; 4]>,
     /// Chunks of the patches, then of the quads.
     sums: ChunkedSum,
-    /// For each mesh vertex, the factor of the volume of its triangles: 1, -1 (inside out) or 0 (ignored). Empty if all
-    /// are 1.
-    signs: Vec<i8>,
-}
-
-/// Surface points in runs, and their trilinear weights.
-#[derive(Clone, Debug, Default)]
-pub(super) struct WeightedPoints {
-    runs: Vec<Run>,
-    weights: Vec<[f32; 8]>,
-}
-
-impl WeightedPoints {
-    /// Returns the memory in bytes.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.runs) + size_of_val(&*self.weights)
-    }
 }
 
 /// How the surface points follow the lattice.
@@ -85,15 +68,13 @@ pub(super) struct MeshTerms {
     pub(super) quads: Vec<[u32; 4]>,
     /// Number of these quads of each component.
     pub(super) quad_counts: Vec<usize>,
-    /// See [`MeshMeasure`].
-    pub(super) signs: Vec<i8>,
 }
 
 impl MeshMeasure {
     /// Creates the measure. `points`: mesh vertex of each surface point. The corners of `terms.quads` are
     /// indices into `points`.
     pub(super) fn new(terms: MeshTerms, points: &[u32], embedding: &Embedding) -> Self {
-        let MeshTerms { patches, patch_counts, quads, quad_counts, signs } = terms;
+        let MeshTerms { patches, patch_counts, quads, quad_counts } = terms;
         let cell = |point: u32| embedding.cell(point as usize);
         let (mut runs, mut run_ends) = (Vec::new(), Vec::new());
         for batch in points.chunks(BATCH) {
@@ -121,7 +102,6 @@ impl MeshMeasure {
             },
             point_count: points.len(),
             quads,
-            signs,
             sums: ChunkedSum::new(&patch_counts, CHUNK_PATCHES).then(&quad_counts, CHUNK_DETERMINANTS),
         }
     }
@@ -141,47 +121,7 @@ impl MeshMeasure {
             // The embedding counts the stencils, which are shared.
             Positions::Smooth(local, _) => local.bytes(),
         };
-        let signs = size_of_val(&*self.signs);
-        size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads) + signs
-    }
-
-    /// Returns the factor of the volume of the triangles at a mesh vertex: 1, -1 or 0.
-    pub(super) fn sign(&self, vertex: u32) -> i8 {
-        self.signs.get(vertex as usize).copied().unwrap_or(1)
-    }
-
-    /// Adds the motions of mesh vertices along the present field to `motions`. `vertices`: the mesh vertices, each with
-    /// its index in the order of [`Embedding::by_cell`].
-    ///
-    /// With smooth positions the last evaluation must have been of the present points and field.
-    pub(super) fn add_motions(
-        &self,
-        vertices: impl Iterator<Item = (u32, u32)>,
-        embedding: &Embedding,
-        scratch: &Scratch,
-        WeightedPoints { runs, weights }: &mut WeightedPoints,
-        motions: &mut Vec<Moving>,
-    ) {
-        if self.smoothing().is_some() {
-            motions.extend(vertices.map(|(_, index)| scratch.surface_points[index as usize]));
-            return;
-        }
-        runs.clear();
-        weights.clear();
-        let mut cell = None;
-        for (vertex, _) in vertices {
-            let vertex = vertex as usize;
-            if cell.replace(embedding.cell(vertex)) != Some(embedding.cell(vertex)) {
-                runs.push(Run { corners: embedding.corners(vertex), points: 0 });
-            }
-            if let Some(run) = runs.last_mut() {
-                run.points += 1;
-            }
-            weights.push(embedding.weights(vertex));
-        }
-        let first = motions.len();
-        motions.resize(first + weights.len(), Moving::default());
-        dispatch!(level(), simd => interpolate(simd, runs, &scratch.points, weights, &mut motions[first..]));
+        size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads)
     }
 
     /// Adds the volume of each component to `scratch.coefficients`.
@@ -226,11 +166,6 @@ impl MeshMeasure {
             dispatch!(level(), simd => quad_sum(simd, quads, surface_points))
         });
     }
-}
-
-/// Returns the volume of quads: the part of the volume of a closed surface that they contribute.
-pub(super) fn volume_of_quads(quads: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
-    short_quad_sum(quads, points).map(|coefficient| coefficient / 6.0)
 }
 
 /// Returns [`quad_sum`] with terms in f32, or in f64 if a term overflows.

@@ -39,7 +39,6 @@
 //! | `external_forces` | changes of the field by external forces (Eq. 2) and constrained vertices |
 //! | `cubic` | the root of the cubic (Eq. 1) |
 //! | `regional` | scope `regional`: a scale for each vertex, before the cubic is solved |
-//! | `flattened` | the change of the measure `mesh` by displacements of mesh vertices on colliders |
 //! | `clearance`, `limits` | search for limits at colliders; vertices that slide or stop at their limits |
 //! | `correction` | the whole correction, in the order of the steps above; passes where one cubic is not enough |
 
@@ -50,7 +49,6 @@ mod correction;
 mod cubic;
 mod external_forces;
 mod field;
-mod flattened;
 mod limits;
 mod line;
 mod measure;

@@ -54,8 +54,7 @@ pub struct VolumeReport {
     pub rest: f64,
     /// Total volume of the deformed body before the correction, by `measure`.
     pub before: f64,
-    /// Total volume of the displayed body, by `measure`: after the correction, and after its surface was flattened on
-    /// colliders.
+    /// Total volume of the displayed body, by `measure`: after the correction.
     pub after: f64,
     /// The [`ComponentReport::lambda`] with the greatest magnitude.
     pub lambda: f64,

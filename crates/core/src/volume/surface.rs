@@ -55,23 +55,9 @@ pub(super) fn measure(
         });
         add_component(surface.embedding, &oriented.collect::<Vec<_>>(), &mut terms);
     }
-    terms.signs = vertex_signs(&shells, &signs, surface.mesh.weld().len());
     let points = surface_points(surface.embedding, &terms.quads);
     renumber_corners(surface.embedding, &points, &mut terms.quads);
     Ok(MeshMeasure::new(terms, &points, surface.embedding))
-}
-
-/// Returns the factor of the volume of the triangles at each vertex; empty if all are 1. `vertices`: number of
-/// vertices.
-fn vertex_signs(shells: &[Shell], signs: &[f64], vertices: usize) -> Vec<i8> {
-    if signs.iter().all(|&sign| sign == 1.0) {
-        return Vec::new();
-    }
-    let mut sign_of = vec![1; vertices];
-    for (shell, &sign) in shells.iter().zip(signs) {
-        shell.triangles.iter().flatten().for_each(|&corner| sign_of[corner as usize] = sign as i8);
-    }
-    sign_of
 }
 
 /// Adds the triangles of one component to `terms`: as a patch for each cell with many triangles, and as quads for other

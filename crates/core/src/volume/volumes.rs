@@ -1,13 +1,11 @@
 //! Evaluates all volume measures of a body for reports, with or without correction.
 
 use super::adjacency::Adjacency;
-use super::flattened::FlattenedVolume;
 use super::measure::Measure;
 use super::report::residual;
 use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
-use crate::flatten::FlattenedSurface;
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 
@@ -50,22 +48,21 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        self.report_displayed(deformed, (deformed, None), None)
+        self.report_displayed(deformed, deformed, None)
     }
 
-    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled and its surface
-    /// was flattened. `ratios` has the ratio of the rest volume of each component in force; `None` if all are 1.
+    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled. `ratios` has the
+    /// ratio of the rest volume of each component in force; `None` if all are 1.
     pub(crate) fn report_displayed(
         &self,
         deformed: &[[f32; 3]],
-        (untangled, flattened): (&[[f32; 3]], Option<FlattenedSurface<'_>>),
+        untangled: &[[f32; 3]],
         ratios: Option<&[f64]>,
     ) -> VolumeReport {
         let rest = self.rest_in_force(ratios);
-        let before = self.evaluate_deformed(deformed, (deformed, None));
-        let is_same = std::ptr::eq(deformed, untangled) && flattened.is_none();
-        let after =
-            if is_same { before.clone() } else { self.evaluate_deformed(untangled, (untangled, flattened)) };
+        let before = self.evaluate_deformed(deformed, deformed);
+        let is_same = std::ptr::eq(deformed, untangled);
+        let after = if is_same { before.clone() } else { self.evaluate_deformed(untangled, untangled) };
         // The last measure is the most accurate one available.
         let last = before.len() - 1;
         let component = |((&rest, &before), &after): ((&f64, &f64), &f64)| {
@@ -86,21 +83,21 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        self.report_corrected_from(correction, components, deformed, (deformed, corrected, None), None)
+        self.report_corrected_from(correction, components, deformed, (deformed, corrected), None)
     }
 
-    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start` and its
-    /// surface was flattened. `ratios`: as in [`report_displayed`](Self::report_displayed).
+    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start`. `ratios`:
+    /// as in [`report_displayed`](Self::report_displayed).
     pub(crate) fn report_corrected_from(
         &self,
         correction: &Correction,
         components: &[ComponentReport],
         deformed: &[[f32; 3]],
-        (start, corrected, flattened): (&[[f32; 3]], &[[f32; 3]], Option<FlattenedSurface<'_>>),
+        (start, corrected): (&[[f32; 3]], &[[f32; 3]]),
         ratios: Option<&[f64]>,
     ) -> VolumeReport {
-        let before = self.evaluate_deformed(deformed, (deformed, None));
-        let after = self.evaluate_deformed(corrected, (start, flattened));
+        let before = self.evaluate_deformed(deformed, deformed);
+        let after = self.evaluate_deformed(corrected, start);
         let mut components = components.to_vec();
         if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components
@@ -114,12 +111,7 @@ impl VolumeMeasures {
 
     /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
     /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes.
-    /// `flattened`: the flattened surface, if it is.
-    fn evaluate_deformed(
-        &self,
-        positions: &[[f32; 3]],
-        (deformed, flattened): (&[[f32; 3]], Option<FlattenedSurface<'_>>),
-    ) -> Vec<Vec<f64>> {
+    fn evaluate_deformed(&self, positions: &[[f32; 3]], deformed: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         let mut scratch = Scratch::default();
         scratch.set_positions(positions, &self.adjacency);
@@ -128,16 +120,7 @@ impl VolumeMeasures {
             smoothing.update_trust(deformed, &mut trust);
             scratch.trust.extend_from_slice(trust.values());
         }
-        let mut volumes = self.evaluate(&mut scratch);
-        // The last measure has left its points in the scratch.
-        let mesh = self.measures.last().and_then(Measure::as_mesh);
-        if let (Some(mesh), Some(flattened), Some(volumes)) = (mesh, flattened, volumes.last_mut()) {
-            let mut change = FlattenedVolume::default();
-            for &(component, [change, ..]) in change.update(mesh, &scratch, flattened, &[]) {
-                volumes[component as usize] += change * self.cell_size.powi(3);
-            }
-        }
-        volumes
+        self.evaluate(&mut scratch)
     }
 
     /// Returns the volume of each component by each measure, in cubed scene units. The outer index is the

@@ -5,9 +5,7 @@
 //! | `ramp` | the field fades out beside constrained vertices |
 //! | `passes` | several passes where a single cubic cannot restore the volume |
 //! | `obstacles` | limits at colliders and other bodies |
-//! | `flattened` | the volume of a surface that lies flat on colliders |
 
-mod flattened;
 mod obstacles;
 mod passes;
 mod ramp;
@@ -21,7 +19,6 @@ use super::clearance::LimitSearch;
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
-use super::flattened::FlattenedVolume;
 use super::limits::Limits;
 use super::measure::Measure;
 use super::regional::{Regional, RegionalScratch};
@@ -96,9 +93,6 @@ pub struct CorrectionWorkspace {
     /// Motions of the surface points of each component.
     motions: Vec<ComponentMotion>,
     reports: Vec<ComponentReport>,
-    flattened: FlattenedVolume,
-    /// Change of the `lambda` of each component by a flattened surface, in cells.
-    steps: Vec<f64>,
 }
 
 impl CorrectionWorkspace {
@@ -122,8 +116,6 @@ impl CorrectionWorkspace {
             + size_of_val(&*self.lambdas)
             + size_of_val(&*self.motions)
             + size_of_val(&*self.reports)
-            + self.flattened.bytes()
-            + size_of_val(&*self.steps)
     }
 }
 
