@@ -1,10 +1,10 @@
 //! Plastic bodies: they keep dents, conserve momenta, and equal the reference.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use supple::reference::{Naive, Regions};
 use supple::{
-    Body, BodyBuilder, Collider, Damping, Handle, Key, Material, Pin, Plasticity, Preservation, Selection,
-    Simulation, TimeWindow, VolumeMeasure, Zone,
+    Body, BodyBuilder, Collider, Damping, Elasticity, HalfWidth, Handle, Key, Material, Pin, Plasticity,
+    Preservation, RegionSize, Selection, Simulation, Stiffness, TimeWindow, VolumeMeasure, Zone,
 };
 
 use supple_tests::{
@@ -464,5 +464,42 @@ fn other_half_widths_keep_the_plastic_shapes() {
         simulation.steps(4 * 240);
         let found = length_of(&simulation.body(0), 0);
         assert!((found / length - 1.0).abs() < 0.02, "{half_width}: {found} {length}");
+    }
+}
+
+/// A dent stays when the regions become cells, and when they become wider again.
+#[test]
+fn plastic_shapes_are_carried_to_other_regions() {
+    let lattice = lattice(&block([8, 4, 4]));
+    let plastic = Plasticity { yield_strain: 0.05, ..Plasticity::default() };
+    let body = Body::from_lattice(lattice.clone()).half_width(1).plastic(plastic).damping_ratio(0.5);
+    let mut simulation = without_gravity(body.build().unwrap());
+    let stretched: Vec<_> =
+        simulation.body(0).positions().iter().map(|p| Point3::new(1.3 * p.x, p.y, p.z)).collect();
+    for _ in 0..60 {
+        simulation.body_mut(0).set_positions(&stretched).unwrap();
+        simulation.step();
+    }
+    simulation.steps(600);
+    let length = |simulation: &Simulation| {
+        let x = simulation.body(0).positions().into_iter().map(|p| p.x);
+        x.clone().fold(f64::MIN, f64::max) - x.fold(f64::MAX, f64::min)
+    };
+    let before = length(&simulation);
+    assert!(before > 1.1 * 8.0, "{before}");
+    let mean = |simulation: &Simulation| {
+        let shapes = simulation.body(0).plastic_shapes();
+        assert!(shapes.iter().all(|shape| (shape.determinant() - 1.0).abs() < 1e-5));
+        shapes.iter().map(|shape| shape[(0, 0)]).sum::<f64>() / shapes.len() as f64
+    };
+    let shape = mean(&simulation);
+    for half_width in [HalfWidth::CELL, 2.into(), HalfWidth::CELL, 1.into()] {
+        let elasticity =
+            Elasticity::Regions { size: RegionSize::Cells(half_width), stiffness: Stiffness::PerStep(1.0) };
+        simulation.body_mut(0).set_elasticity(elasticity).unwrap();
+        simulation.steps(300);
+        let (length, found) = (length(&simulation), mean(&simulation));
+        assert!((length / before - 1.0).abs() < 0.01, "{half_width}: {length} for {before}");
+        assert!((found / shape - 1.0).abs() < 0.01, "{half_width}: {found} for {shape}");
     }
 }

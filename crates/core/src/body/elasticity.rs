@@ -192,11 +192,12 @@ impl Body {
         }
     }
 
-    /// Changes the half-width of the regions, and rebuilds them. Positions, velocities and momenta are unchanged.
+    /// Changes the half-width of the regions, and rebuilds them. Positions, velocities, momenta and plastic shapes are unchanged.
     pub(super) fn set_half_width(&mut self, half_width: HalfWidth) {
         if half_width == self.half_width() {
             return;
         }
+        self.carry_shapes(half_width);
         self.matching.set_half_width(&self.lattice, &self.masses, half_width);
         self.pass_stiffness_factors();
         self.pass_inflation();

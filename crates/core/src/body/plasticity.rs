@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::Body;
 use crate::dynamics::{Inflation, Material, Plasticity};
-use crate::matching::{Matching, Shapes, bulk_of, symmetric};
+use crate::matching::{HalfWidth, Matching, Shapes, bulk_of, symmetric};
 use crate::range::RangeError;
 use crate::simd::lanes::Lanes;
 
@@ -88,6 +88,40 @@ impl Body {
         *strains = Lanes::zeros(strains.blocks().len());
         self.forget_fits();
         self.wake();
+    }
+
+    /// Carries the plastic shapes over from the regions around vertices to cells, or back: the shape of a region is the mean of
+    /// those of the corners, or of the cells around the vertex. The regions are still those before.
+    pub(super) fn carry_shapes(&mut self, half_width: HalfWidth) {
+        let to_cells = half_width.is_cell();
+        let Some(before) = self.state.strains.as_ref().filter(|_| to_cells != self.half_width().is_cell())
+        else {
+            return;
+        };
+        let (lattice, slots) = (&self.lattice, self.matching.layout.slots());
+        let slot_of_cell = |cell| slots[lattice.first_corner(cell) as usize];
+        let (cells, vertices) = (lattice.cells().len() as u32, lattice.len() as u32);
+        let mut sums = vec![(Matrix3::zeros(), 0.0); if to_cells { cells } else { vertices } as usize];
+        for (cell, corner) in
+            (0..cells).flat_map(|cell| lattice.cell_corners(cell).map(|corner| (cell, corner)))
+        {
+            let (from, to) = match to_cells {
+                true => (slots[corner as usize], cell),
+                false => (slot_of_cell(cell), corner),
+            };
+            let (sum, count) = &mut sums[to as usize];
+            *sum += symmetric(before.get(from));
+            *count += 1.0;
+        }
+        let mut strains = Lanes::zeros(before.blocks().len());
+        for (region, (sum, count)) in (0..).zip(sums) {
+            let slot = if to_cells { slot_of_cell(region) } else { slots[region as usize] };
+            let shape = Matrix3::identity() + sum / f64::max(count, 1.0);
+            // A mean of shapes of determinant 1 has a greater one.
+            let strain = (shape / shape.determinant().cbrt() - Matrix3::identity()).map(|x| x as f32);
+            strains.set(slot, [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|index| strain[index]));
+        }
+        self.state.strains = Some(strains);
     }
 
     /// Removes the results that depend on the plastic shapes.
