@@ -97,6 +97,14 @@ class Arguments:
             keys = [{"time": time, "translate": translate} for time, translate, _ in keys]
         return self.or_invalid(keys if self.chance(0.95) else keys[::-1])
 
+    def curve(self, low: float, high: float) -> Any:
+        """Return a number in a range, or keyframes of such numbers."""
+        times = np.cumsum(self.random.uniform(0.01, 0.5, int(self.random.integers(1, 4))))
+        keys: Any = [(float(time), self.number(low, high)) for time in times]
+        if self.chance(0.3):
+            keys = {"keys": keys, "interpolation": self.one_of(["linear", "smooth", "cubic"])}
+        return self.number(low, high) if self.chance(0.5) else self.or_invalid(keys)
+
     def selection(self, count: int) -> dict[str, Any]:
         """Return a selection of vertices of a body with `count` lattice vertices."""
         box = (self.vector(), self.vector(2)) if self.chance(0.3) else ((-2, -2, -2), (2, self.number(-1, 2), 2))

@@ -116,7 +116,9 @@ def new_body(objects: Objects) -> Any:
         rotate=draw.vector(180),
         translate=draw.vector(5),
         join=draw.chance(0.5),
-        half_width=draw.whole(1, 5),
+        half_width=draw.or_invalid(0.5) if draw.chance(0.3) else draw.whole(1, 5),
+        poisson_ratio=draw.number(0, 0.47),
+        inflate=draw.curve(0.1, 10),
         stiffness_radius=draw.number(0.1, 2),
         stiffness=draw.number(0.01, 1),
         frequency=draw.number(1, 20),
@@ -143,7 +145,9 @@ def set_body(objects: Objects) -> Any:
     draw, body = objects.draw, objects.any("bodies")
     count = len(body)
     values = {
-        "half_width": draw.whole(1, 6),
+        "half_width": draw.or_invalid(0.5) if draw.chance(0.3) else draw.whole(1, 6),
+        "poisson_ratio": draw.number(0, 0.47),
+        "inflate": draw.curve(0.1, 10),
         "stiffness_radius": draw.number(0.1, 2),
         "stiffness": draw.number(0.01, 1),
         "frequency": draw.number(1, 20),
@@ -189,6 +193,13 @@ def handle(objects: Objects) -> Any:
     """Attach a handle to a body."""
     draw, body = objects.draw, objects.any("bodies")
     return body.handle(keys=draw.keys(), **draw.selection(len(body)), **draw.window())
+
+
+def zone(objects: Objects) -> Any:
+    """Give a part of a body another stiffness or rest volume."""
+    draw, body = objects.draw, objects.any("bodies")
+    values = draw.options(factor=draw.number(0.01, 100), inflate=draw.curve(0.1, 10))
+    return body.zone(**values, **draw.selection(len(body)))
 
 
 def apply_force(objects: Objects) -> Any:

@@ -35,6 +35,7 @@ from .objects import (
     pin,
     read_obj,
     set_body,
+    zone,
 )
 from .scenes import SHIPPED
 
@@ -156,7 +157,7 @@ WITH_FILES = {read_obj, from_mesh, new_body, new_simulation, load_scene, run, sw
 OPERATIONS: list[tuple[Callable[[Objects], Any], int]] = [
     *[(new_mesh, 4), (read_obj, 1), (mesh_attributes, 2), (from_mesh, 4), (from_cells, 4), (lattice_attributes, 2)],
     *[(new_body, 10), (body_attributes, 4), (set_body, 14), (edit_body, 3), (evaluate, 10), (pin, 6), (handle, 6)],
-    *[(apply_force, 6), (hold, 6), (new_collider, 6), (new_simulation, 6), (set_simulation, 6), (step, 14)],
+    *[(zone, 4), (apply_force, 6), (hold, 6), (new_collider, 6), (new_simulation, 6), (set_simulation, 6), (step, 14)],
     *[(simulation_attributes, 3), (copied, 4), (damaged_pickle, 4), (rotations, 3), (reference_goals, 2)],
     *[(load_scene, 1), (run, 2), (sweep, 1)],
 ]

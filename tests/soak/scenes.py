@@ -56,7 +56,9 @@ def _body(body: int, random: np.random.Generator) -> list[str]:
         f"translate = {_vector([4 * body, 0, 0])}",
         f"rotate = {_vector(random.uniform(-180, 180, 3))}",
         f"lattice_vertices = {random.integers(50, 600)}",
-        f"half_width = {random.integers(1, 4)}",
+        f"half_width = {random.choice([0.5, 1, 2, 3]):g}",
+        f"poisson_ratio = {random.choice([0, 0.3, 0.45, 0.47])}",
+        f"inflate = {_inflation(random)}",
         f"region_damping_rate = {random.uniform(0, 10):.3f}",
         f"volume = {random.choice(volumes)}",
         f"velocity = {_vector(random.uniform(-3, 3, 3))}",
@@ -64,10 +66,19 @@ def _body(body: int, random: np.random.Generator) -> list[str]:
     ]
     half = f"plane = {{ point = {_vector([4 * body, 0, 0])}, normal = [0, 1, 0] }}"
     if random.random() < 0.3:
+        lines += ["[[body.zone]]", half, f"factor = {random.uniform(0.1, 3):.3f}", f"inflate = {_inflation(random)}"]
+    if random.random() < 0.3:
         lines += ["[[body.pin]]", half, "end = 0.1"]
     if random.random() < 0.3:
         lines += ["[[body.handle]]", half, "keys = [ { time = 0 }, { time = 0.3, translate = [0, 0.5, 0.2] } ]"]
     return lines
+
+
+def _inflation(random: np.random.Generator) -> str:
+    """A ratio of rest volumes as a number or keyframes, most often none."""
+    first, second = (f"{random.uniform(0.5, 2):.3f}" for _ in range(2))
+    keys = f"{{ time = 0, value = {first} }}, {{ time = 0.3, value = {second} }}"
+    return str(random.choice(["1", "1", first, f"[ {keys} ]", f'{{ keys = [ {keys} ], interpolation = "smooth" }}']))
 
 
 def _vector(values: object) -> str:

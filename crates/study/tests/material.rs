@@ -72,6 +72,18 @@ fn a_free_bar_has_the_frequencies_of_a_timoshenko_beam() {
     ]);
 }
 
+/// The targets, of thin bars with regions of one cell and of a bar with wide regions: Poisson's ratio within 0.02, and stiffness
+/// in tension, bending and torsion and the bulk modulus within 3 % of the laws.
+#[test]
+fn bars_and_cubes_have_the_moduli_of_their_laws() {
+    let mut selected = cases();
+    let sizes =
+        ["1 cells across, half-width 0.5", "2 cells across, half-width 0.5", "6 cells across, half-width 2"];
+    selected.retain(|case| case.family == "moduli" && sizes.iter().any(|size| case.name.contains(size)));
+    let report = MaterialReport::of(&selected, &mut ());
+    assert_eq!((selected.len(), report.met()), (18, 45), "{}", report.table());
+}
+
 /// The stiffening of bending as above, with R = 0.28 t and 5 cells across, gives 0.885. A hold that kept the regions
 /// from deforming, so that the bar were shorter by R/2, would give 0.77.
 #[test]

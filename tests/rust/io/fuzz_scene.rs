@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::fuzz::{Target, fuzz};
 use supple_io::scene::Scene;
 
-const WORDS: [&str; 48] = [
+const WORDS: [&str; 55] = [
     "simulation",
     "output",
     "body",
@@ -25,6 +25,13 @@ const WORDS: [&str; 48] = [
     "half_width",
     "stiffness_radius",
     "stiffness",
+    "poisson_ratio",
+    "inflate",
+    "{ keys = [{ time = 0, value = 1 }, { time = 1, value = 1.5 }], interpolation = \"smooth\" }",
+    "[{ time = 0, value = 0.5 }]",
+    "zone",
+    "factor",
+    "accuracy",
     "frequency",
     "region_damping",
     "region_damping_rate",
@@ -84,6 +91,11 @@ fn mutated_scenes_are_read_or_refused_without_panics() {
         .iter()
         .map(|name| std::fs::read(folder.join(format!("{name}.toml"))).expect("a shipped scene"))
         .collect();
+    corpus.push(
+        b"[[body]]\nmesh = \"a.obj\"\npoisson_ratio = 0.45\ninflate = 0.75\n[[body.zone]]\nvertices = [0]\nfactor = 2\n\
+          inflate = [{ time = 0, value = 1 }, { time = 2, value = 1.5 }]\n"
+            .to_vec(),
+    );
     corpus.push(b"[[body]]\nmesh = \"a.obj\"\n#set\nbody.a.half_width=3\nsimulation.frames = 60\n".to_vec());
     fuzz(&Target { name: "scene", words: &WORDS, read }, corpus);
 }

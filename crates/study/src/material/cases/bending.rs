@@ -34,6 +34,7 @@ fn bent(cells: i32, step_rate: f64, accuracy: Accuracy) -> Outcome {
         thickness: 1.0,
         length: f64::from(LENGTH - 1),
         modulus: MODULUS,
+        poisson_ratio: 0.0,
         density: body.material().density,
     };
     let rest = body.positions();

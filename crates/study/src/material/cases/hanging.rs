@@ -40,7 +40,8 @@ fn hung(cells: i32, held: f64, step_rate: f64) -> Outcome {
     let elongation = -end.iter().map(|&vertex| positions[vertex].z).sum::<f64>() / end.len() as f64;
     // The lowest held layer is the first one above the plane.
     let length = h * ((upper - held) / h - 1e-9).ceil();
-    let law = Bar { thickness: 1.0, length, modulus: MODULUS, density }.elongation(GRAVITY);
+    let law =
+        Bar { thickness: 1.0, length, modulus: MODULUS, poisson_ratio: 0.0, density }.elongation(GRAVITY);
     let hold = simulation.body(0).hold_force(0)?.unwrap_or_default();
     let weight = simulation.body(0).mass() * GRAVITY;
     Ok(vec![Measured::by_law(elongation, law), Measured::by_law(hold.force.z, weight)])

@@ -5,7 +5,7 @@ mod contact;
 mod decay;
 mod hanging;
 mod modes;
-mod pulled;
+mod moduli;
 mod released;
 mod rest;
 mod rolling;
@@ -19,7 +19,7 @@ type Cases = fn() -> Vec<Case>;
 
 const FAMILIES: [(&str, Cases); 11] = [
     ("hanging bar", hanging::cases),
-    ("pulled bar", pulled::cases),
+    ("moduli", moduli::cases),
     ("free bar", modes::cases),
     ("cantilever", bending::cases),
     ("stretched and dropped", released::cases),

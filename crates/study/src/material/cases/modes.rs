@@ -81,7 +81,13 @@ fn oscillated(cells: i32, step_rate: f64, turn: Option<Matrix3<f64>>) -> Outcome
             Some(turn) => turned_bar(cells, LENGTH, turn)?,
         };
         let body = body.youngs_modulus(MODULUS).damping_ratio(0.0).build()?;
-        let bar = Bar { thickness: 1.0, length, modulus: MODULUS, density: body.material().density };
+        let bar = Bar {
+            thickness: 1.0,
+            length,
+            modulus: MODULUS,
+            poisson_ratio: 0.0,
+            density: body.material().density,
+        };
         let law = match mode {
             Mode::Stretch => bar.stretch(),
             Mode::Bend | Mode::Cantilever => bar.bending(),
