@@ -156,11 +156,13 @@ class _Panel:
             if changed:
                 body.frequency = max(frequency, 0.1)
         if body.stiffness is not None or body.frequency is not None:
-            changed, half_width = imgui.SliderInt(
-                "half-width [cells]", max(int(body.half_width), 1), v_min=1, v_max=_MAX_HALF_WIDTH
+            # 0 stands for regions of one cell.
+            cells = int(body.half_width)
+            changed, cells = imgui.SliderInt(
+                "half-width [cells]", cells, v_min=0, v_max=_MAX_HALF_WIDTH, format="%d" if cells else "0.5"
             )
             if changed:
-                body.half_width = max(half_width, 1)
+                body.half_width = cells if cells >= 1 else 0.5
         is_on = body.volume_options["measure"] != "off"
         changed, enable = imgui.Checkbox("keep the volume", is_on)
         if changed and enable != is_on:
