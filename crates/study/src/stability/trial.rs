@@ -104,8 +104,10 @@ impl Snapshot {
 
 impl<'a> Energy<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
-        let naive =
-            Naive::new(lattice, body.half_width(), Regions::Staircase).with_material_of(body).listed();
+        // Before the first step the body has its ratios of rest volumes still to come.
+        let ratios = vec![body.inflate().constant().unwrap_or(1.0); lattice.len()];
+        let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).with_material_of(body);
+        let naive = naive.with_rest_volumes(ratios).listed();
         let alpha = alpha(body, dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
         energy.set_shapes(body);
@@ -133,8 +135,7 @@ impl<'a> Initial<'a> {
     /// because the naive method does not break.
     fn follow(&mut self, body: &Body) {
         if body.lattice().len() != self.rest.len() {
-            self.rest =
-                body.lattice().indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
+            self.rest = rest_shape(body);
             self.masses = relative_masses(body);
             self.energy = None;
         }
@@ -143,8 +144,7 @@ impl<'a> Initial<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, system: System) -> Self {
         let now = Snapshot::new(body, dt);
         let masses = relative_masses(body);
-        let rest: Vec<_> =
-            lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
+        let rest = rest_shape(body);
         let (momenta, magnitudes) = now.momenta(&masses);
         let shape = shape_distance(&masses, &rest, &now.x);
         let list_entries =
@@ -274,6 +274,12 @@ impl<'a> Trial<'a> {
             figures.set(Measure::EnergyLeft, energy / (energy_at_start + rest_energy));
         }
     }
+}
+
+/// Returns the rest positions of the vertices of a body in cells: those of a body that is evenly inflated.
+fn rest_shape(body: &Body) -> Vec<Vector3<f64>> {
+    let stretch = body.inflate().constant().map_or(1.0, f64::cbrt);
+    body.lattice().indices().iter().map(|index| Vector3::from(index.map(f64::from)) * stretch).collect()
 }
 
 /// Counts the NaN and infinite numbers in the state of a body, its corrected lattice, its evaluated surface

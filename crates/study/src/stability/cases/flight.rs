@@ -28,14 +28,14 @@ fn compare_with_uniform_motion(
 /// Lets a block fly at a uniform velocity, whose x component is `speed` scene units per second.
 fn fast(speed: f64) -> Result<Figures, Error> {
     let velocity = Vector3::new(1.0, -0.3, 0.1) * speed;
-    let body = of_cells(&block([5, 4, 3]), 2)?.velocity(velocity.into()).build()?;
+    let body = of_cells(&block([5, 4, 3]), 2.0)?.velocity(velocity.into()).build()?;
     let velocities = vec![velocity; body.lattice().len()];
     compare_with_uniform_motion(body, &velocities, [10_000, 500])
 }
 
 /// Lets two blocks of one body that are not connected fly apart, each with `speed` scene units per second.
 fn parting(speed: f64) -> Result<Figures, Error> {
-    let mut body = of_cells(&two_blocks([8, 0, 0]), 2)?.build()?;
+    let mut body = of_cells(&two_blocks([8, 0, 0]), 2.0)?.build()?;
     let velocity = |&component: &u32| Vector3::new(if component == 0 { -speed } else { speed }, 0.0, 0.0);
     let velocities: Vec<_> = body.lattice().components().of_vertex.iter().map(velocity).collect();
     body.set_velocities(&velocities)?;
@@ -44,7 +44,7 @@ fn parting(speed: f64) -> Result<Figures, Error> {
 
 /// Lets a block spin by one radian per step.
 fn spinning(damping: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block([5, 4, 3]), 2)?.region_damping(damping);
+    let body = of_cells(&block([5, 4, 3]), 2.0)?.region_damping(damping);
     Ok(measure(alone(body.spin([0.0, 0.0, 60.0]).build()?)?, System::Isolated, |trial| {
         trial.run(10_000, 500)
     }))
@@ -52,7 +52,7 @@ fn spinning(damping: f64) -> Result<Figures, Error> {
 
 /// Lets an undamped block vibrate and spin.
 fn long(steps: u64) -> Result<Figures, Error> {
-    let body = of_cells(&block([5, 3, 3]), 1)?.stiffness(0.7);
+    let body = of_cells(&block([5, 3, 3]), 1.0)?.stiffness(0.7);
     let mut body = body.spin([0.5, 1.0, 2.0]).build()?;
     let spinning = body.velocities();
     shake(&mut body, 0.1)?;

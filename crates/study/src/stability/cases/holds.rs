@@ -30,7 +30,7 @@ fn keys(moves: [(f64, [f64; 3], f64); 2]) -> Vec<Key> {
 fn move_ends(motion: EndMotion) -> Result<Figures, Error> {
     let window = TimeWindow { start: 0.0, end: RELEASE };
     let [near, far] = [0, BAR[0]].map(|x| layer(BAR, x));
-    let body = of_cells(&block(BAR), 3)?.region_damping(0.1);
+    let body = of_cells(&block(BAR), 3.0)?.region_damping(0.1);
     let body = match motion.near {
         None => body.pin(Pin { selection: near, window }),
         Some(moves) => body.handle(Handle { selection: near, motion: keys(moves).into(), window }),

@@ -82,10 +82,17 @@ pub(super) fn cases() -> Vec<Case> {
         cases.push(case.bound(Measure::Awake, 8.0).bound(Measure::FinalSpeed, 0.0));
     }
     for exponent in 3..=12 {
-        let expected = "keeps its momenta and gains no energy; at most 1000 steps per frame";
-        let run = move || shaken(cube()?.youngs_modulus(10.0_f64.powi(exponent)), 5_000);
-        let case = Case::new(format!("Young's modulus 1e{exponent}, shaken"), expected, run);
-        cases.push(case.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
+        for [ratio, inflate] in [[0.0, 1.0], [0.3, 1.5], [0.45, 0.7]] {
+            let expected = "keeps its momenta and gains no energy; at most 1000 steps per frame";
+            let run = move || {
+                let body = cube()?.youngs_modulus(10.0_f64.powi(exponent));
+                shaken(body.poisson_ratio(ratio).inflate(inflate), 5_000)
+            };
+            let bulk =
+                if ratio == 0.0 { String::new() } else { format!("ratio {ratio}, inflate {inflate}, ") };
+            let case = Case::new(format!("Young's modulus 1e{exponent}, {bulk}shaken"), expected, run);
+            cases.push(case.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
+        }
     }
     type Damped = fn(BodyBuilder) -> BodyBuilder;
     let damped: [(&str, Damped); 2] = [

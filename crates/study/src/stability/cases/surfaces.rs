@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use supple::{Body, Collider, Error, Material, Mesh, Simulation};
 
-use crate::stability::bodies::{block, deform, plate};
+use crate::stability::bodies::{Matter, block, deform, plate};
 use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
@@ -32,16 +32,14 @@ fn ball(n: i32) -> Result<Mesh, Error> {
 /// Simulates a damped ball of approximately 300 lattice vertices with an initial deformation and colliders.
 /// `gravity` is along y.
 fn run(
+    matter: Matter,
     colliders: &[Collider],
     state: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
     gravity: f64,
 ) -> Result<Figures, Error> {
-    let mut body = Body::builder(ball(16)?)
-        .material(Material::fast_lsm())
-        .lattice_vertices(300)
-        .half_width(2)
-        .region_damping(0.1)
-        .build()?;
+    let body = Body::builder(ball(16)?).material(Material::fast_lsm()).lattice_vertices(300);
+    let body = matter.applied(body.half_width(matter.half_width));
+    let mut body = body.region_damping(0.1).build()?;
     deform(&mut body, state)?;
     let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));
@@ -50,26 +48,34 @@ fn run(
 
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
-    let unchanged = |x: &[Vector3<f64>]| x.to_vec();
-    let plates = [1.0, -1.0].map(|normal| plate(-normal, normal, 0.95 * normal));
-    let needle = [
+    type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
+    let unchanged: Deform = |x| x.to_vec();
+    let plates = [1.0, -1.0].map(|normal| plate(-normal, normal, 0.95 * normal)).to_vec();
+    let needle = vec![
         Collider::capsule([0.02, -5.0, 0.02], [0.02, -1.2, 0.02], 0.02),
         Collider::plane([0.0, -5.0, 0.0], [0.0, 1.0, 0.0]),
     ];
-    let returns = "returns to its rest shape; its volume is preserved";
-    let bounded = |case: Case| case.bound(Measure::Shape, 1e-3).bound(Measure::Volume, 1e-6);
-    vec![
-        bounded(Case::new("a ball, squeezed flat and let go", returns, move || run(&plates, unchanged, 0.0))),
-        bounded(Case::new("a ball, inside out", returns, || {
-            run(&[], |x| x.iter().map(|x| -x).collect(), 0.0)
-        })),
-        bounded(Case::new("a ball, collapsed to a point", returns, || {
-            run(&[], |x| vec![Vector3::zeros(); x.len()], 0.0)
-        })),
-        Case::new("a ball, dropped on a needle", "comes to rest; its volume is preserved", move || {
-            run(&needle, unchanged, -9.81)
-        })
-        .bound(Measure::FinalSpeed, 5e-3)
-        .bound(Measure::Volume, 1e-6),
-    ]
+    let returning: [(&str, Vec<Collider>, Deform); 3] = [
+        ("a ball, squeezed flat and let go", plates, unchanged),
+        ("a ball, inside out", Vec::new(), |x| x.iter().map(|x| -x).collect()),
+        ("a ball, collapsed to a point", Vec::new(), |x| vec![Vector3::zeros(); x.len()]),
+    ];
+    let mut cases = Vec::new();
+    for matter in Matter::wide(2.0) {
+        for (name, colliders, state) in returning.clone() {
+            // The plates stay in contact with a ball that is inflated.
+            if matter.inflate > 1.0 && !colliders.is_empty() {
+                continue;
+            }
+            let expected = "returns to its rest shape; its volume is preserved";
+            let case = Case::new(matter.named(name), expected, move || run(matter, &colliders, state, 0.0));
+            cases.push(case.bound(Measure::Shape, 1e-3).bound(Measure::Volume, 1e-6));
+        }
+        let (name, needle) = (matter.named("a ball, dropped on a needle"), needle.clone());
+        let case = Case::new(name, "comes to rest; its volume is preserved", move || {
+            run(matter, &needle, unchanged, -9.81)
+        });
+        cases.push(case.bound(Measure::FinalSpeed, 5e-3).bound(Measure::Volume, 1e-6));
+    }
+    cases
 }
