@@ -66,7 +66,7 @@ def _body(body: int, random: np.random.Generator) -> list[str]:
     ]
     half = f"plane = {{ point = {_vector([4 * body, 0, 0])}, normal = [0, 1, 0] }}"
     if random.random() < 0.3:
-        lines += ["[[body.zone]]", half, f"factor = {random.uniform(0.1, 3):.3f}", f"inflate = {_inflation(random)}"]
+        lines += ["[[body.zone]]", half, f"factor = {random.uniform(0.1, 1):.3f}", f"inflate = {_inflation(random)}"]
     if random.random() < 0.3:
         lines += ["[[body.pin]]", half, "end = 0.1"]
     if random.random() < 0.3:
