@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import bpy
-from bpy.types import Context, Panel, UILayout, UIList
+from bpy.types import Context, Object, Panel, UILayout, UIList
 
 from .operators import missing_module, running
 from .properties import SoftBodyAttachment
@@ -131,10 +131,7 @@ class StiffnessPanel(SubPanel):
         """Draw the panel."""
         layout, found = self.layout, context.object
         layout.use_property_split = True
-        layout.prop_search(found.supple, "stiffness_group", found, "vertex_groups")
-        part = layout.column()
-        part.active = bool(found.supple.stiffness_group)
-        part.prop(found.supple, "stiffness_factor")
+        _draw_group(layout, found, "stiffness_group", "stiffness_factor")
 
 
 class InflationPanel(SubPanel):
@@ -148,10 +145,7 @@ class InflationPanel(SubPanel):
         layout, found = self.layout, context.object
         layout.use_property_split = True
         layout.prop(found.supple, "inflate")
-        layout.prop_search(found.supple, "inflation_group", found, "vertex_groups")
-        part = layout.column()
-        part.active = bool(found.supple.inflation_group)
-        part.prop(found.supple, "inflation_ratio")
+        _draw_group(layout, found, "inflation_group", "inflation_ratio")
 
 
 class ContactPanel(SubPanel):
@@ -225,6 +219,14 @@ def draw_button(panel: Panel, context: Context) -> None:
         panel.layout.operator("supple.remove", text="Supple Soft Body", icon="X")
     else:
         panel.layout.operator("supple.add", text="Supple Soft Body", icon="MOD_SOFT")
+
+
+def _draw_group(layout: UILayout, found: Object, group: str, number: str) -> None:
+    """Draw a vertex group and the number of its parts, which has no effect without a group."""
+    layout.prop_search(found.supple, group, found, "vertex_groups")
+    part = layout.column()
+    part.active = bool(getattr(found.supple, group))
+    part.prop(found.supple, number)
 
 
 def _draw_bake(layout: UILayout) -> None:

@@ -411,7 +411,6 @@ struct Surface {
     mesh: Mesh,
     embedding: Embedding,
     skin: Skin,
-    /// Built when the body is first displayed near a collider.
     /// `None` while the body is whole.
     pieces: Option<Box<PieceMesh>>,
 }

@@ -216,7 +216,7 @@ impl ElasticDamper {
             return Reference { motion, reference: motion, rolling, projection: None };
         }
         let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
-        let mut projection = Projection::new(mobility, motion, rigid.center);
+        let mut projection = Projection::new(mobility.clone(), motion, rigid.center);
         if let Some((sums, count)) = constrained {
             projection.fix_vertices(&sums.rigid_state(*count));
         }
@@ -227,7 +227,7 @@ impl ElasticDamper {
             rest_on(&mut projection, support, (size, dt), motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
             if coefficient > 0.0 && constrained.is_none() {
-                rolling = rolling + resistance(support, coefficient, rigid, motion + rolling);
+                rolling = rolling + resistance(support, coefficient, &mobility, motion + rolling);
             }
         }
         let reference = projection.motion();
@@ -239,14 +239,14 @@ impl ElasticDamper {
 }
 
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
-/// resistance. `motion`: the rigid motion of the component.
-fn resistance(support: &Support, coefficient: f64, rigid: &RigidState, motion: RigidMotion) -> RigidMotion {
+/// resistance. `mobility`, `motion`: those of the component, without conditions.
+fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: RigidMotion) -> RigidMotion {
     let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;
     let rolling = turning - normal * normal.dot(&turning);
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
     // A torque alone: how the velocity of the center follows is up to friction.
-    let turned = Mobility::of_body(rigid.mass, rigid.inertia()).turn(axis);
+    let turned = mobility.turn(axis);
     let radius = (support.spread + 0.25).sqrt();
     // Without a mean normal, no force presses.
     let torque = coefficient * radius * support.impulse * normal.norm();
@@ -294,11 +294,11 @@ mod tests {
     #[test]
     fn rolling_resistance_takes_energy_and_no_angular_momentum_about_the_normal() {
         let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);
-        let rigid = RigidState::of_inertia(2.0, inertia);
+        let mobility = Mobility::of_body(2.0, &inertia);
         for (spin, impulse) in [([0.1, 10.0, 0.0], 1e9), ([3.0, -1.0, 2.0], 0.5), ([3.0, -1.0, 2.0], 1e9)] {
             let motion = RigidMotion { angular: spin.into(), ..RigidMotion::ZERO };
             let support = Support { normal: [0.0, 1.0, 0.0], impulse, ..Support::default() };
-            let after = motion.angular + resistance(&support, 0.1, &rigid, motion).angular;
+            let after = motion.angular + resistance(&support, 0.1, &mobility, motion).angular;
             let energy = |angular: Vector3<f64>| 0.5 * angular.dot(&(inertia * angular));
             assert!(energy(after) < energy(motion.angular), "{after:?}");
             assert!((inertia * (after - motion.angular)).y.abs() < 1e-12);

@@ -147,12 +147,6 @@ pub(crate) struct RigidState {
 }
 
 impl RigidState {
-    /// Creates the state of a body at rest with its center of mass at the origin.
-    #[cfg(test)]
-    pub(crate) fn of_inertia(mass: f64, inertia: Matrix3<f64>) -> Self {
-        Self { mass, center: Vector3::zeros(), momentum: Momentum::default(), inertia }
-    }
-
     /// Computes the kinetic energy of a rigid body with this mass, inertia and momenta.
     pub(super) fn rigid_energy(&self) -> f64 {
         let (linear, angular) = (Vector3::from(self.momentum.linear), Vector3::from(self.momentum.angular));
