@@ -120,8 +120,8 @@
 //! * S. Schaefer, T. McPhail, J. Warren: Image Deformation Using Moving Least Squares, SIGGRAPH 2006.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
-// The feature `internals` exports internals of the stages. Some of them are unused without this feature.
-#![cfg_attr(not(feature = "internals"), allow(dead_code, unreachable_pub, unused_imports))]
+// Items that only the feature `internals` exports are `pub` with and without it.
+#![cfg_attr(not(feature = "internals"), allow(unreachable_pub))]
 
 mod body;
 mod contact;
@@ -184,12 +184,11 @@ pub use volume::{
 pub mod internals {
     pub use crate::body::hold_factors;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
-    pub use crate::dynamics::{Constraint, Constraints, Motion, Pose};
-    pub use crate::lattice::{CellPoints, Embedding};
-    pub use crate::simd::lanes::{Lanes, Row};
-    pub use crate::state::{BodyFrame, BodyState, Interval, sin_cos_degrees};
+    pub use crate::dynamics::{Constraint, Constraints, Motion};
+    pub use crate::lattice::Embedding;
+    pub use crate::simd::lanes::Lanes;
+    pub use crate::state::{BodyFrame, BodyState, Interval};
     pub use crate::volume::{
-        Correction, CorrectionWorkspace, ExternalForce, HALF_FORCE, Root, Surface, VolumeMeasures,
-        smallest_root,
+        Correction, CorrectionWorkspace, ExternalForce, Root, Surface, VolumeMeasures, smallest_root,
     };
 }

@@ -401,6 +401,7 @@ impl Body {
 }
 
 /// Returns the factors of the masses of the vertices in the fits while the vertices with `true` are constrained.
+#[cfg(feature = "internals")]
 pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
     body.matching.regions.hold_factors(&body.matching.layout, constrained)
 }

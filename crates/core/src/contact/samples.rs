@@ -144,6 +144,7 @@ impl SampleCells {
 
     /// Creates the samples of a mesh in its lattice, at most one cell apart: see
     /// [`of_mesh_within`](Self::of_mesh_within).
+    #[cfg(feature = "internals")]
     pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         Self::of_mesh_within(1.0, (mesh, None), lattice, slots, masses)
     }
@@ -188,6 +189,7 @@ impl SampleCells {
 
     /// Creates the samples of a bare lattice (without a mesh), one cell apart: see
     /// [`of_lattice_within`](Self::of_lattice_within).
+    #[cfg(feature = "internals")]
     pub fn of_lattice(lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         Self::of_lattice_within(1.0, lattice, slots, masses)
     }

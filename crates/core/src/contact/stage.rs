@@ -18,7 +18,7 @@ use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support, Touches};
+use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
@@ -120,6 +120,7 @@ pub struct Contacts {
 
 impl Contacts {
     /// Creates the stage of a body with these surface samples, at most one cell apart.
+    #[cfg(feature = "internals")]
     pub fn new(samples: SampleCells) -> Self {
         Self::within(1.0, samples)
     }
@@ -188,6 +189,7 @@ impl Contacts {
     /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call before.
     /// Components that leave colliders as a whole ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in
     /// scene units per second squared.
+    #[cfg(feature = "internals")]
     pub fn resolve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -195,7 +197,7 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
-        let mut before = Touches::default();
+        let mut before = crate::state::Touches::default();
         before.set_forces(self.pressures.iter().map(|pressure| pressure.force(1.0)));
         let report = self.detect(state, colliders, step, gravity);
         self.begin_with(|key| before.force(key));

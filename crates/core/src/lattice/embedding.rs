@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::Lattice;
 use super::nearest::RunTree;
-use super::slopes::{Slopes, Smoothing, Trust};
+use super::slopes::{Slopes, Smoothing};
 use super::smooth::SmoothCell;
 use super::trilinear;
 use crate::mesh::Csr;
@@ -130,6 +130,7 @@ impl Embedding {
     }
 
     /// Returns whether there are no points.
+    #[cfg(feature = "internals")]
     pub fn is_empty(&self) -> bool {
         self.local.is_empty()
     }
@@ -185,10 +186,11 @@ impl Embedding {
     ///
     /// If `vertices` has fewer entries than the lattice, or if the length of `points` is not
     /// [`Embedding::len`].
+    #[cfg(feature = "internals")]
     pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
         assert_eq!(points.len(), self.len(), "one output per embedded point");
         let lattice: Vec<Xyzx> = vertices.iter().copied().map(xyzx).collect();
-        let (mut slopes, mut trust) = (Vec::new(), Trust::default());
+        let (mut slopes, mut trust) = (Vec::new(), super::slopes::Trust::default());
         if let Some(smoothing) = &self.smoothing {
             smoothing.update_slopes(&lattice, &mut slopes);
             smoothing.update_trust(vertices, &mut trust);

@@ -47,7 +47,7 @@ use charts::NO_NEIGHBOR;
 use joints::Broken;
 
 pub use components::Components;
-pub use embedding::{CellPoints, Embedding};
+pub use embedding::Embedding;
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
 pub use joints::Joint;

@@ -37,7 +37,7 @@ const COS: [f64; 8] = [
 /// Uses only correctly rounded operations, so that the results are bit-identical on every machine. The math
 /// library of a platform does not guarantee this. An angle of many full turns has the same accuracy. The
 /// results are NaN for an angle that is not finite.
-pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+pub(crate) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     // Both the remainder by 360 and the difference from a multiple of 90 are exact.
     let within_turn = degrees % 360.0;
     let quarters = (within_turn / 90.0).round();

@@ -167,6 +167,7 @@ pub struct Interval {
 
 impl Interval {
     /// Returns the interval of the step that follows the first `count` steps, each `dt` seconds long.
+    #[cfg(any(test, feature = "internals"))]
     pub fn of_step(count: u64, dt: f64) -> Self {
         Self { start: count as f64 * dt, end: (count + 1) as f64 * dt, dt }
     }

@@ -25,7 +25,8 @@ mod rest;
 mod supports;
 mod touches;
 
-pub use angles::{euler_degrees, euler_degrees_near, sin_cos_degrees};
+pub(crate) use angles::sin_cos_degrees;
+pub use angles::{euler_degrees, euler_degrees_near};
 pub use errors::ArrayError;
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;

@@ -24,7 +24,7 @@ pub struct ExternalForce {
 /// It is well below the contact force that carries the weight of a vertex of a stiff body at rest on the
 /// ground, and well above rounding errors. Contacts that carry weight therefore have their full effect, and
 /// the effect of a grazing contact fades in with the square of the contact force.
-pub const HALF_FORCE: f64 = 1e-3;
+const HALF_FORCE: f64 = 1e-3;
 
 /// Magnitude to which a force is clamped, in units of [`HALF_FORCE`]. It keeps the matrix `I + F` well
 /// conditioned.

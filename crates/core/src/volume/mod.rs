@@ -66,8 +66,9 @@ mod volumes;
 pub(crate) use clearance::{FindLimits, LimitSearch, Obstacles};
 pub(crate) use correction::RestRatios;
 pub use correction::{Correction, CorrectionWorkspace};
+#[cfg(feature = "internals")]
 pub use cubic::{Root, smallest_root};
-pub use external_forces::{ExternalForce, HALF_FORCE};
+pub use external_forces::ExternalForce;
 pub(crate) use limits::Limit;
 pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};

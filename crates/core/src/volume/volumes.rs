@@ -47,6 +47,7 @@ impl VolumeMeasures {
 
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
+    #[cfg(feature = "internals")]
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
         self.report_displayed(deformed, deformed, None)
     }
@@ -76,6 +77,7 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice before and after its correction.
     ///
     /// `corrected` and `components` are the results of [`Correction::apply`] for `deformed`.
+    #[cfg(feature = "internals")]
     pub fn report_corrected(
         &self,
         correction: &Correction,

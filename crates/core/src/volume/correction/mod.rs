@@ -26,7 +26,7 @@ use super::report::residual;
 use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, FieldKind, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
-use crate::lattice::{Lattice, Trust};
+use crate::lattice::Lattice;
 use crate::parallel::Executor;
 use crate::simd::xyzx::xyzx;
 use crate::skin::{ComponentMotion, SurfaceMotion};
@@ -194,6 +194,7 @@ impl Correction {
     /// # Panics
     /// Panics if the length of an array differs from the number of lattice vertices, or if the vertex of a
     /// force is out of range.
+    #[cfg(feature = "internals")]
     pub fn apply<'w>(
         &self,
         workspace: &'w mut CorrectionWorkspace,
@@ -203,7 +204,7 @@ impl Correction {
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
         self.set_rest(workspace, None);
-        let mut trust = Trust::default();
+        let mut trust = crate::lattice::Trust::default();
         if let Some(smoothing) = self.measure.smoothing() {
             smoothing.update_trust(deformed, &mut trust);
         }
