@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 20] = [
+const LAYERS: [&str; 22] = [
     "reference",
     "simulation",
     "body",
@@ -22,11 +22,13 @@ const LAYERS: [&str; 20] = [
     "fracture",
     "matching",
     "state",
+    "motion",
     "cut",
     "lattice",
     "voxel",
     "mesh",
     "simd",
+    "sparse_set",
     "plan",
     "parallel",
     "range",

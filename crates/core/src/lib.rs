@@ -132,6 +132,7 @@ mod fracture;
 mod lattice;
 mod matching;
 pub mod mesh;
+mod motion;
 mod parallel;
 mod plan;
 mod range;
@@ -139,6 +140,7 @@ pub mod reference;
 mod simd;
 mod simulation;
 mod skin;
+mod sparse_set;
 mod state;
 mod untangle;
 mod volume;
@@ -151,9 +153,9 @@ pub use body::{
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
 pub use dynamics::{
-    Accuracy, Constraint, ConstraintError, Curve, CurveKey, Damping, ElasticLaw, Elasticity, Handle,
-    HandleMotion, Interpolation, Key, Material, MotionError, Pin, Plasticity, Preset, RegionDamping,
-    RegionSize, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Zone,
+    Accuracy, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Material,
+    Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError, SelectionPose, Stiffness,
+    TimeWindow, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{BreakLimit, FractureOptions};
@@ -162,6 +164,7 @@ pub use lattice::{
 };
 pub use matching::{HalfWidth, rotations};
 pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine, RefinedMesh, Scale};
+pub use motion::{Curve, CurveKey, Interpolation, Key, MotionError, euler_degrees, euler_degrees_near};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::RangeError;
@@ -171,7 +174,7 @@ pub use simulation::{
     StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
-pub use state::{ArrayError, Placement, euler_degrees, euler_degrees_near};
+pub use state::{ArrayError, Placement};
 pub use untangle::UntanglingReport;
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
@@ -184,8 +187,9 @@ pub use volume::{
 pub mod internals {
     pub use crate::body::hold_factors;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
-    pub use crate::dynamics::{Constraint, Constraints, Motion};
+    pub use crate::dynamics::{Constraint, Constraints};
     pub use crate::lattice::Embedding;
+    pub use crate::motion::Motion;
     pub use crate::simd::lanes::Lanes;
     pub use crate::state::{BodyFrame, BodyState, Interval};
     pub use crate::volume::{

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::near_bodies::GREATEST_GAP;
 use super::reference::BodyRef;
-use crate::contact::RowSet;
 use crate::contact::bodies::{GapBody, GapSearch};
+use crate::sparse_set::SparseSet;
 use crate::volume::Limit;
 
 /// Greatest clearance in cells that is searched: half of a gap.
@@ -17,7 +17,7 @@ pub(super) struct BodyLimits {
     gaps: GapSearch,
     /// Twelve rows for each lattice vertex: one for each dominant axis and sign of the normal of a limit, and six more for
     /// limits that give way.
-    rows: RowSet,
+    rows: SparseSet,
     /// The limit of each of `rows`.
     limits: Vec<Limit>,
 }

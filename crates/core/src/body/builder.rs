@@ -6,14 +6,15 @@ use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
-    Accuracy, Curve, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset,
-    RegionDamper, RegionDamping, RegionSize, Stiffness, Zone,
+    Accuracy, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset, RegionDamper,
+    RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{Embedding, Lattice, LatticeError, LatticeOptions, Masses, Resolution, cell_shares};
 use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::{Mesh, Refine, Scale};
+use crate::motion::Curve;
 use crate::skin::{Skin, SkinKind};
 use crate::state::{Placement, State};
 use crate::volume::{Correction, VolumeOptions};

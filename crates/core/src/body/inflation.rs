@@ -1,7 +1,8 @@
 //! Inflation: the ratios by which rest volumes change.
 
 use super::Body;
-use crate::dynamics::{Curve, Inflation};
+use crate::dynamics::Inflation;
+use crate::motion::Curve;
 use crate::range::RangeError;
 use crate::state::Interval;
 use crate::volume::{Correction, CorrectionWorkspace, RestRatios};

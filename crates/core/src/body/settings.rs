@@ -2,11 +2,12 @@
 
 use super::{Body, Surface};
 use crate::dynamics::{
-    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Interpolation, Key, Motion,
-    Pin, Selection, SelectionError, TimeWindow,
+    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, SelectionError,
+    TimeWindow,
 };
 use crate::error::Error;
 use crate::mesh::MeshAnimation;
+use crate::motion::{Interpolation, Key, Motion};
 use crate::range::in_range;
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 

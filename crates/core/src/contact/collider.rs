@@ -5,8 +5,8 @@ use nalgebra::Point3;
 use super::collision_mesh::CollisionMesh;
 use super::fault::ColliderFault;
 use super::shape::Shape;
-use crate::dynamics::{Interpolation, Key, Motion, Pose, direction};
 use crate::mesh::Mesh;
+use crate::motion::{Interpolation, Key, Motion, Pose, direction};
 
 /// Rigid obstacle that bodies cannot enter.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use super::deformation::AnimatedSurface;
 use super::fault::{ColliderError, ColliderFault};
 use super::posed_collider::{PosedCollider, SurfaceMotion};
 use super::shape::{PosedShape, Shape};
-use crate::dynamics::{Drive, EulerPose, Motion, Pose};
+use crate::motion::{Drive, EulerPose, Motion, Pose};
 use crate::range::RangeError;
 use crate::state::{BodyFrame, Interval};
 

@@ -8,9 +8,9 @@ use super::field::{
     Field, HeightSlopes, PlaneField, ShapeField, may_touch, may_touch_for_any_slopes, smooth_may_touch,
 };
 use super::interpolant::monomials;
+use super::memory::buffer_bytes;
 use super::patch::{Patch, Touching};
 use super::posed_collider::PosedCollider;
-use super::rows::{RowSet, buffer_bytes};
 use super::samples::SampleCells;
 use super::shape::PosedShape;
 use super::sides::Side;
@@ -19,6 +19,7 @@ use super::swept::{Paths, Sweep, distances};
 use super::vec4::{Vec4, read, wide};
 use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;
+use crate::sparse_set::SparseSet;
 
 /// Contacts of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +55,7 @@ pub(super) struct Detection {
 struct Patches {
     list: Vec<Patch>,
     /// Row of the nearest vertex of each patch, in the order of `list`.
-    rows: RowSet,
+    rows: SparseSet,
 }
 
 impl Detection {
@@ -66,7 +67,7 @@ impl Detection {
             smooth: SmoothRows::default(),
             has_slopes: false,
             height_slopes: Vec::new(),
-            patches: Patches { list: Vec::new(), rows: RowSet::new(rows) },
+            patches: Patches { list: Vec::new(), rows: SparseSet::new(rows) },
             paths: Paths::default(),
             has_swept: false,
         }

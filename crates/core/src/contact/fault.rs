@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use crate::dynamics::MotionError;
 use crate::mesh::{AnimationError, Scale};
+use crate::motion::MotionError;
 
 /// An invalid collider of a scene.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -27,7 +27,8 @@
 //! | `stage` | [`Contacts`], the contact stage of a body: detection, impulses, push-out |
 //! | `way_out` | the way on which a body that begins inside colliders leaves them as a whole |
 //! | `vec4` | three-component vectors padded to four components |
-//! | `rows` | sparse sets of rows; a row is the index of a vertex in `SampleCells::vertices` |
+//! | `smooth_rows` | slopes of the lattice at the rows, for a smooth skin |
+//! | `memory` | the memory of buffers |
 //!
 //! # Energy
 //!
@@ -61,10 +62,10 @@ mod distance;
 mod fault;
 mod field;
 mod interpolant;
+mod memory;
 mod patch;
 mod piece_points;
 mod posed_collider;
-mod rows;
 mod samples;
 mod shape;
 mod sides;
@@ -86,7 +87,6 @@ pub use self::distance::SignedDistance;
 pub use self::fault::{ColliderError, ColliderFault};
 pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
-pub(crate) use self::rows::RowSet;
 pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;

@@ -6,7 +6,7 @@ use super::deformation::Deformation;
 use super::field::aabb;
 use super::shape::PosedShape;
 use super::vec4::Vec4;
-use crate::dynamics::Pose;
+use crate::motion::Pose;
 use crate::state::BodyFrame;
 
 /// Collider during a step, in the local frame of a body. Lengths are in cells.

@@ -5,9 +5,9 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::collision_mesh::{CollisionMesh, CollisionSurface, PosedMesh};
 use super::distance::SignedDistance;
 use super::fault::ColliderFault;
-use crate::dynamics::{Pose, direction};
 use crate::mesh::Scale;
-use crate::state::{BodyFrame, euler_degrees};
+use crate::motion::{Pose, direction, euler_degrees};
+use crate::state::BodyFrame;
 
 /// Shape of a collider in world space at time 0, with lengths in scene units.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 //!
 //! A row is an index into `SampleCells::vertices`.
 
-use super::rows::buffer_bytes;
+use super::memory::buffer_bytes;
 use super::vec4::Vec4;
 use crate::lattice::Stencil;
 

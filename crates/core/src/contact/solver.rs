@@ -30,8 +30,9 @@
 //! displacements in place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
-use super::rows::{RowSet, buffer_bytes};
+use super::memory::buffer_bytes;
 use super::vec4::{Vec4, dot};
+use crate::sparse_set::SparseSet;
 
 /// Stopping criterion of the solver.
 ///
@@ -77,7 +78,7 @@ pub(super) struct Solver {
     /// Links of all constraints.
     links: Vec<Link>,
     /// Rows of the vertices that have a link.
-    rows: RowSet,
+    rows: SparseSet,
     /// Velocity change of each vertex in `rows`.
     changes: Vec<Vec4>,
     /// Scratch for each vertex in `rows`: velocity change by one pass, or sum of responses.
@@ -87,7 +88,7 @@ pub(super) struct Solver {
 impl Solver {
     /// Creates the solver for vertices with rows in `0..rows`.
     pub(super) fn new(rows: usize) -> Self {
-        Self { rows: RowSet::new(rows), ..Self::default() }
+        Self { rows: SparseSet::new(rows), ..Self::default() }
     }
 
     /// Returns the memory of the buffers in bytes.

@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::field::{Field, ShapeField};
 use super::interpolant::monomials;
+use super::memory::buffer_bytes;
 use super::posed_collider::PosedCollider;
-use super::rows::buffer_bytes;
 use super::samples::{SampleBlock, SampleCells};
 use super::sides::{Side, SidedContact};
 use super::vec4::{Vec4, read};

@@ -222,7 +222,7 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::state::euler_degrees;
+    use crate::motion::euler_degrees;
 
     /// Returns the points of a cube with edges of 4 cells.
     fn cube(low: [f64; 3]) -> BodyPoints {

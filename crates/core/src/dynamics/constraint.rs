@@ -7,8 +7,9 @@ use thiserror::Error;
 
 use super::follow::{BodyMesh, Fits, Follow};
 use super::handle::TimeWindow;
-use super::{Interpolation, Key, Motion, MotionError, Pose, Selection};
+use super::selection::Selection;
 use crate::mesh::{AnimationError, MeshAnimation};
+use crate::motion::{Interpolation, Key, Motion, MotionError, Pose};
 use crate::parallel::Executor;
 use crate::state::{BodyState, Interval};
 

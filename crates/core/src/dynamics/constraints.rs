@@ -1,7 +1,7 @@
 //! Applies constraints: the pins and handles of one body.
 
-use super::Motion;
 use super::constraint::{Constraint, ConstraintError};
+use crate::motion::Motion;
 use crate::parallel::Executor;
 use crate::state::{BodyState, Interval};
 

@@ -1,7 +1,8 @@
 //! Descriptions of pins and handles.
 
-use super::{Interpolation, Key, Selection};
+use super::selection::Selection;
 use crate::mesh::MeshAnimation;
+use crate::motion::{Interpolation, Key};
 
 /// A constraint that fixes selected lattice vertices at the positions that they have when it becomes active.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,9 +4,9 @@
 //! and the ratio of each zone and the share of the vertex in it, both at the end of the step. `matching::bulk` says how the
 //! regions use s.
 
-use super::Curve;
 use crate::lattice::Components;
 use crate::matching::VolumeRatios;
+use crate::motion::Curve;
 use crate::range::{RangeError, in_range};
 
 /// Least and greatest ratio of the rest volume.

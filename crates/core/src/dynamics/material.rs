@@ -2,8 +2,8 @@
 
 use super::plasticity::Plasticity;
 use crate::matching::HalfWidth;
+use crate::motion::sin_cos_degrees;
 use crate::range::{RangeError, in_range};
-use crate::state::sin_cos_degrees;
 
 /// Greatest Poisson's ratio: above it steps would become so short that nobody sees what they gain.
 const GREATEST_POISSON_RATIO: f64 = 0.47;

@@ -7,10 +7,6 @@
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
 //! | `stiffness_factors` | the factors with which the stiffness varies over a body |
 //! | `inflation` | rest volumes that change over time |
-//! | `interpolation` | interpolation between keyframes |
-//! | `curve` | keyframed numbers |
-//! | `motion` | keyframed rigid motion of handles and colliders |
-//! | `drive` | motion of a driven collider to a target pose |
 //! | `handle` | descriptions of pins and handles |
 //! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
@@ -29,10 +25,8 @@
 mod constraint;
 mod constraints;
 mod coupling;
-mod curve;
 mod damping;
 mod deflection;
-mod drive;
 mod elastic_damping;
 mod elastic_law;
 mod energy;
@@ -41,11 +35,9 @@ mod forces;
 mod handle;
 mod inflation;
 mod integration;
-mod interpolation;
 mod lowest_mode;
 mod material;
 mod momentum;
-mod motion;
 mod plasticity;
 mod selection;
 mod stiffness_factors;
@@ -53,9 +45,7 @@ mod stiffness_factors;
 pub use constraint::{Constraint, ConstraintError};
 pub use constraints::Constraints;
 pub(crate) use coupling::{CoupledComponent, Coupling};
-pub use curve::{Curve, CurveKey};
 pub(crate) use damping::RegionDamper;
-pub(crate) use drive::Drive;
 pub(crate) use elastic_damping::ElasticDamper;
 pub use elastic_law::ElasticLaw;
 pub(crate) use elastic_law::half_width_of;
@@ -65,15 +55,11 @@ pub(crate) use forces::Forces;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
-pub use interpolation::Interpolation;
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;
 pub use material::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
-pub(crate) use motion::{EulerPose, Pose};
-pub use motion::{Key, Motion, MotionError};
 pub use plasticity::Plasticity;
-pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
 pub use stiffness_factors::Zone;

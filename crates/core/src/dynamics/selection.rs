@@ -5,6 +5,8 @@ use std::borrow::Borrow;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
+use crate::motion::direction;
+
 /// A selection of lattice vertices: a shape in world space at frame 0, or a list of indices. Points on the
 /// boundary of a shape are selected.
 #[derive(Clone, Debug, PartialEq)]
@@ -254,15 +256,4 @@ fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
         Some(&value) => Err(SelectionError::NotFinite { name, value }),
         None => Ok(()),
     }
-}
-
-/// Returns the unit vector along `v`, or `None` if `v` is zero or not finite.
-pub(crate) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
-    let largest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    // The vector is scaled before it is normalized, so that the squares of components such as 1e-200 or 1e200
-    // neither underflow nor overflow.
-    Some((Vector3::from(v) / largest).normalize())
 }

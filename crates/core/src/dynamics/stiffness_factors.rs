@@ -1,7 +1,7 @@
 //! Stiffness factors, with which the stiffness varies over a body.
 
-use super::curve::Curve;
 use super::selection::Selection;
+use crate::motion::Curve;
 use crate::range::{RangeError, in_range};
 
 /// Least factor in force. The sums of the factors of regions are in f32.

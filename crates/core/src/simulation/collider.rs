@@ -4,8 +4,8 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::Clock;
 use crate::contact::{Collider, Colliders};
-use crate::dynamics::EulerPose;
 use crate::error::Error;
+use crate::motion::EulerPose;
 use crate::state::Interval;
 
 /// A collider of a simulation, with its current pose: see [`Simulation::collider`](super::Simulation::collider).

@@ -25,7 +25,8 @@ use super::load::stacked_masses;
 use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::{Motion, half_width_of};
+use crate::dynamics::half_width_of;
+use crate::motion::Motion;
 
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;

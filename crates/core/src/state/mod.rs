@@ -2,7 +2,6 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `angles` | rotation matrices from Euler angles in degrees, bit-identical on every machine |
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
 //! | `supports` | the contacts that pressed on the body in the last step |
@@ -14,7 +13,6 @@
 //! | `escapes` | the ways on which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
-mod angles;
 mod errors;
 mod escapes;
 mod frame;
@@ -25,8 +23,6 @@ mod rest;
 mod supports;
 mod touches;
 
-pub(crate) use angles::sin_cos_degrees;
-pub use angles::{euler_degrees, euler_degrees_near};
 pub use errors::ArrayError;
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::angles::euler_degrees;
+use crate::motion::euler_degrees;
 use crate::range::{RangeError, in_range};
 
 /// Placement of the scaled model in the world, and its initial velocity.

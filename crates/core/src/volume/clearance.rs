@@ -10,10 +10,11 @@ use nalgebra::{Point3, Vector3};
 use super::limits::Limit;
 use super::report::ComponentReport;
 use crate::contact::{
-    Colliders, Field, PosedShape, RowSet, SampleBlock, SampleCells, ShapeField, SignedDistance, SmoothRows,
-    Vec4, monomials, wide,
+    Colliders, Field, PosedShape, SampleBlock, SampleCells, ShapeField, SignedDistance, SmoothRows, Vec4,
+    monomials, wide,
 };
 use crate::simd::level;
+use crate::sparse_set::SparseSet;
 use crate::state::BodyFrame;
 
 /// Tolerated increase of the depth of a sample in a collider by the correction, in cells.
@@ -34,7 +35,7 @@ pub(crate) struct LimitSearch {
     /// Slopes of `corrected`, if the skin is smooth.
     corrected_slopes: SmoothRows,
     /// Rows with a limit at the current collider.
-    rows: RowSet,
+    rows: SparseSet,
     /// Nearest sample of each row in `rows`.
     nearest: Vec<Nearest>,
     /// Limits at all colliders.
@@ -248,7 +249,7 @@ fn copy_positions(out: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32;
 ///   relative to the uncorrected position.
 fn row_limits(
     samples: &SampleCells,
-    rows: &RowSet,
+    rows: &SparseSet,
     nearest: &[Nearest],
     displacement: impl Fn(usize) -> Vector3<f64>,
 ) -> impl Iterator<Item = Limit> {
@@ -264,7 +265,7 @@ fn row_limits(
 ///
 /// * `rows`: rows with a nearest sample; the rows of the corners are added.
 /// * `corners`: rows of the corners.
-fn keep_nearest(rows: &mut RowSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
+fn keep_nearest(rows: &mut SparseSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
     for &row in corners {
         let index = rows.index_or_insert(row) as usize;
         if index == nearest.len() {

@@ -12,7 +12,7 @@ use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
 use super::surface::{ContactSurface, Sample};
 use super::view::BodyView;
-use crate::contact::rows::buffer_bytes;
+use crate::contact::memory::buffer_bytes;
 use crate::lattice::Lattice;
 use crate::simd::level;
 use crate::state::BodyFrame;

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::bounds::Bounds;
-use crate::contact::rows::buffer_bytes;
+use crate::contact::memory::buffer_bytes;
 
 /// Pitch of the grid, in cells.
 const PITCH: f64 = 1.2;

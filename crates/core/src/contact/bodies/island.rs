@@ -13,7 +13,7 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
-use crate::contact::rows::buffer_bytes;
+use crate::contact::memory::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
 use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};

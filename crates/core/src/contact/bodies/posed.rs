@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::bounds::Bounds;
 use super::deformed_cell::{DeformedCell, Gradient, LinearMap, MARGIN};
 use super::grid::Grid;
-use crate::contact::rows::buffer_bytes;
+use crate::contact::memory::buffer_bytes;
 
 /// A lattice at one time: the world positions of its vertices, and a grid of its deformed cells.
 #[derive(Clone, Debug, Default)]

@@ -13,7 +13,7 @@ use super::foot::{MAX_SHELL_DEPTH, RestFoot, SAME_SIDE, cell_of, foot_of_closed,
 use super::posed::CellCache;
 use super::view::BodyView;
 use crate::contact::SKIN;
-use crate::contact::rows::buffer_bytes;
+use crate::contact::memory::buffer_bytes;
 use crate::lattice::trilinear_weights;
 use crate::state::{Foot, SampleTouch};
 

@@ -1,6 +1,6 @@
 //! Defines the motion to a target pose by which a collider is driven from step to step.
 
-use super::motion::EulerPose;
+use super::keyframes::EulerPose;
 use crate::range::{RangeError, in_range};
 
 /// Largest valid magnitude of a target displacement and angle. Differences of such numbers are finite.

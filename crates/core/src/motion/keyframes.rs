@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
 
+use super::angles::euler_degrees;
 use super::interpolation::{self, Interpolation};
-use crate::state::euler_degrees;
 
 /// A keyframe of a motion: a pose at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! Numbers that change along keyframes.
 
 use super::interpolation::{self, Interpolation};
-use super::motion::MotionError;
+use super::keyframes::MotionError;
 
 /// A keyframe of a number: a value at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
