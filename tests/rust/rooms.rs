@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 const LAYERS: [&str; 22] = [
     "reference",
     "simulation",
+    "display",
     "body",
     "error",
-    "untangle",
     "volume",
     "contact",
     "skin",

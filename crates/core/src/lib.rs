@@ -78,7 +78,7 @@
 //!    positions P^ to P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface
 //!    along its normals, and the scale lambda is the root of a cubic (`volume::cubic`). The directions of
 //!    external forces are first removed from V (Eq. (2), `volume::external_forces`).
-//!    Before it, and after it again where needed, cells that are inside out are untangled (module `untangle`).
+//!    Before it, and after it again where needed, cells that are inside out are untangled (module `display`).
 //! 2. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
 //!    (`skin::mesh_update`), and normals.
 //!
@@ -126,6 +126,7 @@
 mod body;
 mod contact;
 mod cut;
+mod display;
 mod dynamics;
 mod error;
 mod fracture;
@@ -142,16 +143,13 @@ mod simulation;
 mod skin;
 mod sparse_set;
 mod state;
-mod untangle;
 mod volume;
 mod voxel;
 
-pub use body::{
-    Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface, HoldForce,
-    PieceMesh, Softened, TouchingOptions,
-};
+pub use body::{Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened, TouchingOptions};
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
+pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
     Accuracy, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Material,
     Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError, SelectionPose, Stiffness,
@@ -175,7 +173,6 @@ pub use simulation::{
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{ArrayError, Placement};
-pub use untangle::UntanglingReport;
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
     VolumeScope, Volumes,

@@ -135,8 +135,18 @@ impl Body {
 
     /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
     /// none.
-    pub(super) fn surface_of_contact(&self) -> Option<&ContactSurface> {
+    pub(crate) fn surface_of_contact(&self) -> Option<&ContactSurface> {
         self.body_contact.as_ref()?.surface_or(|| self.contact_surface())
+    }
+
+    /// Returns the box in which the body has been since it was measured last; `None` if the body can touch none.
+    pub(crate) fn contact_bounds(&self) -> Option<Bounds> {
+        self.body_contact.as_ref().map(BodyContact::bounds)
+    }
+
+    /// Returns whether parts of the body touch each other that are connected.
+    pub(crate) fn has_self_contact(&self) -> bool {
+        self.has_self_contact
     }
 
     /// Measures the boxes of the positions and velocities, by which near bodies are found.

@@ -74,7 +74,7 @@ impl Body {
     }
 
     /// Sets the rest volumes of a volume correction to those in force.
-    pub(super) fn set_rest_volumes(&self, correction: &Correction, workspace: &mut CorrectionWorkspace) {
+    pub(crate) fn set_rest_volumes(&self, correction: &Correction, workspace: &mut CorrectionWorkspace) {
         let components = self.component_ratios();
         let of_vertex = &|vertex| self.rest_volume_ratio(vertex);
         let ratios = components.map(|components| RestRatios { components, of_vertex });
@@ -82,7 +82,7 @@ impl Body {
     }
 
     /// Returns the ratios of the rest volume of the components, or `None` if all are 1.
-    pub(super) fn component_ratios(&self) -> Option<&[f64]> {
+    pub(crate) fn component_ratios(&self) -> Option<&[f64]> {
         self.inflation.as_ref()?.means()
     }
 }

@@ -1,4 +1,4 @@
-//! A soft body: lattice, state, stages and displayed mesh.
+//! A soft body: lattice, state, stages and mesh. Module `display` evaluates its displayed surface.
 //!
 //! | file | contents |
 //! |---|---|
@@ -20,20 +20,16 @@
 //! | `body_contact` | contact with other bodies |
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
-//! | `display` | evaluates the displayed surface: volume correction and mesh update |
-//! | `untangling` | untangles the displayed lattice where cells are inside out |
+//! | `reference` | a body with the data of its simulation |
 
 mod body_contact;
-mod body_limits;
 mod breaking;
 mod builder;
-mod display;
 mod elasticity;
 mod escape;
 mod hold_force;
 mod inflation;
 mod material;
-mod near_bodies;
 mod pieces;
 mod plan;
 mod plasticity;
@@ -45,18 +41,15 @@ mod sleep;
 mod snapshot;
 mod step;
 mod transfer;
-mod untangling;
 mod zones;
 
 pub use body_contact::TouchingOptions;
 pub use builder::BodyBuilder;
-pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
-pub(crate) use near_bodies::NearBodies;
 pub use pieces::PieceMesh;
 pub use reference::BodyRef;
-pub(crate) use reference::DisplayContext;
+pub(crate) use reference::{DisplayContext, NearBodies};
 pub(crate) use sleep::RestVote;
 pub use snapshot::BodySnapshot;
 pub(crate) use step::{BodyContactPart, StepContext};
@@ -189,7 +182,7 @@ impl Body {
     }
 
     /// Returns the stencils of a smooth skin; `None` if the skin is linear.
-    fn smoothing(&self) -> Option<&Smoothing> {
+    pub(crate) fn smoothing(&self) -> Option<&Smoothing> {
         self.surface().and_then(|surface| surface.embedding.smoothing())
     }
 
@@ -307,6 +300,26 @@ impl Body {
         }
     }
 
+    /// Returns the state.
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Returns the regions and the layout of the lattice.
+    pub(crate) fn matching(&self) -> &Matching {
+        &self.matching
+    }
+
+    /// Returns the contact stage; `None` if there is no collider, or before the first step.
+    pub(crate) fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_ref()
+    }
+
+    /// Returns the external forces; `None` if there have been none.
+    pub(crate) fn forces(&self) -> Option<&Forces> {
+        self.forces.as_ref()
+    }
+
     /// Returns the transformation from local coordinates to world space.
     pub(crate) fn frame(&self) -> BodyFrame {
         self.state.frame.body_frame()
@@ -319,7 +332,7 @@ impl Body {
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary
     /// of a bare lattice.
-    fn create_samples(&self, spacing: f64) -> SampleCells {
+    pub(crate) fn create_samples(&self, spacing: f64) -> SampleCells {
         let slots = self.matching.layout.slots();
         match self.surface() {
             Some(Surface { mesh, embedding, pieces, .. }) => {
@@ -408,10 +421,10 @@ pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
 
 /// The displayed mesh, and its embedding in the lattice.
 #[derive(Debug)]
-struct Surface {
-    mesh: Mesh,
-    embedding: Embedding,
-    skin: Skin,
+pub(crate) struct Surface {
+    pub(crate) mesh: Mesh,
+    pub(crate) embedding: Embedding,
+    pub(crate) skin: Skin,
     /// `None` while the body is whole.
     pieces: Option<Box<PieceMesh>>,
 }

@@ -6,7 +6,7 @@ use crate::cut::{CutMesh, FaceSource, Origin};
 use crate::lattice::Embedding;
 use crate::mesh::{Mesh, RefinedMesh};
 use crate::skin::{Skin, SkinKind};
-use crate::volume::{Correction, Preservation, VolumeMeasure, VolumeOptions};
+use crate::volume::{Correction, Preservation, VolumeMeasure, VolumeMeasures, VolumeOptions};
 
 /// How the mesh of the pieces of a body follows from the mesh of the whole body.
 #[derive(Clone, Debug)]
@@ -87,13 +87,19 @@ impl Body {
 
     /// Returns the displayed mesh; `None` for a bare lattice. After an event, the first call cuts the mesh of the whole
     /// body.
-    pub(super) fn surface(&self) -> Option<&Surface> {
+    pub(crate) fn surface(&self) -> Option<&Surface> {
         self.surface.as_ref().map(|surface| surface.get_or_init(|| self.cut_surface()))
     }
 
     /// Returns the volume correction; `None` if it is off. After an event, the first call creates it.
-    pub(super) fn correction(&self) -> Option<&Correction> {
+    pub(crate) fn correction(&self) -> Option<&Correction> {
         self.correction.get_or_init(|| self.pieces_correction()).as_ref()
+    }
+
+    /// Returns the measures for volume reports. The first call creates them.
+    pub(crate) fn measures(&self) -> &VolumeMeasures {
+        let surface = || self.surface().map(Surface::volume_surface);
+        self.measures.get_or_init(|| VolumeMeasures::new(&self.lattice, surface()))
     }
 
     /// Creates the mesh of the pieces. If it has more vertices than a mesh can have, it is the mesh of the whole body.

@@ -131,7 +131,7 @@ impl Body {
     }
 
     /// Returns the shapes in which the regions are fitted.
-    pub(super) fn shapes(&self) -> Shapes<'_> {
+    pub(crate) fn shapes(&self) -> Shapes<'_> {
         Shapes::of(self.state.strains.as_ref())
     }
 }

@@ -6,9 +6,8 @@ use nalgebra::Vector3;
 
 use super::Body;
 use super::elasticity::Softened;
-use super::near_bodies::NearBodies;
-use super::untangling::Surroundings;
 use crate::contact::Colliders;
+use crate::contact::bodies::BodyContacts;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
@@ -41,6 +40,15 @@ pub(crate) struct DisplayContext<'a> {
     pub(crate) near: Option<NearBodies<'a>>,
 }
 
+/// The bodies of a simulation, from the point of view of one of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearBodies<'a> {
+    pub(crate) bodies: &'a [Body],
+    /// Index of the body.
+    pub(crate) index: u32,
+    pub(crate) contacts: &'a BodyContacts,
+}
+
 impl Deref for BodyRef<'_> {
     type Target = Body;
 
@@ -55,20 +63,8 @@ impl<'a> BodyRef<'a> {
     }
 
     /// Returns the data of the simulation, or `None` outside a simulation.
-    pub(super) fn context(self) -> Option<DisplayContext<'a>> {
+    pub(crate) fn context(self) -> Option<DisplayContext<'a>> {
         self.context
-    }
-
-    /// Returns the colliders around the body; `None` if there is neither a collider nor a body near it.
-    pub(super) fn surroundings(self) -> Option<Surroundings<'a>> {
-        let DisplayContext { colliders, time, near, .. } = self.context?;
-        let is_free = colliders.is_empty() && !near.is_some_and(NearBodies::is_any);
-        (!is_free).then(|| Surroundings::new(self.body, colliders, time))
-    }
-
-    /// Returns the bodies around the body; `None` outside a simulation, and if no body can touch another one or itself.
-    pub(super) fn near_bodies(self) -> Option<NearBodies<'a>> {
-        self.context?.near
     }
 
     /// Returns the body, with the lifetime of the simulation's borrow.

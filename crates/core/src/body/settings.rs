@@ -80,6 +80,12 @@ impl Body {
         list.filter(|constraint| !constraint.is_released())
     }
 
+    /// Returns the lattice vertices that pins and handles constrained in the last step.
+    pub(crate) fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
+        let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
+    }
+
     /// Returns a pin or handle.
     ///
     /// * `index`: as for [`Body::release`].

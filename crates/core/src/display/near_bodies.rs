@@ -1,7 +1,7 @@
 //! The bodies of a simulation that are near one of them.
 
-use super::Body;
-use crate::contact::bodies::{BodyContact, BodyContacts, BodyView, ContactSurface};
+use crate::body::{Body, NearBodies};
+use crate::contact::bodies::{BodyView, ContactSurface};
 
 /// Greatest gap in cells to another body that limits the displayed surface.
 pub(super) const GREATEST_GAP: f64 = 1.5;
@@ -9,25 +9,16 @@ pub(super) const GREATEST_GAP: f64 = 1.5;
 /// Distance in cells by which a body may have moved since its box was measured.
 const BOX_MARGIN: f64 = 1.0;
 
-/// The bodies of a simulation, from the point of view of one of them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NearBodies<'a> {
-    pub(crate) bodies: &'a [Body],
-    /// Index of the body.
-    pub(crate) index: u32,
-    pub(crate) contacts: &'a BodyContacts,
-}
-
 impl<'a> NearBodies<'a> {
     /// Iterates over the bodies that the body may touch and that may be within a distance of it in cells.
     fn near(self, distance: f64) -> impl Iterator<Item = &'a Body> {
         let own = &self.bodies[self.index as usize];
-        let cell_size = own.lattice.cell_size();
-        let bounds = own.body_contact.as_ref().map(BodyContact::bounds);
+        let cell_size = own.lattice().cell_size();
+        let bounds = own.contact_bounds();
         (0..).zip(self.bodies).filter_map(move |(index, other)| {
-            let margin = (distance + BOX_MARGIN) * cell_size + BOX_MARGIN * other.lattice.cell_size();
+            let margin = (distance + BOX_MARGIN) * cell_size + BOX_MARGIN * other.lattice().cell_size();
             let is_near = index != self.index
-                && other.body_contact.as_ref()?.bounds().intersects(&bounds?.enlarged(margin))
+                && other.contact_bounds()?.intersects(&bounds?.enlarged(margin))
                 && self.contacts.may_touch(self.index, index);
             is_near.then_some(other)
         })

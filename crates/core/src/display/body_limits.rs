@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::near_bodies::GREATEST_GAP;
-use super::reference::BodyRef;
+use crate::body::BodyRef;
 use crate::contact::bodies::{GapBody, GapSearch};
 use crate::sparse_set::SparseSet;
 use crate::volume::Limit;
@@ -45,7 +45,9 @@ impl BodyLimits {
 
     /// Replaces the limits by those within `distance`.
     fn find(&mut self, body: BodyRef<'_>, positions: &[[f32; 3]], distance: f64) {
-        let (Some(near), Some(surface)) = (body.near_bodies(), body.get().surface_of_contact()) else {
+        let (Some(near), Some(surface)) =
+            (body.context().and_then(|context| context.near), body.get().surface_of_contact())
+        else {
             return;
         };
         let Self { gaps, rows, limits } = self;
@@ -70,7 +72,7 @@ impl BodyLimits {
                 }
             }
         };
-        for touch in body.state.touches.samples() {
+        for touch in body.state().touches.samples() {
             let normal = Vector3::from(touch.normal.map(f64::from));
             add(touch.sample, normal, 0.0, near.index == touch.other);
         }
@@ -78,8 +80,8 @@ impl BodyLimits {
             surface,
             lattice: body.get().lattice(),
             positions,
-            frame: body.state.frame.body_frame(),
-            connected_parts_touch: body.get().has_self_contact,
+            frame: body.frame(),
+            connected_parts_touch: body.get().has_self_contact(),
             touches_itself: near.touches_itself(),
         };
         gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {

@@ -1,10 +1,11 @@
 //! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are
 //! near.
 
-use super::Body;
-use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
-use crate::untangle::{Untangler, UntanglingReport};
-use crate::volume::{ComponentReport, FindLimits, LimitSearch, Obstacles};
+use super::surroundings::Surroundings;
+use super::untangle::{Untangler, UntanglingReport};
+use crate::body::Body;
+use crate::contact::SMOOTH_DISPLACEMENT;
+use crate::volume::{ComponentReport, FindLimits, LimitSearch};
 
 /// Distance in cells within which limits are searched first.
 const SEARCH_DISTANCE: f64 = 2.0;
@@ -14,30 +15,6 @@ const MARGIN: f64 = 1.25;
 
 /// Maximum number of times that limits are added and the lattice is untangled again from its start.
 const ROUNDS: usize = 8;
-
-/// Colliders around a body, and the samples of its surface.
-pub(super) struct Surroundings<'a> {
-    pub(super) obstacles: Obstacles<'a>,
-    samples: Option<&'a SampleCells>,
-    /// Samples of a body that has not yet been stepped in this simulation and has no contact stage.
-    new_samples: Option<SampleCells>,
-}
-
-impl<'a> Surroundings<'a> {
-    pub(super) fn new(body: &'a Body, colliders: &'a Colliders, time: f64) -> Self {
-        let is_missing = body.contacts.is_none() && !colliders.is_empty();
-        Self {
-            obstacles: Obstacles { colliders, time, frame: body.state.frame.body_frame() },
-            samples: body.contacts.as_ref().map(Contacts::samples),
-            new_samples: is_missing.then(|| body.create_samples(1.0)),
-        }
-    }
-
-    /// Returns the samples; `None` if there is no collider.
-    pub(super) fn samples(&self) -> Option<&SampleCells> {
-        self.samples.or(self.new_samples.as_ref())
-    }
-}
 
 /// The first correction of a frame, if its result has inverted cells.
 #[derive(Debug, Default)]
@@ -128,10 +105,10 @@ impl Untangling {
     pub(super) fn prepared<'a>(untangling: &'a mut Option<Box<Self>>, body: &Body) -> &'a mut Self {
         let untangling = untangling.get_or_insert_with(|| {
             let mut untangling = Box::<Self>::default();
-            untangling.begin(body.lattice.len());
+            untangling.begin(body.lattice().len());
             untangling
         });
-        untangling.untangler.prepare(&body.lattice, body.constrained_vertices());
+        untangling.untangler.prepare(body.lattice(), body.constrained_vertices());
         untangling
     }
 

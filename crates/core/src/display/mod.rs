@@ -1,0 +1,25 @@
+//! The displayed surface of a body: P^ of the dynamics, untangled and corrected, and the mesh in its cells.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `near_bodies` | the bodies near a body |
+//! | `body_limits` | limits of the displayed surface at bodies |
+//! | `surroundings` | the colliders around a body, and the samples of its surface |
+//! | `untangle` | untangles a lattice |
+//! | `untangling` | untangles the displayed lattice within the limits |
+//! | `buffers` | [`Display`]: the buffers of an evaluation |
+//! | `displayed` | [`Displayed`]: the lattice, the mesh, the normals and the volumes after an evaluation |
+//! | `evaluate` | the evaluation: untangle, correct, untangle the corrected lattice |
+
+mod body_limits;
+mod buffers;
+mod displayed;
+mod evaluate;
+mod near_bodies;
+mod surroundings;
+mod untangle;
+mod untangling;
+
+pub use buffers::{Display, DisplayTimes};
+pub use displayed::{Displayed, DisplayedSurface};
+pub use untangle::UntanglingReport;
