@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 22] = [
+const LAYERS: [&str; 21] = [
     "reference",
     "simulation",
     "display",
@@ -23,7 +23,6 @@ const LAYERS: [&str; 22] = [
     "matching",
     "state",
     "motion",
-    "cut",
     "lattice",
     "voxel",
     "mesh",
@@ -36,9 +35,8 @@ const LAYERS: [&str; 22] = [
 
 /// The modules whose `mod.rs` defines a type that files of the module use and that uses them. New ones may not come, and
 /// one that is mended leaves this list.
-const CYCLIC: [&str; 12] = [
+const CYCLIC: [&str; 11] = [
     "core/body",
-    "core/cut",
     "core/dynamics/momentum",
     "core/lattice",
     "core/matching/cascade",

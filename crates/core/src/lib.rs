@@ -125,7 +125,6 @@
 
 mod body;
 mod contact;
-mod cut;
 mod display;
 mod dynamics;
 mod error;
@@ -148,7 +147,6 @@ mod voxel;
 
 pub use body::{Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened, TouchingOptions};
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
-pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
     Accuracy, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Material,
@@ -156,7 +154,9 @@ pub use dynamics::{
     TimeWindow, Zone,
 };
 pub use error::{Error, StateError};
-pub use fracture::{BreakLimit, FractureOptions};
+pub use fracture::{
+    BreakLimit, BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, FractureOptions, Origin, cut,
+};
 pub use lattice::{
     Components, FloatingPart, Joint, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };

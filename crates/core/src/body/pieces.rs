@@ -2,7 +2,7 @@
 //! which joints broke.
 
 use super::{Body, Surface};
-use crate::cut::{CutMesh, FaceSource, Origin};
+use crate::fracture::{CutMesh, FaceSource, Origin};
 use crate::lattice::Embedding;
 use crate::mesh::{Mesh, RefinedMesh};
 use crate::skin::{Skin, SkinKind};

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::cut::{BrokenJoint, CrackPlane};
+use super::cut::{BrokenJoint, CrackPlane};
 use crate::lattice::{Joint, Lattice};
 
 /// A crack. Coordinates are grid indices of the lattice: cell sizes from its origin, at rest.

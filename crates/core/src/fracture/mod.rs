@@ -9,6 +9,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `cut` | cuts a mesh along broken joints |
 //! | `options` | when joints break |
 //! | `cracks` | planes, broken joints, fronts |
 //! | `strains` | the strain of joints |
@@ -16,11 +17,13 @@
 //! | `mod` | [`Fracture`]: the stage |
 
 mod cracks;
+mod cut;
 mod options;
 mod shells;
 mod strains;
 
 pub(crate) use cracks::Cracks;
+pub use cut::{BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Origin, cut};
 pub use options::{BreakLimit, FractureOptions};
 pub(crate) use strains::Deformation;
 
@@ -28,7 +31,6 @@ use cracks::Crack;
 use nalgebra::Vector3;
 use strains::{CellRotations, greatest_stretch};
 
-use crate::cut::{CrackPlane, CutMesh, CutSurface, cut};
 use crate::lattice::{Joint, Lattice, Layout};
 use crate::matching::Gradients;
 use crate::mesh::{Mesh, MeshError, mix};

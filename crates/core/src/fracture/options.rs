@@ -1,6 +1,6 @@
 //! Options of fracture: when joints break, and how cracks look.
 
-use crate::cut::CutSurface;
+use super::cut::CutSurface;
 use crate::range::{RangeError, in_range};
 
 /// When a body breaks.

@@ -5,7 +5,7 @@
 //!
 //! Copies of a vertex at a seam are welded, and follow the same cell.
 
-use crate::cut::CutMesh;
+use super::cut::CutMesh;
 use crate::lattice::Lattice;
 use crate::mesh::UnionFind;
 

@@ -2,8 +2,26 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::CrackPlane;
 use crate::lattice::{Joint, Lattice};
+
+/// The plane of a crack, in the model frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrackPlane {
+    /// A point of the plane.
+    pub point: Point3<f64>,
+    /// A normal of the plane, of any length. A plane whose normal is zero or not finite does not attract the cut.
+    pub normal: Vector3<f64>,
+}
+
+impl CrackPlane {
+    /// Returns whether the center of a cell is on the positive side of the plane. The joints that a crack breaks are
+    /// joints between cells on opposite sides.
+    ///
+    /// * `cell`: grid index `[x, y, z]` of the cell.
+    pub fn is_positive(&self, lattice: &Lattice, cell: [i32; 3]) -> bool {
+        Planes::new(lattice, std::slice::from_ref(self)).is_positive(0, cell)
+    }
+}
 
 /// Grid index of a cell.
 pub(super) type Cell = [i32; 3];

@@ -6,8 +6,39 @@ use nalgebra::Vector3;
 
 use super::map::Map;
 use super::planes::{Cell, Face, Planes, staircase_neighbors, step};
-use super::{BrokenJoint, CutSurface};
 use crate::lattice::Lattice;
+
+/// A broken joint of a lattice: the face between a cell and the next cell along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BrokenJoint {
+    /// Index of the cell, in [`Lattice::cells`].
+    pub cell: u32,
+    /// Axis, 0 to 2.
+    pub axis: u8,
+    /// Index of the crack that broke the joint. The cells should be on opposite sides of its plane, by
+    /// [`CrackPlane::is_positive`](super::CrackPlane::is_positive); otherwise the pieces are still closed, but the cut is not smooth there.
+    pub crack: u32,
+}
+
+/// Shape of the surface of a cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CutSurface {
+    /// The plane of the crack, nearly.
+    #[default]
+    Smooth,
+    /// The faces of the cells.
+    Cells,
+}
+
+impl CutSurface {
+    /// All values with their names, as in a scene file.
+    pub const NAMED: [(&'static str, Self); 2] = [("smooth", Self::Smooth), ("cells", Self::Cells)];
+
+    /// Returns the name of the value in [`CutSurface::NAMED`].
+    pub fn name(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+}
 
 /// Marks a face that is not broken.
 const NONE: u32 = u32::MAX;

@@ -4,11 +4,72 @@ use nalgebra::{Point3, Vector3};
 
 use super::cap::{Cap, Caps};
 use super::clip::{Clipped, Corner, Fragment};
+use super::faces::CutSurface;
+use super::input::Input;
 use super::map::Map;
 use super::planes::{Cell, step};
-use super::{CutMesh, CutSurface, FaceSource, Input, Origin};
 use crate::lattice::Locator;
 use crate::mesh::{Mesh, MeshError, Planar, triangulate};
+
+/// The point of the uncut mesh at which a vertex of a cut mesh is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// A vertex of the uncut mesh.
+    Vertex(u32),
+    /// A point on an edge, or on a diagonal of a face: `(1 - t) a + t b`.
+    Edge {
+        /// The vertices a and b.
+        vertices: [u32; 2],
+        /// Position along the edge, between 0 and 1.
+        t: f64,
+    },
+    /// A point in a triangle of a face.
+    Face {
+        /// The corners of the triangle.
+        vertices: [u32; 3],
+        /// Weights of the corners; their sum is 1.
+        weights: [f64; 3],
+    },
+    /// A point inside the mesh, on the cap of a crack.
+    Cap {
+        /// Index of the crack.
+        crack: u32,
+    },
+}
+
+/// The origin of a face of a cut mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaceSource {
+    /// A face of the uncut mesh, with its corners.
+    Whole(u32),
+    /// A part of a face of the uncut mesh.
+    Part(u32),
+    /// A part of the surface of a crack.
+    Cap {
+        /// Index of the crack.
+        crack: u32,
+    },
+}
+
+/// A mesh that is cut along cracks.
+#[derive(Clone, Debug)]
+pub struct CutMesh {
+    /// The pieces. The vertices of the uncut mesh come first and keep their numbers. The faces are in the order of the
+    /// uncut mesh, and caps come last. Copies of a vertex at a seam are welded, vertices on the two sides of a crack
+    /// are not.
+    pub mesh: Mesh,
+    /// The cell that each vertex follows, shape `(n,)`.
+    pub hosts: Vec<u32>,
+    /// The origin of each vertex, shape `(n,)`.
+    pub origins: Vec<Origin>,
+    /// The origin of each face.
+    pub face_sources: Vec<FaceSource>,
+    /// Coordinates in the plane of the crack, in the length unit of the mesh: one pair for each corner of each cap, in
+    /// the order of the faces.
+    pub cap_uvs: Vec<[f64; 2]>,
+    /// Number of broken cell faces without a cap, because the mesh is open there.
+    pub unclosed_faces: usize,
+}
 
 /// Vertices of the uncut mesh between which a point is: one, two or three, then `u32::MAX`. Copies of a point at a seam
 /// differ.

@@ -5,12 +5,13 @@
 //! polygon.
 
 use super::clip::Clipped;
+use super::faces::CutSurface;
 use super::holes::join_holes;
+use super::input::Input;
 use super::map::Map;
 use super::planes::{Cell, Face, step};
 use super::space::Point;
 use super::winding::Windings;
-use super::{CutSurface, Input};
 use crate::lattice::Lattice;
 use crate::mesh::{Planar, triangulate};
 

@@ -6,9 +6,10 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::faces::CutSurface;
+use super::input::Input;
 use super::planes::Cell;
 use super::refine::Refined;
-use super::{CutSurface, Input};
 use crate::voxel::Grid;
 
 /// Distance in cells between moved points and the staircase. Far greater than rounding errors.

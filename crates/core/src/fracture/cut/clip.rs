@@ -3,12 +3,13 @@
 use nalgebra::Vector3;
 
 use super::faces::BrokenFaces;
+use super::faces::CutSurface;
+use super::input::Input;
 use super::map::Map;
 use super::planes::{Cell, Face, Planes};
 use super::points::{Cut, EdgePoints, Plane, moved_to_plane, on_line};
 use super::refine::{Refined, Triangle};
 use super::space::{Point, Space};
-use super::{CutSurface, Input};
 
 /// A side of a polygon, from a corner to the next one.
 #[derive(Clone, Copy, PartialEq)]
