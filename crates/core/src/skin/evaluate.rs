@@ -4,10 +4,10 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
 
-use super::Pose;
 use super::mesh_update::{EmbeddedPoints, EmbeddedPointsBuilder};
 use super::normals::{ring_normal, to_xyz};
 use super::one_ring_blocks::{CHUNK, OneRingBlocks, TileLayout, TileOffsets};
+use super::pose::Pose;
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;

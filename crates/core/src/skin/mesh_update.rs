@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use super::one_ring_blocks::TileLayout;
-use super::{ComponentMotion, Pose};
+use super::pose::{ComponentMotion, Pose};
 use crate::lattice::{
     Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };

@@ -4,6 +4,7 @@
 //! whose rows hold the positions or the normals of one chunk; see `simd::tile`. The *one-ring* of a vertex
 //! lists the neighbors of the vertex in order around it.
 //!
+//! * [`pose`]: the input, the positions of the lattice vertices.
 //! * [`evaluate`]: runs the following steps for all chunks, and writes the outputs from the tiles.
 //! * [`mesh_update`]: the update of the mesh. Interpolates the vertices of a chunk, cell by cell, into a tile.
 //! * [`normals`]: computes vertex normals from the one-rings.
@@ -15,18 +16,16 @@ mod mesh_update;
 mod normals;
 mod one_ring;
 mod one_ring_blocks;
+mod pose;
 
 pub use normals::{VertexNormals, vertex_normals};
+pub(crate) use pose::{ComponentMotion, Pose, SurfaceMotion};
 
 use std::sync::OnceLock;
 
-use crate::lattice::{Embedding, Slopes};
-use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
-use crate::simd::moving::Moving;
-use crate::simd::xyzx::{Pair, Xyzx};
-use crate::state::BodyFrame;
+use crate::simd::xyzx::Pair;
 use evaluate::{Normals, Positions};
 
 /// How the mesh follows the lattice.
@@ -75,55 +74,12 @@ impl SkinBuffers {
     }
 }
 
-/// The input of an evaluation: the mesh, its embedding, and the positions of the lattice vertices.
-#[derive(Clone, Copy)]
-pub(crate) struct Pose<'a> {
-    pub(crate) mesh: &'a Mesh,
-    pub(crate) embedding: &'a Embedding,
-    /// Position of each lattice vertex, in cells from the origin of the body frame.
-    pub(crate) lattice: &'a [Xyzx],
-    /// Slopes of the lattice, if the skin is smooth.
-    pub(crate) slopes: Option<Slopes<'a>>,
-    /// The motions of the mesh vertices to `lattice`, if they are known. Only for a smooth skin.
-    pub(crate) motion: Option<SurfaceMotion<'a>>,
-    /// The body frame: its origin and cell size in world space.
-    pub(crate) frame: &'a BodyFrame,
-}
-
-/// The mesh vertices as points that move along straight lines, `p + lambda v`. The points of a component of the lattice
-/// have the same `lambda`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfaceMotion<'a> {
-    /// The mesh vertices, in the order of [`Embedding::by_cell`], relative to the center of their component.
-    pub(crate) points: &'a [Moving],
-    /// Component of each lattice vertex.
-    pub(crate) component_of_vertex: &'a [u32],
-    /// Motion of each component.
-    pub(crate) components: &'a [ComponentMotion],
-}
-
-/// The motion of the points of a component of the lattice.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ComponentMotion {
-    /// The scale `lambda`, in cells.
-    pub(crate) lambda: f32,
-    /// The center, in cells from the origin of the body frame: `(x, y, z, x)`.
-    pub(crate) center: Xyzx,
-}
-
 /// The output arrays, one entry per mesh vertex. `None` if an output is not computed.
 pub(crate) struct Outputs<'a, P, N> {
     /// Positions in world space.
     pub(crate) positions: Option<&'a mut [[P; 3]]>,
     /// Unit normals.
     pub(crate) normals: Option<&'a mut [[N; 3]]>,
-}
-
-impl Pose<'_> {
-    /// Returns the position of one mesh vertex.
-    fn position(&self, vertex: usize) -> Xyzx {
-        self.embedding.position(vertex, self.lattice, self.slopes)
-    }
 }
 
 impl Skin {

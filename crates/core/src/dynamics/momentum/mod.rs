@@ -8,10 +8,12 @@
 //!
 //! A slot is the index of a vertex in the storage order ([`Lanes`]).
 
+mod components;
 mod projection;
 mod rigid;
 mod sums;
 
+pub(crate) use components::Components;
 pub(crate) use projection::{Mobility, Projection, SOFTNESS, Weight};
 pub(crate) use rigid::{RigidMotion, RigidVelocity, stack};
 pub(crate) use sums::{Fields, RigidState, Sums, add};
@@ -24,26 +26,6 @@ use crate::parallel::Executor;
 use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;
 use crate::state::Momentum;
-
-/// The connected component of each lattice vertex.
-#[derive(Clone, Debug)]
-pub(crate) enum Components {
-    /// One component, which contains all vertices.
-    One,
-    /// The component of the vertex in each slot.
-    Several(Vec<u32>),
-}
-
-impl Components {
-    /// Returns the component of the vertex in a slot.
-    #[inline(always)]
-    pub(crate) fn of_slot(&self, slot: u32) -> usize {
-        match self {
-            Self::One => 0,
-            Self::Several(of_slot) => of_slot[slot as usize] as usize,
-        }
-    }
-}
 
 /// The momentum tracker of a body.
 #[derive(Clone, Debug)]

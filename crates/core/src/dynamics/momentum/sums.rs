@@ -4,7 +4,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Components;
+use super::components::Components;
 use super::rigid::{RigidMotion, RigidVelocity, principal_axes};
 use crate::simd::lanes::{Block, LANES, load};
 use crate::state::Momentum;

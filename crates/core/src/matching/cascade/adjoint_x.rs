@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 
-use super::VertexUpdate;
 use super::loose::Loose;
 use super::plane::Scratch;
+use super::transform::VertexUpdate;
 use crate::lattice::Layout;
 use crate::matching::windows::{Source, Window};
 use crate::simd::lanes::{Block, Row};

@@ -12,7 +12,7 @@ use std::ops::Range;
 use fearless_simd::Simd;
 
 use super::loose::Loose;
-use super::{Purpose, RegionTransform};
+use super::transform::{Purpose, RegionTransform};
 use crate::lattice::Layout;
 use crate::matching::windows::{RunningSums, Source, Weighted, Window};
 use crate::parallel::Split;

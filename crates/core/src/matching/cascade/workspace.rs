@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::Purpose;
 use super::loose::Motion;
 use super::plane::{Scratch, Sizes};
+use super::transform::Purpose;
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 

@@ -9,26 +9,17 @@
 //! time, one matrix A in each lane. An eigenvalue test decides whether a lane has converged to the maximum.
 //! Lanes that do not converge use the fallback: Davenport's eigenvalue problem in f64 ([`davenport`]).
 
+mod columns;
 mod davenport;
 pub(super) mod newton;
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};
+pub(crate) use columns::columns;
+
+use fearless_simd::{SimdBase, dispatch, f32x16};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
 use crate::simd::lanes::LANES;
 use crate::simd::level;
-
-/// Computes rotation matrices from unit quaternions (x, y, z, w), one in each lane. The result has the nine
-/// entries of the matrices, column by column.
-#[inline(always)]
-pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z, w]: [V; 4]) -> [V; 9] {
-    let one = V::splat(simd, 1.0);
-    let (x2, y2, z2) = (x + x, y + y, z + z);
-    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
-    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
-    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-    [one - (yy + zz), xy + wz, xz - wy, xy - wz, one - (xx + zz), yz + wx, xz + wy, yz - wx, one - (xx + yy)]
-}
 
 /// Computes the rotation R = argmax over SO(3) of tr(Rᵀ A) of each 3 × 3 matrix A, with the algorithm that a
 /// simulation step uses.

@@ -15,7 +15,8 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
-use super::{columns, davenport};
+use super::columns::columns;
+use super::davenport;
 use crate::simd::lanes::LANES;
 use crate::simd::vector::{dot_fused as dot, scaled};
 
