@@ -6,9 +6,9 @@
 
 use super::Lattice;
 use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::broken::{Broken, Joint, Whole};
 use super::charts::{Chart, NO_NEIGHBOR};
 use super::components::Components;
-use super::joints::{Broken, Joint, Whole};
 use super::split_links::links;
 use crate::mesh::UnionFind;
 

@@ -3,7 +3,10 @@
 
 use std::cmp::Ordering;
 
-use super::{Csr, Mesh, UnionFind, is_degenerate};
+use super::csr::Csr;
+use super::polygons::Mesh;
+use super::union_find::UnionFind;
+use super::weld::is_degenerate;
 
 /// The faces that repeat others.
 #[derive(Debug, Default)]

@@ -2,7 +2,11 @@
 
 use nalgebra::Point3;
 
-use super::{Csr, Mesh, UnionFind, WindingTree};
+use super::csr::Csr;
+use super::description::OpenSurface;
+use super::polygons::Mesh;
+use super::union_find::UnionFind;
+use super::winding_tree::WindingTree;
 
 /// Rule by which points are inside a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,15 +33,6 @@ impl Interior {
     }
 }
 
-/// The parts of a surface that is not closed.
-#[derive(Clone, Debug)]
-pub(crate) struct OpenSurface {
-    /// Triangles of the components that enclose a space; `None` if there are none.
-    pub(crate) solid: Option<WindingTree>,
-    /// Triangles of the other components.
-    pub(crate) sheets: Vec<[u32; 3]>,
-}
-
 /// Greatest amount by which the mean winding number on an open component may be below that on a closed surface, 1/2, if the
 /// component encloses a space. On a flat sheet the difference is 1/2; on half of a sphere it is 0.2, on a cube without one
 /// face 0.09.
@@ -54,6 +49,22 @@ const GREATEST_COST_OF_MOST: f64 = 512.0;
 /// Greatest number of triangles of a component at which the winding number is computed, and of all components together.
 const SAMPLES: (usize, usize) = (64, 8192);
 
+impl Mesh {
+    /// Returns the rule by which points are inside the surface. It is found at the first call and cached.
+    pub fn interior(&self) -> Interior {
+        match self.open_surface() {
+            None => Interior::Closed,
+            Some(OpenSurface { solid: Some(_), .. }) => Interior::WindingNumber,
+            Some(OpenSurface { solid: None, .. }) => Interior::Sheet,
+        }
+    }
+
+    /// Returns the parts of the surface, or `None` if it is closed.
+    pub(crate) fn open_surface(&self) -> Option<&OpenSurface> {
+        (!self.is_closed()).then(|| self.open.get_or_init(|| OpenSurface::new(self)))
+    }
+}
+
 impl OpenSurface {
     /// Divides the components of a mesh into those that enclose a space and sheets.
     ///
@@ -61,7 +72,7 @@ impl OpenSurface {
     /// the triangle itself, is nearly 1/2 as on a closed surface, or -1/2 if the normals point inwards. Panels that are not
     /// joined enclose a space together. A greater number is that of a surface that lies there twice, or of a sheet inside
     /// another surface; then the component alone decides.
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let (surface, weld) = (mesh.surface(), mesh.weld());
         let mut sets = UnionFind::new(weld.len());
         for face in mesh.faces() {

@@ -9,7 +9,10 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, distance_squared};
 
-use super::{Csr, Faces, Mesh, MeshError, triangles};
+use super::csr::Csr;
+use super::error::MeshError;
+use super::polygons::{Faces, Mesh};
+use super::triangles;
 
 /// Largest number of faces of a refined mesh.
 const MAX_FACES: usize = 4_000_000;

@@ -1,80 +1,51 @@
 //! Describes a surface: edges, components, repeated faces, volume. The mesh caches the description.
 
+use super::csr::Csr;
+use super::description::{Component, Topology};
 use super::duplicates::{self, Repeated, Use};
-use super::{Csr, Mesh, UnionFind, is_degenerate, weld};
+use super::polygons::Mesh;
+use super::union_find::UnionFind;
+use super::weld;
+use super::weld::is_degenerate;
 
 /// Greatest distance of near misses along an axis, relative to the longest side of the bounding box.
 const NEAR: f64 = 1e-5;
 
-/// A description of a surface. Unusual properties are counted here and are not errors.
-///
-/// It describes the welded surface: vertices at equal positions ([`Mesh::weld`]) count as one vertex. Edges and volumes are
-/// those of the surface in which a face that is there several times, in one direction or in both, is there once. Where a
-/// component is closed only without its two-sided faces, it has none of them.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Topology {
-    /// Number of distinct edges between the corners of faces.
-    pub edges: usize,
-    /// Number of edges that faces do not use equally often in both directions. The surface is closed iff this
-    /// is 0.
-    pub open_edges: usize,
-    /// Number of edges that exactly one face uses.
-    pub boundary_edges: usize,
-    /// Number of edges that more than two faces use.
-    pub non_manifold_edges: usize,
-    /// Number of edges that exactly two faces use in the same direction. The two faces have opposite
-    /// orientation.
-    pub misoriented_edges: usize,
-    /// Connected components, in descending order of their number of faces. Components share no vertex.
-    pub components: Vec<Component>,
-    /// Number of faces with fewer than three distinct corners.
-    pub degenerate_faces: usize,
-    /// Number of faces that repeat an earlier face: the same corners in the same direction.
-    pub duplicate_faces: usize,
-    /// Number of faces that repeat an earlier face reversed: the same corners in the opposite direction.
-    pub two_sided_faces: usize,
-    /// Number of vertices that no face uses.
-    pub unused_vertices: usize,
-    /// Number of used vertices minus the number of their distinct positions. Such additional vertices occur
-    /// at UV seams and hard edges. Vertices at the same position have the same motion.
-    pub seam_vertices: usize,
-    /// Number of vertices on open edges that nearly meet another one: they are within 1e-5 of the longest side of the bounding
-    /// box, but not welded.
-    pub near_misses: usize,
-    /// Greatest distance of such vertices, in units of length.
-    pub near_miss_distance: f64,
-    /// Enclosed volume in cubed units of length, about the center of the bounding box. Negative if the faces
-    /// are clockwise seen from outside.
-    pub signed_volume: f64,
-    /// The triangles of the surface; `None` if no face is repeated.
-    pub(super) surface: Option<Vec<[u32; 3]>>,
-}
+impl Mesh {
+    /// Returns the triangles of the surface: those of [`Mesh::triangles`], with each repeated face once; see [`Topology`].
+    pub(crate) fn surface(&self) -> &[[u32; 3]] {
+        self.topology().surface.as_deref().unwrap_or(self.triangles())
+    }
 
-/// A connected component of a surface. It shares no welded vertex with other components.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Component {
-    /// Index of the first face of the component, from 0.
-    pub first_face: usize,
-    /// Number of faces.
-    pub faces: usize,
-    /// Whether the component is closed and therefore encloses a volume.
-    pub closed: bool,
-    /// Enclosed volume in cubed units of length, about the center of the bounding box of the whole mesh.
-    /// Negative if the normals of the faces point inwards.
-    pub signed_volume: f64,
+    /// Returns the description of the surface. It is computed at the first call and cached.
+    pub fn topology(&self) -> &Topology {
+        self.topology.get_or_init(|| Topology::new(self))
+    }
+
+    /// Returns whether the surface is closed. It is closed if, with equal positions welded, the faces use
+    /// each edge equally often in both directions.
+    pub fn is_closed(&self) -> bool {
+        self.topology().open_edges == 0
+    }
+
+    /// Returns the enclosed volume, in cubed units of length. It is never negative.
+    ///
+    /// For an open mesh this is the magnitude of the sum of the signed volumes of the tetrahedra from the
+    /// center of the bounding box to the triangles, which has little meaning.
+    pub fn volume(&self) -> f64 {
+        self.signed_volume().abs()
+    }
+
+    /// Returns the volume as [`Mesh::volume`] does, but negative if the faces are clockwise seen from
+    /// outside.
+    pub fn signed_volume(&self) -> f64 {
+        self.topology().signed_volume
+    }
 }
 
 impl Topology {
-    /// Returns whether the surface is closed and its faces are clockwise seen from outside, so that its
-    /// signed volume is negative.
-    pub fn is_flipped(&self) -> bool {
-        self.open_edges == 0 && self.signed_volume < 0.0
-    }
-
     /// Computes the description of a mesh.
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let weld = mesh.weld();
         let repeated = duplicates::find(mesh);
         let edges = EdgeCounts::new(mesh, &repeated);

@@ -95,6 +95,15 @@ fn hash(cell: [f64; 3]) -> u64 {
     state
 }
 
+/// Returns whether a face has fewer than three distinct welded corners.
+pub(super) fn is_degenerate(face: &[u32], weld: &[u32]) -> bool {
+    let Some(&first) = face.first() else { return true };
+    let first = weld[first as usize];
+    let mut others = face.iter().map(|&corner| weld[corner as usize]).filter(|&corner| corner != first);
+    let Some(second) = others.next() else { return true };
+    others.all(|corner| corner == second)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,7 @@
 //! Limits the correction at obstacles: colliders, and other bodies that the body touches or that are near.
 
-use super::{Correction, CorrectionWorkspace, lambda_of};
+use super::evaluate::{Correction, lambda_of};
+use super::workspace::CorrectionWorkspace;
 use crate::contact::{SMOOTH_DISPLACEMENT, SampleCells};
 use crate::parallel::Executor;
 use crate::volume::clearance::{FindLimits, Obstacles};

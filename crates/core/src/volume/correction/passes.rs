@@ -22,7 +22,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Correction, CorrectionWorkspace, VOLUME_TOLERANCE};
+use super::evaluate::{Correction, VOLUME_TOLERANCE};
+use super::workspace::{Component, CorrectionWorkspace, Passes};
 use crate::parallel::Executor;
 use crate::volume::adjacency::Adjacency;
 use crate::volume::cubic::smallest_root;
@@ -63,38 +64,6 @@ impl Turned {
             Self::Material => 8,
             Self::Normals => 16,
         }
-    }
-}
-
-/// Buffers of the passes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Passes {
-    /// Points before the passes, with the rotated field.
-    start: Vec<Moving>,
-    components: Vec<Component>,
-}
-
-/// State of a component of the lattice.
-#[derive(Clone, Copy, Debug, Default)]
-struct Component {
-    /// Whether the volume has not been restored.
-    unsolved: bool,
-    /// Whether the component takes part in the next pass.
-    active: bool,
-    /// Greatest sum of the magnitudes of the scales of further passes, in cells.
-    budget: f64,
-    /// Volume error after the last pass, in cubed cells; infinite before the first pass.
-    excess: f64,
-    /// Scale and volume error of the single cubic.
-    single: [f64; 2],
-    /// Greatest length of a direction.
-    greatest: f64,
-}
-
-impl Passes {
-    /// Returns the memory in bytes.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.start) + size_of_val(&*self.components)
     }
 }
 

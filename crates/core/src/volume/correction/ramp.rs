@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, Weak};
 
-use super::{Correction, CorrectionWorkspace};
 use crate::volume::adjacency::Adjacency;
 use crate::volume::external_forces;
 
@@ -18,41 +17,22 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
+    /// Creates the ramp beside constrained vertices. It is `links` links long.
+    pub(super) fn new(adjacency: &Arc<Adjacency>, constrained: Vec<u32>, links: u32) -> Self {
+        Self {
+            adjacency: Arc::downgrade(adjacency),
+            factors: external_forces::ramp(adjacency, &constrained, links),
+            constrained,
+        }
+    }
+
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.constrained) + size_of_val(&*self.factors)
     }
 
     /// Returns whether the ramp was built for this lattice.
-    fn belongs_to(&self, adjacency: &Arc<Adjacency>) -> bool {
+    pub(super) fn belongs_to(&self, adjacency: &Arc<Adjacency>) -> bool {
         self.adjacency.as_ptr() == Arc::as_ptr(adjacency)
-    }
-}
-
-impl Correction {
-    /// Sets the lattice vertices that pins and handles constrain.
-    ///
-    /// The correction does not move these vertices, and fades in beside them. The workspace keeps the
-    /// constrained vertices until it is used for another lattice. Allocates only if the constrained vertices
-    /// change.
-    pub fn set_constrained(
-        &self,
-        workspace: &mut CorrectionWorkspace,
-        constrained: impl Iterator<Item = u32> + Clone,
-    ) {
-        let ramp = self.ramp_of(&workspace.ramp);
-        if !ramp.map_or(&[][..], |ramp| &ramp.constrained).iter().copied().eq(constrained.clone()) {
-            let constrained: Vec<u32> = constrained.collect();
-            workspace.ramp = (!constrained.is_empty()).then(|| Ramp {
-                adjacency: Arc::downgrade(&self.adjacency),
-                factors: external_forces::ramp(&self.adjacency, &constrained, self.ramp_links),
-                constrained,
-            });
-        }
-    }
-
-    /// Returns the ramp of a workspace, if it was built for this lattice.
-    pub(super) fn ramp_of<'w>(&self, ramp: &'w Option<Ramp>) -> Option<&'w Ramp> {
-        ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency))
     }
 }

@@ -1,0 +1,108 @@
+//! The arrays of a mesh.
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::Point3;
+
+use super::csr::Csr;
+use super::description::{OpenSurface, Topology};
+use super::triangles;
+use super::volume::signed_volume;
+
+/// A surface mesh: vertices in `f64` and polygons of any size.
+///
+/// Each polygon is also available as triangles, of a convex polygon a fan from its first corner:
+///
+/// ```text
+///     d---c          face   [a, b, c, d]
+///     | / |   ->     triangles [a, b, c], [a, c, d]
+///     a---b          counter-clockwise seen from outside
+/// ```
+///
+/// Cloning is cheap: the arrays are shared.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub(super) vertices: Arc<[Point3<f64>]>,
+    pub(super) faces: Arc<Faces>,
+    /// For each vertex, the first vertex with which it is welded.
+    pub(super) weld: Arc<[u32]>,
+    /// Whether the mesh is cut: then no face counts as repeated, because both sides of a crack can have it.
+    pub(super) is_cut: bool,
+    pub(super) bounds: (Point3<f64>, Point3<f64>),
+    pub(super) topology: Arc<OnceLock<Topology>>,
+    /// The parts of an open surface.
+    pub(super) open: Arc<OnceLock<OpenSurface>>,
+}
+
+/// The polygons of a mesh, and their triangles.
+#[derive(Debug)]
+pub(super) struct Faces {
+    /// The corners of each polygon, as vertex indices.
+    pub(super) polygons: Csr<u32>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Returns the vertices in input order, including vertices that no face uses.
+    pub fn vertices(&self) -> &[Point3<f64>] {
+        &self.vertices
+    }
+
+    /// Returns the number of faces, including degenerate ones.
+    pub fn face_count(&self) -> usize {
+        self.faces.polygons.len()
+    }
+
+    /// Iterates over the faces in input order. A face is the list of the vertex indices of its corners.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
+        self.faces.polygons.rows()
+    }
+
+    /// Returns the triangles of the faces, in the order of the faces.
+    ///
+    /// A face with `n >= 3` corners gives `n - 2` triangles: a fan from its first corner, or ears if the face is concave
+    /// and triangles of its fan would lie outside of it.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.faces.triangles
+    }
+
+    /// Returns whether the triangles of all faces are fans from their first corners, which programs assume that read
+    /// polygons.
+    pub fn is_fanned(&self) -> bool {
+        triangles::are_fans(&self.faces.triangles, &self.faces.polygons)
+    }
+
+    /// Returns the bounding box of the vertices that faces use: its lowest and its highest corner.
+    pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
+        self.bounds
+    }
+
+    /// Returns, for each vertex, the first vertex at the same position, shape `(n,)`. Positions are the same if they differ,
+    /// along each axis, by at most 4 units in the last place of the greatest coordinate: of `f32` if all coordinates are
+    /// values of `f32`, else of `f64`. In a mesh that a crack cuts, vertices on different sides of the crack are distinct.
+    pub fn weld(&self) -> &[u32] {
+        &self.weld
+    }
+
+    /// Returns the vertex indices of the corners of a face.
+    pub(crate) fn face(&self, face: usize) -> &[u32] {
+        self.faces.polygons.row(face)
+    }
+
+    /// Returns the corners of all faces, face by face.
+    pub(super) fn corners(&self) -> &[u32] {
+        self.faces.polygons.items()
+    }
+
+    /// Returns the center of the bounding box.
+    pub(super) fn center(&self) -> Point3<f64> {
+        nalgebra::center(&self.bounds.0, &self.bounds.1)
+    }
+
+    /// Returns the sum of the signed volumes of the tetrahedra from the center of the bounding box to
+    /// `triangles`, a subset of the triangles.
+    pub(super) fn volume_of(&self, triangles: &[[u32; 3]]) -> f64 {
+        let center = self.center();
+        signed_volume(triangles, |vertex| self.vertices[vertex as usize] - center)
+    }
+}
