@@ -2,8 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::contact::{self, ContactSettings, Groups};
-use super::{Clock, Simulation, Substeps};
+use super::clock::Clock;
+use super::groups::{self, ContactSettings, Groups};
+use super::settings::{check_dt, check_gravity, check_substeps, check_threads};
+use super::substeps::Substeps;
+use super::world::Simulation;
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
@@ -11,9 +14,6 @@ use crate::matching::Workspaces;
 use crate::parallel::Executor;
 use crate::range::in_range;
 use crate::state::PairSupports;
-
-/// Maximum number of threads: more than a simulation can use, and few enough for the system to start.
-const MAX_THREADS: usize = 1024;
 
 /// Builds a [`Simulation`] from bodies, colliders and settings. [`build`](Self::build) checks the colliders
 /// and settings.
@@ -43,6 +43,13 @@ impl Default for SimulationBuilder {
             sleep: true,
             threads: 0,
         }
+    }
+}
+
+impl Simulation {
+    /// Creates a builder without bodies.
+    pub fn builder() -> SimulationBuilder {
+        SimulationBuilder::default()
     }
 }
 
@@ -141,7 +148,7 @@ impl SimulationBuilder {
             body.search_ways_out();
             body.fix_elasticity(gravity.norm(), dt);
         }
-        let contacts = contact::create(&mut bodies, self.contact);
+        let contacts = groups::create(&mut bodies, self.contact);
         let mut simulation = Simulation {
             bodies,
             contacts,
@@ -197,32 +204,4 @@ impl SimulationBuilder {
         check_gravity(self.gravity)?;
         Ok(Colliders::new(&self.colliders)?)
     }
-}
-
-pub(super) fn check_substeps(substeps: Substeps, fps: Option<f64>) -> Result<(), Error> {
-    match substeps {
-        Substeps::Fixed(steps) => {
-            in_range("substeps", f64::from(steps), steps > 0, "at least 1")?;
-        }
-        Substeps::Auto if fps.is_none() => return Err(Error::AutoSubstepsWithoutFps),
-        Substeps::Auto => {}
-    }
-    Ok(())
-}
-
-pub(super) fn check_dt(dt: f64) -> Result<(), Error> {
-    in_range("dt", dt, (1e-12..=1e6).contains(&dt), "a time in seconds, from 1e-12 to 1e6")?;
-    Ok(())
-}
-
-pub(super) fn check_gravity(gravity: [f64; 3]) -> Result<(), Error> {
-    for g in gravity {
-        in_range("gravity", g, g.abs() <= 1e12, "at most 1e12")?;
-    }
-    Ok(())
-}
-
-pub(super) fn check_threads(threads: usize) -> Result<(), Error> {
-    in_range("threads", threads as f64, threads <= MAX_THREADS, "at most 1024 (0: all processors)")?;
-    Ok(())
 }

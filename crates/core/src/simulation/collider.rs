@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::Clock;
+use super::clock::Clock;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::motion::EulerPose;

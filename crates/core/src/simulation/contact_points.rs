@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::Simulation;
+use super::world::Simulation;
 
 /// What a body touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

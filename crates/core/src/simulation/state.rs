@@ -1,6 +1,7 @@
 //! Saves and restores the state of a simulation. A restored simulation continues bit-identically.
 
-use super::{Clock, Simulation};
+use super::clock::Clock;
+use super::world::Simulation;
 use crate::body::BodySnapshot;
 use crate::contact::DrivenCollider;
 use crate::error::{Error, StateError};

@@ -5,18 +5,16 @@
 //! and a simulation is freed as soon as neither it nor one of its bodies is used; or, if the function of a force field
 //! refers to them, when the garbage collector has run.
 
-use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
+use pyo3::types::{PyDict, PyWeakrefReference};
 use supple::{BodyRef, Collider, Softened};
 
 use super::fields::Fields;
 use super::shapes::{ReadBody, Shapes};
-use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
 use crate::interrupt::interruptible;
@@ -144,6 +142,9 @@ impl<'a> LockedBody<'a> {
     }
 }
 
+/// The arguments of `supple.Body` from which a body was built: shape and keyword arguments.
+pub(crate) type BuildArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+
 /// A body that its Python object and its simulation share.
 pub(crate) struct SharedBody {
     storage: Mutex<Storage>,
@@ -160,31 +161,7 @@ pub(crate) struct SharedBody {
     settings: Py<PyDict>,
     pub(super) shapes: Shapes,
     /// Weak reference to the Python object of the body.
-    python: Mutex<Option<Py<PyWeakrefReference>>>,
-}
-
-impl Deref for Body {
-    type Target = SharedBody;
-
-    fn deref(&self) -> &SharedBody {
-        &self.shared
-    }
-}
-
-impl Body {
-    /// Creates the Python object of a body outside a simulation.
-    pub(super) fn alone(body: supple::Body, arguments: BuildArguments<'_>) -> Self {
-        let shared = SharedBody::new(Storage::Alone(Box::new(body)), arguments);
-        Self { shared: Arc::new(shared), simulation: OnceLock::new() }
-    }
-
-    /// Returns the shared body of a Python object, which becomes the object that
-    /// [`SharedBody::python_object`] returns.
-    pub(crate) fn share(body: &Bound<'_, Self>) -> PyResult<Arc<SharedBody>> {
-        let shared = body.get().shared.clone();
-        shared.set_python_object(body)?;
-        Ok(shared)
-    }
+    pub(super) python: Mutex<Option<Py<PyWeakrefReference>>>,
 }
 
 impl ReadBody for SharedBody {
@@ -226,41 +203,6 @@ impl SharedBody {
     /// Returns the arguments that the body was built with.
     pub(crate) fn build_arguments<'py>(&self, py: Python<'py>) -> BuildArguments<'py> {
         (self.shape.bind(py).clone(), self.settings.bind(py).clone())
-    }
-
-    /// Returns the Python object of the body in a simulation. Creates the object if it does not exist.
-    pub(crate) fn python_object<'py>(
-        self: &Arc<Self>,
-        simulation: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, Body>> {
-        let py = simulation.py();
-        if let Some(body) = self.existing_python_object(py) {
-            return Ok(body);
-        }
-        let simulation = OnceLock::from(simulation.clone().unbind());
-        let body = Bound::new(py, Body { shared: self.clone(), simulation })?;
-        self.set_python_object(&body)?;
-        Ok(body)
-    }
-
-    /// Makes the Python object of the body, if it exists, keep the Python object of its simulation alive.
-    pub(crate) fn attach(&self, simulation: &Bound<'_, PyAny>) {
-        if let Some(body) = self.existing_python_object(simulation.py()) {
-            // A second `__init__` of the same simulation changes nothing.
-            body.get().simulation.get_or_init(|| simulation.clone().unbind());
-        }
-    }
-
-    fn set_python_object(&self, body: &Bound<'_, Body>) -> PyResult<()> {
-        let reference = PyWeakrefReference::new(body)?.unbind();
-        *self.python.lock().unwrap_or_else(PoisonError::into_inner) = Some(reference);
-        Ok(())
-    }
-
-    fn existing_python_object<'py>(&self, py: Python<'py>) -> Option<Bound<'py, Body>> {
-        let python = self.python.lock().unwrap_or_else(PoisonError::into_inner);
-        let body = python.as_ref()?.bind(py).upgrade()?;
-        body.cast_into().ok()
     }
 
     /// Calls `work` with the body, without the GIL.

@@ -5,24 +5,21 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 use supple::SimulationBuilder;
 use supple_io::scene::nearest;
 
-use super::Simulation;
 use crate::argument::{conversion_error, wrong_type};
 use crate::body::{Body, SharedBody, SharedSimulation, Storage};
 use crate::error;
 use crate::interrupt::interruptible;
 
-/// Builds the simulation of `bodies`. All bodies move into the simulation; if there is an error, no body
-/// moves.
+/// Builds the simulation of `bodies`, and returns it with the bodies. All bodies move into the simulation; if there is
+/// an error, no body moves.
 pub(super) fn simulation(
     bodies: &Bound<'_, PyAny>,
-    colliders: &Bound<'_, PyTuple>,
     builder: SimulationBuilder,
     threads: usize,
-) -> PyResult<Simulation> {
+) -> PyResult<(Arc<SharedSimulation>, Vec<Arc<SharedBody>>)> {
     let py = bodies.py();
     let bodies = read_bodies(bodies)?;
     builder.validate().map_err(error::from_core)?;
@@ -38,7 +35,7 @@ pub(super) fn simulation(
     let parts = bodies.iter().map(Body::share).collect::<PyResult<Vec<_>>>()?;
     let moving = parts.clone();
     let shared = interruptible(py, move || move_in(&moving, builder, threads))??;
-    Simulation::from_parts(shared, parts, colliders)
+    Ok((shared, parts))
 }
 
 /// Checks that the bodies that a body does not touch are other bodies of the simulation.

@@ -1,14 +1,10 @@
-//! Contact between bodies in `supple.Simulation`: settings, the contacts of the last step, bodies by name, and the
-//! warning about bodies that overlap.
-
-use std::ffi::CString;
+//! Contact between bodies in `supple.Simulation`: settings, the contacts of the last step, bodies by name.
 
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::{ContactPoint, Touched};
-use supple_io::run::Caution;
 use supple_io::scene::nearest;
 
 use super::Simulation;
@@ -116,20 +112,4 @@ fn other(contact: &ContactPoint) -> (i32, bool) {
         Touched::Body(index) => (index as i32, false),
         Touched::Collider(index) => (index as i32, true),
     }
-}
-
-/// Warns about what the author of a scene probably does not expect, apart from what only the displayed surface or files
-/// show. `level` is that of the calling code on the stack of Python functions.
-pub(crate) fn warn(py: Python<'_>, cautions: &[Caution], level: i32) -> PyResult<()> {
-    for caution in cautions {
-        let category = match caution {
-            Caution::Overlap(_) | Caution::InCollider { .. } => "ContactWarning",
-            Caution::TooSoft { .. } => "MaterialWarning",
-            Caution::Jump { .. } | Caution::Bridge { .. } => "SceneWarning",
-            _ => continue,
-        };
-        let category = py.import("supple.errors")?.getattr(category)?;
-        PyErr::warn(py, &category, &CString::new(caution.to_string())?, level)?;
-    }
-    Ok(())
 }

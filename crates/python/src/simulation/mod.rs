@@ -3,20 +3,24 @@
 //! | file | contents |
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
-//! | `contacts` | the contacts of the last step; warns about bodies that overlap |
+//! | `cautions` | warnings, such as of bodies that overlap |
+//! | `contacts` | the contacts of the last step |
 //! | `recording` | records frames into a USD stage or a page |
 //! | `saved` | saves and restores the state |
+//! | `substeps` | reads the number of steps per frame |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
 //! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
 mod build;
+mod cautions;
 mod contacts;
 mod recording;
 mod saved;
 mod steps;
+mod substeps;
 mod surfaces;
 
-pub(crate) use contacts::warn;
+pub(crate) use cautions::warn;
 pub(crate) use recording::Recording;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -105,7 +109,7 @@ impl Simulation {
         if let Some(fps) = settings.number("fps")? {
             builder = builder.fps(fps).substeps(Substeps::Auto);
         }
-        if let Some(substeps) = settings.read("substeps", steps::substeps)? {
+        if let Some(substeps) = settings.read("substeps", substeps::substeps)? {
             builder = builder.substeps(substeps);
         }
         if let Some(gravity) = settings.read("gravity", arrays::vector)? {
@@ -125,7 +129,8 @@ impl Simulation {
         if let Some(sleep) = settings.read("sleep", argument::boolean)? {
             builder = builder.sleep(sleep);
         }
-        build::simulation(bodies, &colliders, builder, threads)
+        let (shared, bodies) = build::simulation(bodies, builder, threads)?;
+        Self::from_parts(shared, bodies, &colliders)
     }
 }
 

@@ -7,30 +7,15 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use supple::{Elasticity, Softened, Substeps};
+use supple::{Elasticity, Softened};
 
 use super::Simulation;
+use super::substeps::{AUTO, substeps as read_substeps};
 use crate::argument::{self, Given};
 use crate::error;
 
 /// Target run time between two checks for signals such as Ctrl-C.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
-
-/// The name of [`Substeps::Auto`] in Python.
-const AUTO: &str = "auto";
-
-/// Reads a number of steps per frame, or "auto".
-pub(super) fn substeps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Substeps> {
-    let Ok(word) = value.cast::<PyString>() else {
-        return argument::count_u32(value, name, 1).map(Substeps::Fixed);
-    };
-    match word.to_str()? {
-        AUTO => Ok(Substeps::Auto),
-        other => Err(PyValueError::new_err(format!(
-            "{name} is {other:?}; it must be \"auto\" or a whole number, at least 1"
-        ))),
-    }
-}
 
 #[pymethods]
 impl Simulation {
@@ -80,7 +65,7 @@ impl Simulation {
 
     #[setter]
     fn set_substeps(&self, py: Python<'_>, substeps: &Bound<'_, PyAny>) -> PyResult<()> {
-        let substeps = self::substeps(substeps, "substeps")?;
+        let substeps = read_substeps(substeps, "substeps")?;
         self.shared.with(py, |simulation| simulation.set_substeps(substeps))?.map_err(error::from_core)
     }
 

@@ -1,0 +1,93 @@
+//! The step: all bodies, then the driven colliders and the clock.
+
+use super::groups;
+use super::world::Simulation;
+use crate::body::{Body, BodyContactPart, StepContext};
+use crate::parallel::Executor;
+
+impl Simulation {
+    /// Advances all bodies by one step of length `dt`: see [the pipeline](crate#the-pipeline).
+    ///
+    /// A step does not evaluate the displayed surface (volume correction, mesh update): see
+    /// [`Simulation::body`] and [`BodyRef::surface`].
+    pub fn step(&mut self) {
+        self.steps(1);
+    }
+
+    /// Advances all bodies by `count` steps of length `dt`.
+    pub fn steps(&mut self, count: u64) {
+        if count > 0 && self.choose_at_next_step {
+            self.choose_substeps();
+            self.choose_at_next_step = false;
+        }
+        // Entering the pool takes longer than a step of a body that is a single task (see `parallel`).
+        let executor = match &self.bodies[..] {
+            [body] if body.is_one_task() => Executor::sequential(),
+            _ => self.executor.clone(),
+        };
+        Body::reserve_workspaces(&mut self.workspaces, &self.bodies, executor.threads());
+        executor.enter(|| {
+            self.update_pieces();
+            for _ in 0..count {
+                self.step_bodies(&executor);
+            }
+        });
+    }
+
+    /// Advances all bodies by `count` frames: by that many times the number of steps per frame.
+    pub fn advance(&mut self, count: u64) {
+        for _ in 0..count {
+            // The first step may choose the number of steps.
+            self.steps(1);
+            self.steps(self.substeps - 1);
+        }
+    }
+
+    /// Advances the bodies by one step, then the driven colliders and the clock.
+    fn step_bodies(&mut self, executor: &Executor) {
+        self.colliders.animate(self.clock.interval());
+        let Self { bodies, contacts, pair_supports, groups, colliders, clock, workspaces, .. } = self;
+        let context = StepContext {
+            gravity: self.gravity,
+            interval: clock.interval(),
+            is_frame_start: clock.is_frame_start(self.substeps),
+            colliders,
+            sleep: self.sleep,
+            workspaces,
+        };
+        groups.settle(bodies, &context);
+        match contacts {
+            None => executor.for_each_mut(bodies, |body| {
+                body.begin_step(&context, executor);
+                body.advance_step(&context, executor);
+                body.finish_step(&context, &BodyContactPart::Alone, executor);
+            }),
+            Some(contacts) => {
+                if pair_supports.list().is_empty() {
+                    executor.for_each_mut(bodies, |body| {
+                        body.begin_step(&context, executor);
+                        body.advance_step(&context, executor);
+                    });
+                } else {
+                    executor.for_each_mut(bodies, |body| body.begin_step(&context, executor));
+                    groups.couple_damping(bodies, pair_supports, context.interval.dt);
+                    executor.for_each_mut(bodies, |body| body.advance_step(&context, executor));
+                }
+                Self::finish_bodies(bodies, (contacts, pair_supports), &context, executor);
+            }
+        }
+        for body in &mut *bodies {
+            body.break_joints();
+        }
+        self.colliders.advance(self.clock.dt());
+        self.clock.tick();
+        self.update_pieces();
+    }
+
+    /// Lets pieces that broke or were cut off touch each other.
+    pub(super) fn update_pieces(&mut self) {
+        if self.bodies.iter_mut().map(Body::take_new_pieces).fold(false, std::ops::BitOr::bitor) {
+            groups::update(&mut self.bodies, self.contact, &mut self.contacts);
+        }
+    }
+}
