@@ -102,6 +102,11 @@ impl Body {
         self.measures.get_or_init(|| VolumeMeasures::new(&self.lattice, surface()))
     }
 
+    /// Returns the measures for volume reports, if they were created.
+    pub(crate) fn built_measures(&self) -> Option<&VolumeMeasures> {
+        self.measures.get()
+    }
+
     /// Creates the mesh of the pieces. If it has more vertices than a mesh can have, it is the mesh of the whole body.
     fn cut_surface(&self) -> Surface {
         let breaking = self.breaking.as_ref().expect("only breaking defers the mesh");

@@ -4,18 +4,10 @@ use super::Body;
 use super::step::{STEP, Stage};
 use crate::dynamics::{Damping, Inflation, RegionDamping, StiffnessFactors};
 use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};
-use crate::volume::VolumeMeasures;
 
 impl Body {
-    /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
-    /// [`Display`](crate::Display) are not included, nor are the animations that handles follow. The data that the
-    /// first volume report builds are included only if the body has a volume correction.
-    pub fn memory(&self) -> usize {
-        self.plan().bytes()
-    }
-
-    /// Returns the stages of a step, then the stages that evaluate the displayed surface, with their memory.
-    pub(crate) fn plan(&self) -> BodyPlan {
+    /// Returns the stages of a step, with their memory. The display adds its own.
+    pub(crate) fn plan_of_step(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
             lattice_bytes: self.lattice.memory()
@@ -33,25 +25,6 @@ impl Body {
                 plan.stages.push(self.describe(stage));
             } else if stage.is_main() {
                 plan.left_out.push(stage.name());
-            }
-        }
-        let measures = self.measures.get().map_or(0, VolumeMeasures::bytes);
-        let correction = self.correction().map(|correction| PlannedStage {
-            when: When::Display,
-            name: "volume correction",
-            detail: format!("measure {}", correction.measure()),
-            bytes: correction.bytes() + measures,
-        });
-        let mesh_update = self.surface().map(|surface| PlannedStage {
-            when: When::Display,
-            name: "mesh update",
-            detail: format!("{} mesh vertices, {} skin", surface.mesh.vertices().len(), self.skin().name()),
-            bytes: surface.embedding.memory() + surface.skin.bytes(),
-        });
-        for (name, stage) in [("volume correction", correction), ("mesh update", mesh_update)] {
-            match stage {
-                Some(stage) => plan.stages.push(stage),
-                None => plan.left_out.push(name),
             }
         }
         plan

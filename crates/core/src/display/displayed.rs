@@ -6,10 +6,8 @@ use web_time::Instant;
 use super::buffers::{Display, DisplayTimes};
 use super::untangle::UntanglingReport;
 use crate::body::{Body, Surface};
-use crate::lattice::Slopes;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
-use crate::simd::xyzx::xyzx;
 use crate::skin::{Outputs, Pose};
 use crate::volume::{ComponentReport, VolumeReport};
 
@@ -32,16 +30,14 @@ pub struct Displayed<'a> {
 }
 
 impl Displayed<'_> {
-    /// Returns P~, or P^ without a correction, in cells from the origin of the body.
-    fn lattice(&self) -> &[[f32; 3]] {
-        let Display { deformed, corrected, .. } = &*self.display;
-        if self.body.correction().is_some() { corrected } else { deformed }
-    }
-
     /// Returns the lattice positions after the volume correction, in vertex order, in world space.
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Point3<f64>> {
         let frame = self.body.state().frame;
-        self.lattice().iter().map(move |&point| frame.to_world(point.map(f64::from).into()))
+        self.display
+            .lattice
+            .displayed(self.body)
+            .iter()
+            .map(move |&point| frame.to_world(point.map(f64::from).into()))
     }
 
     /// Evaluates the mesh and its normals, and returns them in new vectors. They are empty for a bare
@@ -76,22 +72,13 @@ impl Displayed<'_> {
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
         if let Some(Surface { mesh, embedding, skin, .. }) = self.body.surface() {
-            let mut lattice = std::mem::take(&mut self.display.xyzx);
-            lattice.clear();
-            lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
-            let frame = &self.body.frame();
-            let mut slopes = std::mem::take(&mut self.display.slopes);
-            if let Some(smoothing) = embedding.smoothing() {
-                smoothing.update_slopes(&lattice, &mut slopes);
-            }
-            let trust = self.display.trust.values();
-            let smooth = embedding.smoothing().map(|_| Slopes { slopes: &slopes, trust });
+            let Display { lattice, correcting, skin: buffers, .. } = &mut *self.display;
+            let (lattice, slopes) = lattice.for_mesh(self.body, embedding.smoothing());
             let correction = self.body.correction();
-            let motion =
-                correction.and_then(|correction| correction.surface_motion(&self.display.correction));
-            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, frame };
-            skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
-            (self.display.xyzx, self.display.slopes) = (lattice, slopes);
+            let motion = correction.and_then(|correction| correction.surface_motion(&correcting.workspace));
+            let frame = &self.body.frame();
+            let pose = Pose { mesh, embedding, lattice, slopes, motion, frame };
+            skin.evaluate(&self.executor, pose, outputs, buffers);
         }
         self.display.times.mesh_update = start.elapsed();
     }
@@ -100,14 +87,21 @@ impl Displayed<'_> {
     /// the measures.
     pub fn volume_report(&self) -> VolumeReport {
         let (measures, correction) = (self.body.measures(), self.body.correction());
-        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
+        let Display { lattice, correcting, untangling, .. } = &*self.display;
+        let (start, corrected) = (&lattice.deformed, &lattice.corrected);
         let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         let ratios = self.body.component_ratios();
         match correction {
             None => measures.report_displayed(deformed, start, ratios),
             Some(correction) => {
                 let displayed = (start.as_slice(), corrected.as_slice());
-                measures.report_corrected_from(correction, components, deformed, displayed, ratios)
+                measures.report_corrected_from(
+                    correction,
+                    &correcting.components,
+                    deformed,
+                    displayed,
+                    ratios,
+                )
             }
         }
     }
@@ -115,7 +109,7 @@ impl Displayed<'_> {
     /// Returns the results of the volume correction, one per component of the lattice; empty if the volume is
     /// not preserved.
     pub fn corrections(&self) -> &[ComponentReport] {
-        if self.body.correction().is_some() { &self.display.components } else { &[] }
+        if self.body.correction().is_some() { &self.display.correcting.components } else { &[] }
     }
 
     /// Returns the report on the untangling of cells that are inside out; empty in a frame without such cells.

@@ -9,13 +9,13 @@ use web_time::Instant;
 
 use super::buffers::{Display, DisplayTimes};
 use super::displayed::{Displayed, DisplayedSurface};
+use super::frame::Frame;
+use super::stages::{DISPLAY, Stage};
 use super::surroundings::surroundings;
 use super::untangle::may_be_inverted;
 use super::untangling::Untangling;
-use crate::body::{Body, BodyRef};
-use crate::matching::Purpose;
-use crate::parallel::Executor;
-use crate::volume::{Correction, ExternalForce, VolumeReport};
+use crate::body::BodyRef;
+use crate::volume::{Correction, VolumeReport};
 
 /// The displayed surface. For many frames, reusing one [`Display`] is faster.
 impl BodyRef<'_> {
@@ -47,180 +47,147 @@ impl BodyRef<'_> {
 const ROUNDS: usize = 8;
 
 impl Display {
-    /// Corrects the volume of a body at its current positions: P~ = P^ + lambda V (Takamatsu & Kanai 2009,
-    /// Eq. (1)).
+    /// Evaluates the lattice of a body at its current positions: runs the stages of [`DISPLAY`] but the last one, which
+    /// [`Displayed`] runs for each mesh or set of normals that is asked for.
     pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
-        let body = body.into();
         let start = Instant::now();
-        let executor = body.context().map_or_else(Executor::sequential, |context| context.executor.clone());
-        let (state, matching) = (body.get().state(), body.get().matching());
-        let correction = body.get().correction();
-        let slots = matching.layout.slots();
-        self.deformed.clear();
-        self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
+        let frame = Frame::new(body.into());
+        let body = frame.body.get();
+        self.lattice.begin(body);
         self.times = DisplayTimes::default();
-        if let Some(correction) = correction {
-            body.get().set_rest_volumes(correction, &mut self.correction);
+        if let Some(correction) = body.correction() {
+            body.set_rest_volumes(correction, &mut self.correcting.workspace);
         }
         if let Some(untangling) = &mut self.untangling {
-            untangling.begin(self.deformed.len());
+            untangling.begin(self.lattice.deformed.len());
         }
-        if may_be_inverted(&matching.layout, &state.positions) {
-            self.untangle_deformed(body, &executor);
+        for stage in DISPLAY.into_iter().filter(|stage| stage.exists(body)) {
+            self.run(stage, &frame);
         }
-        self.update_trust(body);
-        if let Some(correction) = correction {
-            // The field V is rotated by the region rotations at the current positions.
-            self.slot_rotations.copy_from(&state.rotations);
-            let fitted = (&state.positions, &mut self.slot_rotations, body.get().shapes());
-            let workspace = &mut self.matching_workspace;
-            matching.fit(workspace, &executor, fitted, None, Purpose::Regions);
-            matching.rotations_at_vertices(&self.slot_rotations, &mut self.rotations);
-            self.correct(body, correction, &executor);
-            // The scales of the scope `regional` would lead back to the same inverted cells.
-            if !correction.is_regional() {
-                self.untangle_corrected(body, correction, &executor);
-            }
-            if let Some(untangling) = &self.untangling {
-                for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
-                    component.before = *before;
-                }
-            }
-        }
-        if body.get().correction().is_some()
-            || self.untangling.as_ref().is_some_and(|untangling| untangling.is_present())
-        {
+        let was_untangled = self.untangling.as_ref().is_some_and(|untangling| untangling.is_present());
+        if body.correction().is_some() || was_untangled {
             self.times.volume = start.elapsed();
         }
-        Displayed { display: self, body: body.get(), executor }
+        Displayed { display: self, body, executor: frame.executor }
     }
 
-    /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
-    /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
-    fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self {
-            correction: workspace,
-            deformed,
-            corrected,
-            rotations,
-            external_forces,
-            body_limits,
-            trust,
-            ..
-        } = self;
-        correction.set_constrained(workspace, body.constrained_vertices());
-        external_forces.clear();
-        external_forces.extend(
-            body.context().into_iter().flat_map(|context| external_forces_on(body.get(), context.dt)),
-        );
-        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
-        corrected.resize(deformed.len(), [0.0; 3]);
-        if let Some(surroundings) = surroundings(body) {
-            correction.limit_at_obstacles(
-                workspace,
-                executor,
-                (surroundings.samples(), &surroundings.obstacles),
-                &mut body_limits.finder(body),
-                deformed,
-                corrected,
-            );
+    /// Runs one stage.
+    fn run(&mut self, stage: Stage, frame: &Frame<'_>) {
+        let correction = frame.body.get().correction();
+        match (stage, correction) {
+            // untangle: P^ without cells inside out.
+            (Stage::Untangle, _) => self.untangle_deformed(frame),
+            // volume: P~ = P^ + lambda V.
+            (Stage::Correct, Some(correction)) => {
+                let Self { lattice, correcting, body_limits, .. } = self;
+                correcting.fit(frame);
+                correcting.correct(frame, correction, lattice, body_limits);
+            }
+            // untangle: P~ without cells inside out, corrected again.
+            (Stage::UntangleCorrected, Some(correction)) => self.untangle_corrected(frame, correction),
+            // skin: the mesh in the cells of P~, which `Displayed` writes when it is asked for.
+            (Stage::Skin, _) | (_, None) => {}
         }
-        self.components.clear();
-        self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
     }
 
     /// Untangles the deformed lattice, if a cell is inside out.
+    fn untangle_deformed(&mut self, frame: &Frame<'_>) {
+        let body = frame.body.get();
+        if may_be_inverted(&body.matching().layout, &body.state().positions) {
+            self.untangle_inverted(frame);
+        }
+        self.lattice.update_trust(body);
+    }
+
+    /// Untangles the deformed lattice, if a cell is inside out. Most frames do not come here.
     #[cold]
-    fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
-        let Self { untangling, deformed, body_limits, correction: workspace, trust, .. } = self;
-        let untangling = Untangling::prepared(untangling, body.get());
-        if !untangling.is_inverted(deformed) {
+    fn untangle_inverted(&mut self, frame: &Frame<'_>) {
+        let Self { untangling, lattice, body_limits, correcting, .. } = self;
+        let body = frame.body.get();
+        let untangling = Untangling::prepared(untangling, body);
+        if !untangling.is_inverted(&lattice.deformed) {
             return;
         }
-        if let Some(correction) = body.get().correction() {
-            if let Some(smoothing) = body.get().smoothing() {
-                smoothing.update_trust(deformed, trust);
-            }
-            untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
+        if let Some(correction) = body.correction() {
+            lattice.update_trust(body);
+            let (deformed, trust) = (&lattice.deformed, lattice.trust.values());
+            let workspace = &mut correcting.workspace;
+            untangling.set_volumes(correction.volumes(workspace, &frame.executor, deformed, trust));
         }
+        let deformed = &mut lattice.deformed;
         untangling.set_deformed(deformed);
         untangling.limit_if_crushed(deformed);
-        untangling.untangle(surroundings(body), &mut body_limits.finder(body), deformed);
+        untangling.untangle(surroundings(frame.body), &mut body_limits.finder(frame.body), deformed);
     }
 
     /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside
     /// out. If the volume cannot be restored without such a cell, the corrected lattice stays as it was.
-    fn untangle_corrected(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+    fn untangle_corrected(&mut self, frame: &Frame<'_>, correction: &Correction) {
+        // The scales of the scope `regional` would lead back to the same inverted cells.
+        if !correction.is_regional() {
+            self.untangle_in_rounds(frame, correction);
+        }
+        if let Some(untangling) = &self.untangling {
+            for (component, before) in self.correcting.components.iter_mut().zip(untangling.volumes()) {
+                component.before = *before;
+            }
+        }
+    }
+
+    fn untangle_in_rounds(&mut self, frame: &Frame<'_>, correction: &Correction) {
+        let body = frame.body.get();
+        let layout = &body.matching().layout;
         for round in 1..=ROUNDS {
-            let layout = &body.matching().layout;
-            // The rotations by slot are not needed any more.
-            for (&slot, &[x, y, z]) in layout.slots().iter().zip(&self.corrected) {
-                self.slot_rotations.set(slot, [x, y, z, 0.0]);
-            }
-            if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
+            let by_slot = self.correcting.by_slot(layout.slots(), &self.lattice.corrected);
+            if !may_be_inverted(layout, by_slot) || !self.untangle_once(frame.body) {
                 break;
             }
-            let is_stuck = self.deformed == self.corrected;
-            self.deformed.clone_from(&self.corrected);
-            self.update_trust(body);
+            let Self { lattice, correcting, body_limits, untangling, .. } = self;
+            let is_stuck = lattice.deformed == lattice.corrected;
+            lattice.deformed.clone_from(&lattice.corrected);
+            lattice.update_trust(body);
             if is_stuck || round == ROUNDS {
-                self.evaluate_corrected(correction, executor);
+                correcting.evaluate(frame, correction, lattice);
                 break;
             }
-            self.correct(body, correction, executor);
-            if let Some(untangling) = &mut self.untangling {
-                untangling.first.add_scales(&self.components);
+            correcting.correct(frame, correction, lattice, body_limits);
+            if let Some(untangling) = untangling {
+                untangling.first.add_scales(&correcting.components);
             }
         }
         let Some(untangling) = &self.untangling else { return };
-        if untangling.first.is_better_than(&self.components, correction.caps()) {
-            self.restore_first_correction(body, correction, executor);
+        if untangling.first.is_better_than(&self.correcting.components, correction.caps()) {
+            self.restore_first_correction(frame, correction);
         } else {
-            untangling.first.write_scales(&mut self.components);
+            untangling.first.write_scales(&mut self.correcting.components);
         }
     }
 
     /// Replaces the corrected lattice by that of the first correction of the frame.
     #[cold]
-    fn restore_first_correction(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Some(untangling) = &self.untangling else { return };
-        self.deformed.copy_from_slice(&untangling.first.start);
-        self.corrected.copy_from_slice(&untangling.first.corrected);
-        self.update_trust(body);
-        self.evaluate_corrected(correction, executor);
-        if let Some(untangling) = &self.untangling {
-            self.components.clone_from(&untangling.first.components);
-        }
-    }
-
-    /// Updates the trust in the slopes of the deformed lattice, if the skin is smooth.
-    fn update_trust(&mut self, body: BodyRef<'_>) {
-        if let Some(smoothing) = body.get().smoothing() {
-            smoothing.update_trust(&self.deformed, &mut self.trust);
-        }
-    }
-
-    /// Evaluates the volumes of the corrected lattice, after it was changed.
-    fn evaluate_corrected(&mut self, correction: &Correction, executor: &Executor) {
-        let trust = self.trust.values();
-        let reports = correction.replace(&mut self.correction, executor, &self.corrected, trust);
-        self.components.clear();
-        self.components.extend_from_slice(reports);
+    fn restore_first_correction(&mut self, frame: &Frame<'_>, correction: &Correction) {
+        let Self { untangling: Some(untangling), lattice, correcting, .. } = self else { return };
+        lattice.deformed.copy_from_slice(&untangling.first.start);
+        lattice.corrected.copy_from_slice(&untangling.first.corrected);
+        lattice.update_trust(frame.body.get());
+        correcting.evaluate(frame, correction, lattice);
+        correcting.components.clone_from(&untangling.first.components);
     }
 
     /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
-        let Self { untangling, deformed, corrected, body_limits, components, .. } = self;
+        let Self { untangling, lattice, body_limits, correcting, .. } = self;
+        let (deformed, corrected) = (&lattice.deformed, &mut lattice.corrected);
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
             return false;
         }
         if !untangling.is_present() {
-            untangling.set_volumes(components.iter().map(|component| component.before));
+            untangling.set_volumes(correcting.components.iter().map(|component| component.before));
             untangling.set_deformed(deformed);
         }
-        untangling.first.keep(deformed, corrected, components);
+        untangling.first.keep(deformed, corrected, &correcting.components);
         if untangling.is_inverted(deformed) {
             untangling.untangle(surroundings(body), &mut body_limits.finder(body), corrected);
         } else {
@@ -228,16 +195,4 @@ impl Display {
         }
         true
     }
-}
-
-/// Returns the external forces of Eq. (2): the displacements by contacts and forces since the frame
-/// began, divided by alpha. Because of the division, a displacement has more effect on the correction of
-/// a softer body, which has a smaller alpha.
-fn external_forces_on(body: &Body, dt: f64) -> impl Iterator<Item = ExternalForce> {
-    let scale = (1.0 / body.alpha(dt)) as f32;
-    let contacts = body.contacts().into_iter().flat_map(|contacts| contacts.displacements());
-    let forces = body.forces().into_iter().flat_map(|forces| forces.displacements());
-    contacts
-        .chain(forces)
-        .map(move |(vertex, offset)| ExternalForce { vertex, force: offset.map(|x| x * scale) })
 }

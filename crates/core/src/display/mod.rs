@@ -7,15 +7,23 @@
 //! | `surroundings` | the colliders around a body, and the samples of its surface |
 //! | `untangle` | untangles a lattice |
 //! | `untangling` | untangles the displayed lattice within the limits |
+//! | `stages` | the stages of the display, in order, and their plan |
+//! | `frame` | what an evaluation reads |
+//! | `lattice` | the positions of the lattice before and after the correction |
+//! | `correcting` | the volume correction |
 //! | `buffers` | [`Display`]: the buffers of an evaluation |
 //! | `displayed` | [`Displayed`]: the lattice, the mesh, the normals and the volumes after an evaluation |
-//! | `evaluate` | the evaluation: untangle, correct, untangle the corrected lattice |
+//! | `evaluate` | runs the stages |
 
 mod body_limits;
 mod buffers;
+mod correcting;
 mod displayed;
 mod evaluate;
+mod frame;
+mod lattice;
 mod near_bodies;
+mod stages;
 mod surroundings;
 mod untangle;
 mod untangling;
