@@ -2,57 +2,17 @@
 
 use nalgebra::Vector3;
 
-use super::{Body, StepContext};
+use super::context::StepContext;
+use super::soft_body::Body;
+use super::touching::TouchingOptions;
 use crate::contact::bodies::{
     BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
     SEARCH_DISTANCE, SurfaceProperties,
 };
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
-use crate::error::Error;
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
-use crate::range::in_range;
 use crate::state::{ContactForce, SearchedMotion, Touches};
-
-/// How a body touches other bodies, and rolls on colliders. Colliders have
-/// [a friction and a restitution of their own](crate::Collider).
-#[derive(Clone, Debug, PartialEq)]
-pub struct TouchingOptions {
-    /// Coulomb friction coefficient, >= 0; default 0.5. The coefficient of two bodies is the geometric mean of theirs.
-    pub friction: f64,
-    /// Coefficient of restitution, in [0, 1]; default 0. That of two bodies is the greater of theirs.
-    pub restitution: f64,
-    /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
-    /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the damping ratio of the
-    /// material, or 0.016 with a damping rate above 0.
-    pub rolling_resistance: Option<f64>,
-    /// Whether parts of the body touch each other; `None`, the default:
-    /// [the simulation](crate::SimulationBuilder::self_contact) decides.
-    pub self_contact: Option<bool>,
-    /// Names of bodies that the body does not touch, whichever of the two names the other; default none. A name that no
-    /// body has has no effect.
-    pub ignored: Vec<String>,
-}
-
-impl Default for TouchingOptions {
-    fn default() -> Self {
-        let (rolling_resistance, self_contact) = (None, None);
-        Self { friction: 0.5, restitution: 0.0, rolling_resistance, self_contact, ignored: Vec::new() }
-    }
-}
-
-impl TouchingOptions {
-    /// Checks the ranges.
-    pub(super) fn validate(&self) -> Result<(), Error> {
-        let &Self { friction, restitution, .. } = self;
-        in_range("friction", friction, friction >= 0.0, "at least 0")?;
-        in_range("restitution", restitution, (0.0..=1.0).contains(&restitution), "from 0 to 1")?;
-        self.rolling_resistance.map_or(Ok(0.0), |rolling| {
-            in_range("rolling_resistance", rolling, rolling >= 0.0, "at least 0")
-        })?;
-        Ok(())
-    }
-}
 
 /// Coefficient of rolling resistance of a body of the damping ratio 1.
 const ROLLING_RESISTANCE: f64 = 0.08;

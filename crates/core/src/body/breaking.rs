@@ -8,43 +8,18 @@ use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::context::StepContext;
+use super::fracture_stage::Breaking;
+use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
-use super::{Body, StepContext};
 use crate::contact::Contacts;
 use crate::dynamics::{ElasticDamper, MomentumTracker, RegionDamper};
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
 use crate::matching::{Matching, Workspace};
-use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::range::in_range;
-
-/// The stage of a body that can break or was cut.
-#[derive(Debug)]
-pub(super) struct Breaking {
-    pub(super) fracture: Fracture,
-    /// Filled share of each cell.
-    shares: Vec<f64>,
-    /// The mesh of the whole body.
-    pub(super) whole: Option<Mesh>,
-    /// The masses of the vertices of the whole body.
-    whole_masses: Masses,
-    /// Whether the shape matching of the step stores the deformation gradients of all regions.
-    pub(super) has_gradients: bool,
-    /// Whether joints were found that break at the end of the step.
-    is_due: bool,
-    /// Whether there are pieces that the contacts of the simulation have not registered.
-    has_new_pieces: bool,
-}
-
-impl Breaking {
-    /// Decides whether the shape matching of a step stores the deformation gradients of all regions. Otherwise they are
-    /// measured after it where they are needed. The results are the same. Plastic bodies always need them.
-    pub(super) fn expect_gradients(&mut self, is_plastic: bool) {
-        self.has_gradients = is_plastic || self.fracture.expects_gradients();
-    }
-}
 
 impl Body {
     /// Prepares the body to break. `shares`: the filled share of each cell, which the masses of the body have.

@@ -4,7 +4,9 @@ use std::sync::OnceLock;
 
 use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
-use super::{Body, MAX_CELLS, Surface, TouchingOptions};
+use super::soft_body::{Body, MAX_CELLS};
+use super::surface::Surface;
+use super::touching::TouchingOptions;
 use crate::dynamics::{
     Accuracy, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset, RegionDamper,
     RegionDamping, RegionSize, Stiffness, Zone,
@@ -45,6 +47,18 @@ pub struct BodyBuilder {
 enum Shape {
     Mesh(Mesh),
     Lattice(Box<Lattice>),
+}
+
+impl Body {
+    /// Returns a builder of a body from a mesh.
+    pub fn builder(mesh: Mesh) -> BodyBuilder {
+        BodyBuilder::from_mesh(mesh)
+    }
+
+    /// Returns a builder of a body from a bare lattice, without a mesh to display.
+    pub fn from_lattice(lattice: Lattice) -> BodyBuilder {
+        BodyBuilder::from_lattice(lattice)
+    }
 }
 
 impl BodyBuilder {

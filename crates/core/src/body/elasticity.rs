@@ -1,7 +1,8 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use super::{Body, Surface};
+use super::soft_body::Body;
+use super::surface::Surface;
 use crate::dynamics::{
     Accuracy, Damping, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionSize,
     Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,

@@ -7,20 +7,12 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Body, StepContext, Surface};
+use super::context::StepContext;
+use super::leaving::Leaving;
+use super::soft_body::Body;
+use super::surface::Surface;
 use crate::contact::{BodyPoints, Colliders};
 use crate::state::Interval;
-
-/// The state of a vertex of a component that leaves colliders, before the step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Leaving {
-    slot: u32,
-    /// Index of the connected component.
-    component: u32,
-    /// Position and velocity in cells and cells/s.
-    position: Vector3<f64>,
-    velocity: [f32; 3],
-}
 
 impl Body {
     /// Lets the next step look for components inside colliders. Called when colliders were set.

@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Body, BodyRef, DisplayContext};
+use super::reference::{BodyRef, DisplayContext};
+use super::soft_body::Body;
 use crate::dynamics::{Constraint, ConstraintError};
 use crate::matching::{Purpose, Workspace};
 use crate::state::Interval;

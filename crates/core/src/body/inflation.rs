@@ -1,6 +1,6 @@
 //! Inflation: the ratios by which rest volumes change.
 
-use super::Body;
+use super::soft_body::Body;
 use crate::dynamics::Inflation;
 use crate::motion::Curve;
 use crate::range::RangeError;

@@ -1,7 +1,7 @@
 //! Changes the material between steps.
 
-use super::Body;
 use super::elasticity::initial_half_width;
+use super::soft_body::Body;
 use super::zones::check_stiffness;
 use crate::dynamics::{
     Accuracy, Damping, ElasticDamper, Elasticity, Material, RegionDamper, RegionDamping, RegionSize,

@@ -1,66 +1,26 @@
 //! The mesh and the volume correction of a body in pieces. They are created when they are needed, after an event in
 //! which joints broke.
 
-use super::{Body, Surface};
-use crate::fracture::{CutMesh, FaceSource, Origin};
-use crate::lattice::Embedding;
-use crate::mesh::{Mesh, RefinedMesh};
+use super::piece_mesh::PieceMesh;
+use super::soft_body::Body;
+use super::surface::Surface;
+use crate::fracture::CutMesh;
+use crate::lattice::{Embedding, Smoothing};
+use crate::mesh::Mesh;
 use crate::skin::{Skin, SkinKind};
 use crate::volume::{Correction, Preservation, VolumeMeasure, VolumeMeasures, VolumeOptions};
 
-/// How the mesh of the pieces of a body follows from the mesh of the whole body.
-#[derive(Clone, Debug)]
-pub struct PieceMesh {
-    whole: Mesh,
-    origins: Vec<Origin>,
-    face_sources: Vec<FaceSource>,
-    cap_uvs: Vec<[f64; 2]>,
-}
-
-impl PieceMesh {
-    /// Returns where the vertices and faces of a refined mesh lie on the mesh `whole` that it was refined from. It has
-    /// no caps.
-    pub fn of_refined(whole: &Mesh, refined: &RefinedMesh) -> Self {
-        let given = (0..whole.vertices().len() as u32).map(Origin::Vertex);
-        let new = refined.points.iter().map(|&(vertices, weights)| match weights {
-            [_, t, 0.0] if t > 0.0 => Origin::Edge { vertices: [vertices[0], vertices[1]], t },
-            _ => Origin::Face { vertices, weights },
-        });
-        let source = |&(face, is_part): &(u32, bool)| match is_part {
-            true => FaceSource::Part(face),
-            false => FaceSource::Whole(face),
-        };
-        Self {
-            whole: whole.clone(),
-            origins: given.chain(new).collect(),
-            face_sources: refined.sources.iter().map(source).collect(),
-            cap_uvs: Vec::new(),
-        }
-    }
-
-    /// Returns the mesh of the whole body, in the model's frame.
-    pub fn whole(&self) -> &Mesh {
-        &self.whole
-    }
-
-    /// Returns where each vertex of the pieces lies on the mesh of the whole body, shape `(k,)`.
-    pub fn origins(&self) -> &[Origin] {
-        &self.origins
-    }
-
-    /// Returns the origin of each face of the pieces. Faces of the surfaces of cracks come last.
-    pub fn face_sources(&self) -> &[FaceSource] {
-        &self.face_sources
-    }
-
-    /// Returns texture coordinates in the planes of the cracks, in the length unit of the mesh: one pair for each
-    /// corner of each face of the surfaces of cracks, in the order of the faces.
-    pub fn cap_uvs(&self) -> &[[f64; 2]] {
-        &self.cap_uvs
-    }
-}
-
 impl Body {
+    /// Returns the mesh in the model's frame, or `None` for a bare lattice.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.surface().map(|surface| &surface.mesh)
+    }
+
+    /// Returns the stencils of a smooth skin; `None` if the skin is linear.
+    pub(crate) fn smoothing(&self) -> Option<&Smoothing> {
+        self.surface().and_then(|surface| surface.embedding.smoothing())
+    }
+
     /// Returns the piece of each vertex of the displayed mesh, shape `(k,)`: its number in
     /// [`Lattice::components`](crate::lattice::Lattice::components). `None` for a bare lattice.
     pub fn piece_of_mesh_vertices(&self) -> Option<Vec<u32>> {

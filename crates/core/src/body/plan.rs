@@ -1,6 +1,6 @@
 //! The plan of a body: name, parameters and memory of each stage.
 
-use super::Body;
+use super::soft_body::Body;
 use super::step::{STEP, Stage};
 use crate::dynamics::{Damping, Inflation, RegionDamping, StiffnessFactors};
 use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::Body;
+use super::soft_body::Body;
 use crate::dynamics::{Inflation, Material, Plasticity};
 use crate::matching::{HalfWidth, Matching, Shapes, bulk_of, symmetric};
 use crate::range::RangeError;

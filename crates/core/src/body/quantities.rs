@@ -6,7 +6,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Body, BodyRef};
+use super::reference::BodyRef;
+use super::soft_body::Body;
 use crate::matching::{Purpose, Workspace};
 
 impl Body {

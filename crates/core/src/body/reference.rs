@@ -4,8 +4,8 @@ use std::ops::Deref;
 
 use nalgebra::Vector3;
 
-use super::Body;
 use super::elasticity::Softened;
+use super::soft_body::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContacts;
 use crate::lattice::Lattice;

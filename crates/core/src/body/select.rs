@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Body, Surface};
+use super::soft_body::Body;
+use super::surface::Surface;
 use crate::dynamics::{Selection, SelectionError, SelectionPose};
 
 /// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.

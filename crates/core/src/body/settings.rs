@@ -1,6 +1,7 @@
 //! Changes settings between steps: volume correction, pins, handles, forces.
 
-use super::{Body, Surface};
+use super::soft_body::Body;
+use super::surface::Surface;
 use crate::dynamics::{
     BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, SelectionError,
     TimeWindow,

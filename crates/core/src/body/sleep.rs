@@ -23,7 +23,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Body, StepContext};
+use super::context::StepContext;
+use super::soft_body::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::effective_gravity;

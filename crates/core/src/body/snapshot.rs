@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use super::soft_body::Body;
+use super::surface::Surface;
 use super::zones::{check_stiffness, checked_factors};
-use super::{Body, Surface};
 use crate::contact::Side;
 use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
 use crate::error::{Error, StateError};

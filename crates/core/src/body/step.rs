@@ -21,27 +21,11 @@
 
 use nalgebra::Vector3;
 
-use super::Body;
-use crate::contact::Colliders;
-use crate::contact::bodies::{BodyContacts, Island};
+use super::context::{BodyContactPart, StepContext};
+use super::soft_body::Body;
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
 use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
-use crate::state::Interval;
-
-/// Inputs of a step that all bodies share.
-pub(crate) struct StepContext<'a> {
-    /// Gravity in scene units per second squared.
-    pub(crate) gravity: Vector3<f64>,
-    pub(crate) interval: Interval,
-    /// Whether this is the first step of a frame.
-    pub(crate) is_frame_start: bool,
-    pub(crate) colliders: &'a Colliders,
-    /// Whether bodies at rest fall asleep.
-    pub(crate) sleep: bool,
-    /// The workspaces of the threads, for the bodies that are a single task.
-    pub(crate) workspaces: &'a Workspaces,
-}
 
 /// A stage of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,16 +60,6 @@ pub(super) const STEP: [Stage; 12] = [
     Stage::Contacts,
     Stage::Constraints,
 ];
-
-/// The part of a body in the contacts between bodies of a step.
-pub(crate) enum BodyContactPart<'a> {
-    /// No body is near, and the body cannot touch itself.
-    Alone,
-    /// A body is near, or the body can touch itself, but nothing touches.
-    Near,
-    /// The body is the `member`-th one of an island, and the `index`-th one of the simulation.
-    InIsland { contacts: &'a BodyContacts, island: &'a Island, member: usize, index: u32 },
-}
 
 /// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have
 /// in common.
@@ -541,6 +515,8 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
+    use crate::contact::Colliders;
+    use crate::state::Interval;
     use crate::{Collider, Lattice, Material, Selection, Simulation};
 
     fn known_momenta(simulation: &Simulation) -> Vec<bool> {

@@ -1,6 +1,6 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
-use super::Body;
+use super::soft_body::Body;
 use crate::dynamics::{
     Elasticity, Inflation, Material, Selection, SelectionError, SelectionPose, Stiffness, StiffnessFactors,
     Zone,

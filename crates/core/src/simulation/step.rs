@@ -9,7 +9,7 @@ impl Simulation {
     /// Advances all bodies by one step of length `dt`: see [the pipeline](crate#the-pipeline).
     ///
     /// A step does not evaluate the displayed surface (volume correction, mesh update): see
-    /// [`Simulation::body`] and [`BodyRef::surface`].
+    /// [`Simulation::body`] and [`BodyRef::surface`](crate::BodyRef::surface).
     pub fn step(&mut self) {
         self.steps(1);
     }
