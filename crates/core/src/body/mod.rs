@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `builder` | builds a body from a mesh or a lattice, and settings |
 //! | `step` | runs the stages of a step, in order |
+//! | `recovery` | lets a tangled body return to its rest shape |
 //! | `plan` | describes the stages and their memory |
 //! | `elasticity` | the material in force |
 //! | `material` | changes of the material between steps |
@@ -38,6 +39,7 @@ mod pieces;
 mod plan;
 mod plasticity;
 mod quantities;
+mod recovery;
 mod reference;
 mod select;
 mod settings;

@@ -25,6 +25,7 @@
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
+//! | `recovery` | the return of a tangled body to its rest shape |
 
 mod constraint;
 mod constraints;
@@ -47,6 +48,7 @@ mod material;
 mod momentum;
 mod motion;
 mod plasticity;
+mod recovery;
 mod selection;
 mod stiffness_factors;
 
@@ -73,6 +75,7 @@ pub(crate) use momentum::MomentumTracker;
 pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub use plasticity::Plasticity;
+pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
