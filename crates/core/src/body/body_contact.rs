@@ -6,8 +6,8 @@ use super::context::StepContext;
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::contact::bodies::{
-    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
-    SEARCH_DISTANCE, SurfaceProperties,
+    BodyContact, BodyContactPart, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange,
+    PieceVertices, SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
 use crate::lattice::{Components, Lattice, Layout};
@@ -144,25 +144,6 @@ impl Body {
         self.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
     }
 
-    /// Returns the body as contact between bodies reads it, or `None` if it touches no bodies.
-    pub(crate) fn contact_view(&self) -> Option<BodyView<'_>> {
-        Some(BodyView {
-            lattice: &self.lattice,
-            slots: self.matching.layout.slots(),
-            masses: &self.masses,
-            cell_mass: self.cell_mass(),
-            constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
-            touches_itself: self.has_self_contact,
-            state: &self.state,
-            contact: self.body_contact.as_ref()?,
-            properties: SurfaceProperties {
-                friction: self.touching.friction,
-                restitution: self.touching.restitution,
-            },
-            contacts: self.contacts.as_ref(),
-        })
-    }
-
     /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on
     /// each other, or `None` if the body is not damped. `index` is that of the body.
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
@@ -201,22 +182,21 @@ impl Body {
         }
     }
 
-    /// Poses the lattice `past` seconds before the end of the step, to search contacts in `region`.
-    pub(crate) fn pose_for_contact(&mut self, past: f64, region: &Bounds) {
-        let Some(mut contact) = self.body_contact.take() else { return };
-        let mut posed = std::mem::take(&mut contact.posed);
-        self.body_contact = Some(contact);
-        if let Some(view) = self.contact_view() {
-            view.pose(&mut posed, past, region);
-        }
-        if let Some(contact) = &mut self.body_contact {
-            contact.posed = posed;
+    /// Applies the impulses of the contacts with bodies and colliders of a body that touches another one or itself.
+    pub(super) fn resolve_body_contacts(
+        &mut self,
+        context: &StepContext,
+        part: &BodyContactPart,
+        executor: &Executor,
+    ) {
+        if let &BodyContactPart::InIsland { contacts, island, member, index } = part {
+            self.apply_island(context, (island, member, index), contacts, executor);
         }
     }
 
     /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one.
     /// `index` is that of the body.
-    pub(super) fn apply_island(
+    fn apply_island(
         &mut self,
         context: &StepContext,
         (island, member, index): (&Island, usize, u32),
@@ -329,6 +309,30 @@ impl Body {
                 tracked.angular[c] += angular[c];
             }
         }
+    }
+}
+
+impl TouchingBody for Body {
+    fn contact_view(&self) -> Option<BodyView<'_>> {
+        Some(BodyView {
+            lattice: &self.lattice,
+            slots: self.matching.layout.slots(),
+            masses: &self.masses,
+            cell_mass: self.cell_mass(),
+            constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
+            touches_itself: self.has_self_contact,
+            state: &self.state,
+            contact: self.body_contact.as_ref()?,
+            properties: SurfaceProperties {
+                friction: self.touching.friction,
+                restitution: self.touching.restitution,
+            },
+            contacts: self.contacts.as_ref(),
+        })
+    }
+
+    fn is_asleep(&self) -> bool {
+        self.state.rest.is_asleep
     }
 }
 

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use crate::contact::Colliders;
-use crate::contact::bodies::{BodyContacts, Island};
 use crate::matching::Workspaces;
 use crate::state::Interval;
 
@@ -19,14 +18,4 @@ pub(crate) struct StepContext<'a> {
     pub(crate) sleep: bool,
     /// The workspaces of the threads, for the bodies that are a single task.
     pub(crate) workspaces: &'a Workspaces,
-}
-
-/// The part of a body in the contacts between bodies of a step.
-pub(crate) enum BodyContactPart<'a> {
-    /// No body is near, and the body cannot touch itself.
-    Alone,
-    /// A body is near, or the body can touch itself, but nothing touches.
-    Near,
-    /// The body is the `member`-th one of an island, and the `index`-th one of the simulation.
-    InIsland { contacts: &'a BodyContacts, island: &'a Island, member: usize, index: u32 },
 }

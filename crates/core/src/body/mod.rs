@@ -63,7 +63,7 @@ mod values;
 mod zones;
 
 pub use builder::BodyBuilder;
-pub(crate) use context::{BodyContactPart, StepContext};
+pub(crate) use context::StepContext;
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
 pub use piece_mesh::PieceMesh;

@@ -1,7 +1,7 @@
 //! The plan of a body: name, parameters and memory of each stage.
 
 use super::soft_body::Body;
-use super::step::{STEP, Stage};
+use super::step::{Stage, stages};
 use crate::dynamics::{Damping, Inflation, RegionDamping, StiffnessFactors};
 use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};
 
@@ -17,10 +17,7 @@ impl Body {
             stages: Vec::new(),
             left_out: Vec::new(),
         };
-        for stage in STEP {
-            if stage == Stage::Contacts {
-                self.plan_body_contact(&mut plan);
-            }
+        for stage in stages() {
             if self.has(stage) {
                 plan.stages.push(self.describe(stage));
             } else if stage.is_main() {
@@ -28,21 +25,6 @@ impl Body {
             }
         }
         plan
-    }
-
-    /// Adds contact with bodies. It is computed for all bodies together, at the beginning of the contacts with
-    /// colliders.
-    fn plan_body_contact(&self, plan: &mut BodyPlan) {
-        match self.planned_body_contact() {
-            Some((samples, bytes)) => {
-                let detail = match samples {
-                    Some(samples) => format!("{samples} samples"),
-                    None => "no samples before a body is near".to_owned(),
-                };
-                plan.stages.push(PlannedStage { when: When::Step, name: CONTACT_OF_BODIES, detail, bytes });
-            }
-            None => plan.left_out.push(CONTACT_OF_BODIES),
-        }
     }
 
     /// Returns the name, the parameters and the memory of a stage.
@@ -105,6 +87,11 @@ impl Body {
                 )
             }
             Stage::Integration => (format!("{} lattice vertices, f32", self.lattice.len()), 0),
+            Stage::BodyContacts => match self.planned_body_contact() {
+                Some((Some(samples), bytes)) => (format!("{samples} samples"), bytes),
+                Some((None, bytes)) => ("no samples before a body is near".to_owned(), bytes),
+                None => Default::default(),
+            },
             Stage::Contacts => self.contacts.as_ref().map_or_else(Default::default, |contacts| {
                 (format!("{} samples", contacts.samples().count()), contacts.bytes())
             }),
@@ -127,6 +114,7 @@ impl Stage {
             Self::Matching => "shape matching",
             Self::Fracture => "fracture",
             Self::Integration => "integration",
+            Self::BodyContacts => CONTACT_OF_BODIES,
             Self::Contacts => "contacts",
             Self::Constraints => "pins and handles",
         }

@@ -1,4 +1,4 @@
-//! Runs the stages of a step. [`STEP`] lists the stages. `Body::run` gives their formulas and modules.
+//! Runs the stages of a step. [`stages`] lists them. `Body::run` gives their formulas and modules.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -21,8 +21,9 @@
 
 use nalgebra::Vector3;
 
-use super::context::{BodyContactPart, StepContext};
+use super::context::StepContext;
 use super::soft_body::Body;
+use crate::contact::bodies::BodyContactPart;
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
 use crate::matching::{Purpose, Shapes, Workspaces};
 use crate::parallel::{CHUNK, Executor};
@@ -40,48 +41,35 @@ pub(super) enum Stage {
     Matching,
     Fracture,
     Integration,
+    BodyContacts,
     Contacts,
     Constraints,
 }
 
-/// The stages in execution order. A step runs this list. The plan prints the list with the memory of each stage, followed by
-/// the volume correction and the mesh update of the displayed surface.
-pub(super) const STEP: [Stage; 12] = [
-    Stage::BeginConstraints,
-    Stage::Inflation,
-    Stage::Momentum,
-    Stage::RegionDamping,
-    Stage::ElasticDamping,
-    Stage::BeginContacts,
-    Stage::Matching,
-    Stage::Fracture,
-    Stage::Integration,
-    Stage::Forces,
-    Stage::Contacts,
-    Stage::Constraints,
-];
+/// The stages up to the damping, whose reference motions bodies that press on each other have in common.
+const BEGIN: [Stage; 5] =
+    [Stage::BeginConstraints, Stage::Inflation, Stage::Momentum, Stage::RegionDamping, Stage::ElasticDamping];
 
-/// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have
-/// in common.
-const FIRST_STAGE_AFTER_DAMPING: usize = 5;
+/// The stages between the damping and the contacts, which bodies that touch have in common.
+const ADVANCE: [Stage; 5] =
+    [Stage::BeginContacts, Stage::Matching, Stage::Fracture, Stage::Integration, Stage::Forces];
 
-/// Index in [`STEP`] of the stage in which bodies touch each other.
-const FIRST_CONTACT_STAGE: usize = 10;
+/// The stages from the contacts on.
+const FINISH: [Stage; 3] = [Stage::BodyContacts, Stage::Contacts, Stage::Constraints];
 
-const _: () = assert!(matches!(
-    (STEP[FIRST_STAGE_AFTER_DAMPING], STEP[FIRST_CONTACT_STAGE]),
-    (Stage::BeginContacts, Stage::Contacts)
-));
+/// Returns the stages in execution order. A step runs this list, and the plan prints it with the memory of each stage.
+pub(super) fn stages() -> impl Iterator<Item = Stage> {
+    BEGIN.into_iter().chain(ADVANCE).chain(FINISH)
+}
 
 impl Body {
-    /// Begins a step: runs the existing stages of the body up to the damping, in the order of [`STEP`], unless it
-    /// sleeps.
+    /// Begins a step: runs the existing stages of the body up to the damping, unless it sleeps.
     pub(crate) fn begin_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         self.wake_to_inflate(context.interval);
         if !self.is_asleep() {
-            self.run_all(&STEP[..FIRST_STAGE_AFTER_DAMPING], context, executor);
+            self.run_all(&BEGIN, context, &BodyContactPart::Alone, executor);
         } else if let Some(forces) = &mut self.forces {
             forces.discard();
         }
@@ -90,43 +78,38 @@ impl Body {
     /// Continues a step: runs the existing stages up to the contacts, unless the body sleeps.
     pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
         if !self.is_asleep() {
-            self.run_all(&STEP[FIRST_STAGE_AFTER_DAMPING..FIRST_CONTACT_STAGE], context, executor);
+            self.run_all(&ADVANCE, context, &BodyContactPart::Alone, executor);
             self.measure_contact_bounds();
         }
     }
 
-    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps.
+    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps and touches nothing.
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
-        match part {
-            BodyContactPart::InIsland { contacts, island, member, index } => {
-                self.apply_island(context, (island, *member, *index), contacts, executor);
-                self.finish_contacts(context);
-                self.apply_constraints(context);
+        let is_in_island = matches!(part, BodyContactPart::InIsland { .. });
+        if self.is_asleep() && !is_in_island {
+            if let Some(contacts) = &mut self.contacts {
+                contacts.restore_pressures();
             }
-            _ if self.is_asleep() => {
-                if let Some(contacts) = &mut self.contacts {
-                    contacts.restore_pressures();
-                }
-                return;
-            }
-            BodyContactPart::Alone => self.run_all(&STEP[FIRST_CONTACT_STAGE..], context, executor),
-            BodyContactPart::Near => {
-                self.finish_alone(context);
-                self.finish_contacts(context);
-                self.apply_constraints(context);
-            }
+            return;
         }
-        if !matches!(part, BodyContactPart::InIsland { .. }) {
+        self.run_all(&FINISH, context, part, executor);
+        if !is_in_island {
             self.keep_contact_forces(context.interval.dt);
         }
         self.track_rest(context, executor);
     }
 
     /// Runs those of some stages that exist.
-    fn run_all(&mut self, stages: &[Stage], context: &StepContext, executor: &Executor) {
+    fn run_all(
+        &mut self,
+        stages: &[Stage],
+        context: &StepContext,
+        part: &BodyContactPart,
+        executor: &Executor,
+    ) {
         for &stage in stages {
             if self.has(stage) {
-                self.run(stage, context, executor);
+                self.run(stage, context, part, executor);
             }
         }
     }
@@ -140,6 +123,7 @@ impl Body {
             Stage::RegionDamping => self.region_damping.is_some(),
             Stage::ElasticDamping => self.elastic_damping.is_some(),
             Stage::BeginContacts => self.contacts.is_some() || self.body_contact.is_some(),
+            Stage::BodyContacts => self.body_contact.is_some(),
             Stage::Contacts => self.contacts.is_some(),
             Stage::Fracture => self.is_armed(),
             Stage::Momentum | Stage::Matching | Stage::Integration => true,
@@ -147,7 +131,7 @@ impl Body {
     }
 
     /// Runs one stage. Each comment gives the module that implements the stage, and its formula.
-    fn run(&mut self, stage: Stage, context: &StepContext, executor: &Executor) {
+    fn run(&mut self, stage: Stage, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         match stage {
             // dynamics::constraints: pins and handles that become active capture the positions of their
             // vertices. dynamics::follow: targets of handles that follow an animated mesh.
@@ -180,10 +164,13 @@ impl Body {
             Stage::Fracture => self.find_breaking(context, executor),
             // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
+            // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them,
+            // where they touch colliders.
+            Stage::BodyContacts => self.resolve_body_contacts(context, part, executor),
             // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where
             // surface samples touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by
             // a change of x alone.
-            Stage::Contacts => self.resolve_contacts(context),
+            Stage::Contacts => self.resolve_contacts(context, part),
             // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
             Stage::Constraints => self.apply_constraints(context),
         }
@@ -448,10 +435,15 @@ impl Body {
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
-    /// Applies contact impulses and pushes samples out of colliders.
-    fn resolve_contacts(&mut self, context: &StepContext) {
-        self.detect_contacts(context);
-        self.finish_alone(context);
+    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what supports it.
+    /// If bodies are near, the contacts were found before.
+    fn resolve_contacts(&mut self, context: &StepContext, part: &BodyContactPart) {
+        if matches!(part, BodyContactPart::Alone) {
+            self.detect_contacts(context);
+        }
+        if !matches!(part, BodyContactPart::InIsland { .. }) {
+            self.finish_alone(context);
+        }
         self.finish_contacts(context);
     }
 

@@ -1,7 +1,7 @@
 //! The bodies of a simulation that are near one of them.
 
 use crate::body::{Body, NearBodies};
-use crate::contact::bodies::{BodyView, ContactSurface};
+use crate::contact::bodies::{BodyView, ContactSurface, TouchingBody};
 
 /// Greatest gap in cells to another body that limits the displayed surface.
 pub(super) const GREATEST_GAP: f64 = 1.5;

@@ -1,7 +1,7 @@
 //! The part of a step in which bodies touch each other.
 
 use super::world::Simulation;
-use crate::body::{Body, BodyContactPart, StepContext};
+use crate::body::{Body, StepContext};
 use crate::contact::bodies::BodyContacts;
 use crate::parallel::Executor;
 use crate::state::PairSupports;
@@ -25,44 +25,15 @@ impl Simulation {
         context: &StepContext,
         executor: &Executor,
     ) {
-        let (dt, count) = (context.interval.dt, bodies.len() as u32);
-        let is_asleep = |index: u32| bodies[index as usize].is_asleep();
-        let has_pairs = contacts.pair(count, |index| bodies[index as usize].contact_view(), is_asleep, dt);
-        if has_pairs {
-            executor.for_each_indexed(bodies, |index, body| {
-                if contacts.region(index).is_some() {
-                    body.prepare_body_contact(context, !contacts.has_partner(index));
-                }
-            });
-            let view = |index: u32| bodies[index as usize].contact_view();
-            contacts.choose_searches(view, (dt, context.gravity.norm()));
-            for past in contacts.search_times() {
-                executor.for_each_indexed(bodies, |index, body| {
-                    if let Some(region) = contacts.region_at(index, past) {
-                        body.pose_for_contact(past * dt, &region);
-                    }
-                });
-                contacts.search(|index| bodies[index as usize].contact_view(), (past, dt), executor);
-            }
-            contacts.solve(
-                |index| bodies[index as usize].contact_view(),
-                (dt, context.gravity.norm()),
-                executor,
-            );
-        }
+        let step = (context.interval.dt, context.gravity.norm());
+        let prepare = |body: &mut Body, is_alone| body.prepare_body_contact(context, is_alone);
+        contacts.resolve(bodies, prepare, step, executor);
         let found = &*contacts;
         executor.for_each_indexed(bodies, |index, body| {
-            let part = match (found.region(index), found.island_of(index)) {
-                (None, _) => BodyContactPart::Alone,
-                (Some(_), None) => BodyContactPart::Near,
-                (Some(_), Some((island, member))) => {
-                    BodyContactPart::InIsland { contacts: found, island, member, index }
-                }
-            };
-            body.finish_step(context, &part, executor);
+            body.finish_step(context, &found.part_of(index), executor);
         });
         store_supports(bodies, contacts, supports);
-        contacts.record(|body| bodies[body as usize].is_asleep(), dt);
+        contacts.record(bodies, context.interval.dt);
     }
 
     /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in
@@ -73,19 +44,6 @@ impl Simulation {
         let Self { bodies, contacts, .. } = self;
         let Some(contacts) = contacts else { return Vec::new() };
         bodies.iter_mut().for_each(Body::measure_contact_bounds);
-        let count = bodies.len() as u32;
-        if !contacts.pair(count, |index| bodies[index as usize].contact_view(), |_| false, 0.0) {
-            return Vec::new();
-        }
-        // On the calling thread, which may hold locks of the caller.
-        let executor = Executor::sequential();
-        executor.for_each_indexed(bodies, |index, body| {
-            if let Some(region) = contacts.region(index) {
-                body.create_contact_surface();
-                body.pose_for_contact(0.0, &region);
-            }
-        });
-        contacts.search(|index| bodies[index as usize].contact_view(), (0.0, 0.0), &executor);
-        contacts.overlaps(|body| bodies[body as usize].lattice().cell_size())
+        contacts.overlaps(bodies, Body::create_contact_surface)
     }
 }

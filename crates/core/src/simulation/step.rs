@@ -2,7 +2,8 @@
 
 use super::groups;
 use super::world::Simulation;
-use crate::body::{Body, BodyContactPart, StepContext};
+use crate::body::{Body, StepContext};
+use crate::contact::bodies::BodyContactPart;
 use crate::parallel::Executor;
 
 impl Simulation {

@@ -9,9 +9,9 @@ use crate::contact::memory::buffer_bytes;
 
 /// A lattice at one time: the world positions of its vertices, and a grid of its deformed cells.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct PosedLattice {
+pub(super) struct PosedLattice {
     /// Position of each lattice vertex.
-    pub(super) positions: Vec<Point3<f64>>,
+    positions: Vec<Point3<f64>>,
     /// For each vertex, the sides of the region on which it is outside: one bit for each of the six sides.
     sides: Vec<u8>,
     /// The cells that are near other bodies, in increasing order, and their boxes with a margin.
@@ -104,8 +104,13 @@ impl PosedLattice {
         self.grid.fill(&self.cells, &region, cell_size);
     }
 
+    /// Returns the positions of vertices.
+    pub(super) fn at(&self, vertices: [u32; 8]) -> [Point3<f64>; 8] {
+        vertices.map(|vertex| self.positions[vertex as usize])
+    }
+
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let Self { positions, sides, cells, grid, .. } = self;
         buffer_bytes(positions) + buffer_bytes(sides) + buffer_bytes(cells) + grid.bytes()
     }

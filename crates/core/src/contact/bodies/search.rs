@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::DeformedCell;
 use super::foot::{MAX_SHELL_DEPTH, RestFoot, SAME_SIDE, cell_of, foot_of_closed, foot_of_shell};
-use super::posed::CellCache;
+use super::posed::{CellCache, PosedLattice};
 use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::memory::buffer_bytes;
@@ -76,25 +76,29 @@ impl Search {
     }
 
     /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not
-    /// touch at an earlier time of the step.
-    pub(super) fn run(&mut self, body: &BodyView, other: &BodyView, past: f64, dt: f64) {
+    /// touch at an earlier time of the step. `posed` has the lattices of both bodies at this time.
+    pub(super) fn run(
+        &mut self,
+        [body, other]: [&BodyView; 2],
+        posed: [&PosedLattice; 2],
+        (past, dt): (f64, f64),
+    ) {
         let remembered = body.state.touches.of(self.other);
-        let pair = Pair { body, other, is_same: self.body == self.other, past, dt };
+        let pair = Pair { body, other, posed: posed[1], is_same: self.body == self.other, past, dt };
         let surface = body.contact.surface();
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
-        self.cells.reset(&other.contact.posed);
-        let mut near = body.contact.posed.cells().iter().peekable();
+        self.cells.reset(posed[1]);
+        let mut near = posed[0].cells().iter().peekable();
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {
-                *cell == group.cell
-                    && other.contact.posed.is_near(bounds, |found| pair.accepts(group.cell, found))
+                *cell == group.cell && posed[1].is_near(bounds, |found| pair.accepts(group.cell, found))
             });
             if !is_near {
                 continue;
             }
-            let own = DeformedCell::new(&body.posed_corners(group.cell));
+            let own = DeformedCell::new(&posed[0].at(body.corners(group.cell)));
             for sample in group.samples.clone() {
                 while known.next_if(|known| *known < sample).is_some() {}
                 if known.peek() != Some(&sample) {
@@ -155,6 +159,8 @@ impl Search {
 struct Pair<'a> {
     body: &'a BodyView<'a>,
     other: &'a BodyView<'a>,
+    /// The lattice of the other body `past` seconds before the end of the step.
+    posed: &'a PosedLattice,
     is_same: bool,
     /// Time to the end of the step, in seconds.
     past: f64,
@@ -181,14 +187,14 @@ impl Pair<'_> {
         remembered: &[SampleTouch],
         cells: &mut CellCache,
     ) -> Option<Touch> {
-        let Self { body, other, past, dt, .. } = *self;
+        let Self { body, other, posed, past, dt, .. } = *self;
         let sample = &body.contact.surface().samples[index as usize];
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
-        let (posed, accepts) = (&other.contact.posed, |found| self.accepts(cell, found));
+        let accepts = |found| self.accepts(cell, found);
         let surface = other.contact.surface();
-        let located =
-            posed.locate(&point, |cell| other.posed_corners(cell), &surface.reach, accepts, cells)?;
+        let corners = |cell| posed.at(other.corners(cell));
+        let located = posed.locate(&point, corners, &surface.reach, accepts, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
@@ -229,7 +235,7 @@ impl Pair<'_> {
             })?,
         };
         let (other_cell, other_local) = cell_of(other.lattice, &foot, located.cell);
-        let touched = DeformedCell::new(&other.posed_corners(other_cell));
+        let touched = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
         // Where the touched cell is inside out, the derivative of that of the sample has to do.
         let normal = touched.gradient(touched_local).normal(&rest_normal);

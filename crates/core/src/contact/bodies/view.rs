@@ -33,7 +33,6 @@ pub(crate) struct BodyContact {
     velocities_before: Lanes<3>,
     /// Velocity of the origin before the step, in cells/s.
     origin_velocity: Vector3<f64>,
-    pub(crate) posed: PosedLattice,
     pub(super) motion: MotionBounds,
     pub(super) pieces: PieceMotions,
     /// How far the body moved since its contacts were searched.
@@ -59,7 +58,6 @@ impl BodyContact {
             surface: OnceLock::new(),
             velocities_before: Lanes::default(),
             origin_velocity: Vector3::zeros(),
-            posed: PosedLattice::default(),
             motion: MotionBounds::EMPTY,
             pieces: PieceMotions::default(),
             searched: SearchedMotion::UNKNOWN,
@@ -127,7 +125,7 @@ impl BodyContact {
     pub(crate) fn bytes(&self) -> usize {
         let surface = self.created_surface().map_or(0, ContactSurface::bytes);
         let changes = self.momentum_changes.capacity() * size_of::<MomentumChange>();
-        surface + self.velocities_before.bytes() + self.posed.bytes() + self.pieces.bytes() + changes
+        surface + self.velocities_before.bytes() + self.pieces.bytes() + changes
     }
 }
 
@@ -160,7 +158,7 @@ impl BodyView<'_> {
     }
 
     /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`.
-    pub(crate) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds) {
+    pub(super) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds) {
         let position = |vertex: u32| match past > 0.0 {
             true => self.position(vertex) - self.velocity(vertex) * past,
             false => self.position(vertex),
@@ -168,11 +166,6 @@ impl BodyView<'_> {
         let positions = (0..self.lattice.len() as u32).map(position);
         let ContactSurface { corners, reach, .. } = self.contact.surface();
         posed.pose(positions, (corners, reach), self.lattice.cell_size(), region);
-    }
-
-    /// Returns the positions of the corners of a cell of the posed lattice.
-    pub(super) fn posed_corners(&self, cell: u32) -> [Point3<f64>; 8] {
-        self.corners(cell).map(|vertex| self.contact.posed.positions[vertex as usize])
     }
 
     /// Returns the world position of a lattice vertex.

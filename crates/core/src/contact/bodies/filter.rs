@@ -1,0 +1,22 @@
+//! Which bodies touch each other.
+
+/// Pairs of bodies that can touch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactFilter {
+    /// Whether different bodies touch each other.
+    pub(crate) between: bool,
+    /// The bodies that touch themselves, in increasing order.
+    pub(crate) with_itself: Vec<u32>,
+    /// Pairs of bodies that do not touch, the lesser index first, in increasing order.
+    pub(crate) ignored: Vec<(u32, u32)>,
+}
+
+impl ContactFilter {
+    /// Returns whether a body touches another one, or itself.
+    pub(super) fn may_touch(&self, body: u32, other: u32) -> bool {
+        match body == other {
+            true => self.with_itself.binary_search(&body).is_ok(),
+            false => self.between && self.ignored.binary_search(&(body.min(other), body.max(other))).is_err(),
+        }
+    }
+}
