@@ -328,7 +328,7 @@ def test_repr_and_plan(block, cube):
         "mesh update",
     ]
     assert [[name for name in stages if name in line] for line in lines] == [[name] for name in stages]
-    names = "external forces, inflation, region damping, fracture, contact of bodies, contacts, pins and handles"
+    names = "inflation, region damping, fracture, external forces, contact of bodies, contacts, pins and handles"
     assert left_out == f"  left out: {names}"
     # The total also has the lattice and the state, which are not stages.
     kilobytes = [float(re.search(r"([\d.]+) kB$", line)[1]) for line in lines]

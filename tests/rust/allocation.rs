@@ -246,7 +246,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     assert_eq!(stages(&sim), all);
     assert_eq!(
         sim.plan().bodies[0].left_out,
-        ["external forces", "inflation", "contact of bodies", "mesh update"]
+        ["inflation", "external forces", "contact of bodies", "mesh update"]
     );
     let bare =
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();

@@ -1,8 +1,8 @@
 //! External forces, and the limits of forces and keys.
 
 use nalgebra::Vector3;
-use supple::{Body, Error, Handle, Key, Material, Selection, Simulation, TimeWindow};
-use supple_tests::{half_cells, momentum, without_gravity};
+use supple::{Body, Error, HalfWidth, Handle, Key, Material, Pin, Selection, Simulation, TimeWindow};
+use supple_tests::{block, half_cells, lattice, momentum, without_gravity};
 
 #[test]
 fn a_force_on_any_selection_gives_its_impulse_once() {
@@ -115,4 +115,37 @@ fn forces_and_keys_beyond_the_limits_are_errors_and_within_them_results_stay_fin
     }
     let all = positions.into_iter().chain(sim.body(0).corrected_positions());
     assert!(all.flat_map(<[f64; 3]>::from).all(f64::is_finite));
+}
+
+/// A steady force stretches a held bar by as much at any damping.
+#[test]
+fn damping_takes_nothing_of_a_steady_force() {
+    let stretch = |ratio: f64| {
+        let held = Selection::Plane { point: [0.1, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+        let lattice = lattice(&block([6, 3, 3]));
+        let ends: Vec<u32> =
+            (0..lattice.len() as u32).filter(|&v| lattice.indices()[v as usize][0] == 6).collect();
+        let body = Body::from_lattice(lattice).half_width(HalfWidth::CELL).damping_ratio(ratio);
+        let mut simulation = without_gravity(
+            body.pin(Pin { selection: held, window: TimeWindow::default() }).build().unwrap(),
+        );
+        let end = |simulation: &Simulation| {
+            let positions = simulation.body(0).positions();
+            ends.iter().map(|&v| positions[v as usize].x).sum::<f64>() / ends.len() as f64 - 6.0
+        };
+        let mut sum = 0.0;
+        for step in 0..1200 {
+            simulation.body_mut(0).apply_force([2e5, 0.0, 0.0], &Selection::Vertices(ends.clone())).unwrap();
+            simulation.step();
+            // With little damping, the mean over the last oscillations.
+            sum += if step >= 600 { end(&simulation) / 600.0 } else { 0.0 };
+        }
+        sum
+    };
+    let expected = stretch(0.05);
+    assert!(expected > 0.05, "{expected}");
+    for ratio in [0.3, 1.0] {
+        let found = stretch(ratio);
+        assert!((found / expected - 1.0).abs() < 0.01, "{ratio}: {found} for {expected}");
+    }
 }

@@ -419,28 +419,40 @@ fn bodies_return_from_extreme_states() {
     }
 }
 
-/// Tangled starts: all vertices anywhere in the box of a bar. Regions of one cell know less about what is tangled than wider
-/// ones: with Poisson's ratio 0.3 and 0.45, one and five of 20 starts end in a shape of which no cell is inside out, but which
-/// is twisted in itself. Regression bounds; those of w = 1 all return.
+/// Tangled starts: all vertices anywhere in the box of a bar. Without the recovery some of them end in a twisted shape of which
+/// no cell is inside out, above all with narrow regions and much damping.
 #[test]
-fn most_tangled_bodies_return() {
+fn tangled_bodies_return() {
     let lattice = lattice(&block([4, 4, 6]));
     let at_rest = rest(&lattice);
     let mut random = Random(49);
-    for (half_width, ratio, most) in [(0.5, 0.0, 0), (0.5, 0.3, 3), (0.5, 0.45, 8), (1.0, 0.45, 0)] {
-        let mut is_lost = |_: &u64| {
-            let mut body = body(&lattice, half_width, ratio).damping_rate(0.03 * 60.0).build().unwrap();
-            let x: Vec<_> = at_rest.iter().map(|_| Point3::from(random.vector() * 3.0)).collect();
-            body.set_positions(&x).unwrap();
-            let mut simulation = without_gravity(body);
-            !(0..15).any(|_| {
-                simulation.steps(200);
-                distance_from_rest(&at_rest, &coordinates(&simulation.body(0).positions())) < 0.02
-            })
-        };
-        let lost: Vec<u64> = (0..20).filter(&mut is_lost).collect();
-        assert!(lost.len() <= most, "{half_width}, {ratio}: {lost:?}");
+    for (half_width, poisson_ratio) in [(0.5, 0.0), (0.5, 0.3), (0.5, 0.45), (1.0, 0.45), (2.0, 0.45)] {
+        let dampings: [fn(BodyBuilder) -> BodyBuilder; 2] =
+            [|body| body.damping_rate(0.03 * 60.0), |body| body.damping_ratio(1.0)];
+        for damp in dampings {
+            let mut is_lost = |_: &u64| {
+                let mut body = damp(body(&lattice, half_width, poisson_ratio)).build().unwrap();
+                let x: Vec<_> = at_rest.iter().map(|_| Point3::from(random.vector() * 3.0)).collect();
+                body.set_positions(&x).unwrap();
+                let mut simulation = without_gravity(body);
+                !(0..15).any(|_| {
+                    simulation.steps(200);
+                    distance_from_rest(&at_rest, &coordinates(&simulation.body(0).positions())) < 0.02
+                })
+            };
+            let lost: Vec<u64> = (0..20).filter(&mut is_lost).collect();
+            assert!(lost.is_empty(), "{half_width}, {poisson_ratio}: {lost:?}");
+        }
     }
+}
+
+/// The recovery keeps the momenta, and ends.
+#[test]
+fn recovery_of_a_tangled_body_keeps_its_momenta() {
+    let lattice = lattice(&block([4, 4, 6]));
+    let mut random = Random(50);
+    let x: Vec<_> = rest(&lattice).iter().map(|_| random.vector() * 3.0).collect();
+    assert_keeps_momenta(body(&lattice, 0.5, 0.45).damping_ratio(1.0).build().unwrap(), &x);
 }
 
 /// Returns the root mean square distance of positions from their best-fit rest shape.

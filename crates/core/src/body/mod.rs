@@ -24,6 +24,7 @@
 //! | `body_contact` | contact with other bodies |
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
+//! | `recovery` | lets a tangled body return to its rest shape |
 //! | `step` | runs the stages of a step, in order |
 //! | `plan` | describes the stages and their memory |
 //! | `hold_force` | the forces that pins and handles exert |
@@ -46,6 +47,7 @@ mod pieces;
 mod plan;
 mod plasticity;
 mod quantities;
+mod recovery;
 mod reference;
 mod samples;
 mod select;

@@ -48,7 +48,6 @@ pub(super) enum Stage {
 /// the volume correction and the mesh update of the displayed surface.
 pub(super) const STEP: [Stage; 12] = [
     Stage::BeginConstraints,
-    Stage::Forces,
     Stage::Inflation,
     Stage::Momentum,
     Stage::RegionDamping,
@@ -57,13 +56,14 @@ pub(super) const STEP: [Stage; 12] = [
     Stage::Matching,
     Stage::Fracture,
     Stage::Integration,
+    Stage::Forces,
     Stage::Contacts,
     Stage::Constraints,
 ];
 
 /// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have
 /// in common.
-const FIRST_STAGE_AFTER_DAMPING: usize = 6;
+const FIRST_STAGE_AFTER_DAMPING: usize = 5;
 
 /// Index in [`STEP`] of the stage in which bodies touch each other.
 const FIRST_CONTACT_STAGE: usize = 10;
@@ -152,7 +152,7 @@ impl Body {
             // dynamics::constraints: pins and handles that become active capture the positions of their
             // vertices. dynamics::follow: targets of handles that follow an animated mesh.
             Stage::BeginConstraints => self.begin_constraints(context, executor),
-            // dynamics::forces: v += h f/m.
+            // dynamics::forces: v += h f/m and x += h² f/m. After the damping, so that a steady force acts whole.
             Stage::Forces => self.apply_external_forces(context),
             // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
             Stage::Inflation => self.update_inflation(context.interval),
@@ -170,7 +170,11 @@ impl Body {
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
             // that contain the vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and
             // then the plastic shapes S flow. dynamics::integration: v += alpha (g - x)/h + h a.
-            Stage::Matching => self.match_shapes(context, executor),
+            // dynamics::recovery: a tangled body follows its rest shape as a whole.
+            Stage::Matching => {
+                let unconverged = self.match_shapes(context, executor);
+                self.recover(context, unconverged);
+            }
             // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching
             // measured. The joints that exceed their limits break at the end of the step.
             Stage::Fracture => self.find_breaking(context, executor),
@@ -250,7 +254,7 @@ impl Body {
         }
     }
 
-    /// Applies external forces: v += h f/m. Removes the stage when it has no more data.
+    /// Applies external forces: v += h f/m and x += h² f/m. Removes the stage when it has no more data.
     fn apply_external_forces(&mut self, context: &StepContext) {
         let cell_mass = self.cell_mass();
         let Self { forces: Some(forces), lattice, masses, matching, state, .. } = self else { return };
@@ -352,8 +356,8 @@ impl Body {
     ///
     /// If Newton's method did not converge for a region of a free body, the energy limiter is applied and the
     /// fit runs a second time, to sum the elastic potential. This happens only where the optimal rotation of
-    /// the region is nearly not unique.
-    fn match_shapes(&mut self, context: &StepContext, executor: &Executor) {
+    /// the region is nearly not unique. Returns the number of such regions.
+    fn match_shapes(&mut self, context: &StepContext, executor: &Executor) -> usize {
         let is_free = self.is_free();
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
@@ -431,6 +435,7 @@ impl Body {
             limiter.apply((stiffness_rate, dt), &matching.regions, state, momentum);
         }
         momentum.add_impulse(&mut state.momenta, velocity_change);
+        unconverged
     }
 
     /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
@@ -531,6 +536,8 @@ mod tests {
         let ball = Collider::sphere([8.5, -1.0, 0.5], 1.5);
         let mut simulation =
             Simulation::builder().body(body).collider(ball).gravity([0.0; 3]).build().unwrap();
+        simulation.step();
+        assert_eq!(known_momenta(&simulation), [true, false, false]);
         simulation.step();
         assert_eq!(known_momenta(&simulation), [true, true, false]);
         let body = simulation.body_mut(0);

@@ -145,6 +145,7 @@ pub(super) fn transfer(
         fitted: false,
         momenta: vec![None; lattice.components().count],
         energy_limit: None,
+        recovery_steps: 0,
         supports: Supports::default(),
         touches: Touches::default(),
         escapes: state.escapes.clone(),

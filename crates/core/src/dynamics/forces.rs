@@ -56,9 +56,9 @@ impl Forces {
         self.next.clear();
     }
 
-    /// Applies the forces f of the next step: v += h f/m, with the step length h and the `mass` m of a
-    /// vertex. Invalidates the momenta of the connected components with such a vertex. `slots` has the slot
-    /// of each lattice vertex: its index in the storage order.
+    /// Applies the forces f of the next step: v += h f/m and x += h² f/m, with the step length h and the `mass` m of a
+    /// vertex, as contacts do with their impulses. Invalidates the momenta of the connected components with such a
+    /// vertex. `slots` has the slot of each lattice vertex: its index in the storage order.
     pub(crate) fn apply(
         &mut self,
         (step, is_frame_start): (Interval, bool),
@@ -79,6 +79,7 @@ impl Forces {
             let velocity_change = Vector3::from(force) * (step.dt / (mass(vertex) * lattice.cell_size()));
             let slot = slots[vertex as usize];
             let mut body_state = state.body_state();
+            body_state.set_position(slot, body_state.position(slot) + velocity_change * step.dt);
             body_state.set_velocity(slot, body_state.velocity(slot) + velocity_change);
             state.invalidate_momentum(lattice, vertex);
             self.displacements.push((vertex, (velocity_change * step.dt).map(|x| x as f32).into()));

@@ -21,6 +21,7 @@
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
+//! | `recovery` | the return of a tangled body to its rest shape |
 
 mod constraint;
 mod constraints;
@@ -39,6 +40,7 @@ mod lowest_mode;
 mod material;
 mod momentum;
 mod plasticity;
+mod recovery;
 mod selection;
 mod stiffness_factors;
 
@@ -60,6 +62,7 @@ pub(crate) use material::effective_gravity;
 pub use material::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
 pub use plasticity::Plasticity;
+pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
 pub use stiffness_factors::Zone;

@@ -67,6 +67,8 @@ pub(crate) struct State {
     /// which Newton's method fails to converge for the rotation of a region. The energy can grow only in such
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
+    /// The remaining steps of a recovery from a tangled state (`dynamics::recovery`); 0 if there is none.
+    pub(crate) recovery_steps: u32,
     pub(crate) supports: Supports,
     pub(crate) touches: Touches,
     pub(crate) escapes: Escapes,
@@ -99,6 +101,7 @@ impl State {
             fitted: true,
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
+            recovery_steps: 0,
             supports: Supports::default(),
             touches: Touches::default(),
             escapes: Escapes::default(),
@@ -214,6 +217,7 @@ impl State {
             self.set_local(slot, self.frame.to_local(point));
         }
         self.fitted = false;
+        self.recovery_steps = 0;
         self.supports.clear();
         self.touches.forget();
         self.escapes.search();

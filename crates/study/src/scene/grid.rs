@@ -46,6 +46,16 @@ impl Grid {
         }
     }
 
+    /// Returns the grid with regions of another half-width, for the same material.
+    pub(super) fn with_half_width(self, half_width: Option<HalfWidth>) -> Self {
+        Self { half_width: half_width.unwrap_or(self.half_width), ..self }
+    }
+
+    /// Returns whether the material has a Young's modulus, whatever the regions.
+    pub(super) fn has_modulus(self) -> bool {
+        matches!(self.stiffness, PhysicalStiffness::Modulus { .. })
+    }
+
     /// Returns the half-width that gives the same radius of the regions on a lattice with `refinement` times
     /// as many cells per length.
     pub(super) fn refined(self, refinement: f64) -> HalfWidth {

@@ -25,6 +25,8 @@ struct Axes {
     refinements: &'static [f64],
     substeps: &'static [f64],
     region_factors: &'static [f64],
+    /// Half-widths in cells with which a material of a given Young's modulus is run.
+    half_widths: &'static [f64],
     /// Refinements at which the sums are compared.
     sums: &'static [f64],
     /// Largest refinement at which all methods are used; finer lattices use only the method of the scene.
@@ -35,6 +37,7 @@ const FULL: Axes = Axes {
     refinements: &[1.0, 2.0, 3.0, 1.5, 0.5, 1.0 / 3.0],
     substeps: &[0.25, 0.5, 2.0, 4.0],
     region_factors: &[2.0, 1.5, 0.5],
+    half_widths: &[0.5, 1.0, 2.0, 3.0],
     sums: &[0.5, 1.0],
     max_refinement_of_all_methods: 2.0,
 };
@@ -43,6 +46,7 @@ const QUICK: Axes = Axes {
     refinements: &[1.0, 1.5, 0.5],
     substeps: &[0.5, 2.0],
     region_factors: &[1.5],
+    half_widths: &[0.5, 1.0],
     sums: &[0.5],
     max_refinement_of_all_methods: 1.0,
 };
@@ -52,12 +56,17 @@ impl Matrix {
     /// support.
     pub(super) fn new(physical: &Physical, method: Method, methods: &[Method], quick: bool) -> Self {
         let axes = if quick { QUICK } else { FULL };
-        let base =
-            Dynamics { refinement: 1.0, region_factor: 1.0, substeps: physical.substeps, sums: Sums::Fast };
-        let widths = |refinement| physical.half_widths(refinement, 1.0);
+        let base = Dynamics {
+            refinement: 1.0,
+            region_factor: 1.0,
+            half_width: None,
+            substeps: physical.substeps,
+            sums: Sums::Fast,
+        };
+        let widths = |refinement| physical.half_widths(Dynamics { refinement, ..base });
+        let factor_widths = |region_factor| physical.half_widths(Dynamics { region_factor, ..base });
         let refinements = distinct(axes.refinements, widths);
-        let region_factors =
-            distinct(axes.region_factors, |region_factor| physical.half_widths(1.0, region_factor));
+        let region_factors = distinct(axes.region_factors, factor_widths);
         let mut points: Vec<(Axis, Setting)> = Vec::new();
         let mut add = |axis, dynamics, method| {
             let setting = Setting { dynamics, method };
@@ -79,8 +88,15 @@ impl Matrix {
             add(Axis::Substeps, Dynamics { substeps, ..base }, method);
         }
         for region_factor in region_factors {
-            if physical.half_widths(1.0, region_factor) != widths(1.0) {
+            if factor_widths(region_factor) != widths(1.0) {
                 add(Axis::HalfWidth, Dynamics { region_factor, ..base }, method);
+            }
+        }
+        for half_width in axes.half_widths.iter().map(|&cells| HalfWidth::from(cells)) {
+            let Some(substeps) = physical.needed_substeps(half_width) else { continue };
+            let dynamics = Dynamics { half_width: Some(half_width), substeps, ..base };
+            if physical.half_widths(dynamics) != widths(1.0) {
+                add(Axis::Regions, dynamics, method);
             }
         }
         for &refinement in axes.sums {

@@ -41,17 +41,37 @@ impl Physical {
         Ok(Self { scene, grids, substeps })
     }
 
-    /// Returns the half-widths of all bodies, in cells.
-    pub(super) fn half_widths(&self, refinement: f64, region_factor: f64) -> Vec<HalfWidth> {
-        let width = |grid: &Grid| grid.nearest(grid.refined(refinement).cells() * region_factor);
-        self.grids.iter().map(width).collect()
+    /// Returns the regions, lattice and stiffness of each body at a point, before refinement.
+    fn grids(&self, dynamics: Dynamics) -> impl Iterator<Item = Grid> {
+        self.grids.iter().map(move |grid| grid.with_half_width(dynamics.half_width))
+    }
+
+    /// Returns the half-widths of all bodies at a point, in cells.
+    pub(super) fn half_widths(&self, dynamics: Dynamics) -> Vec<HalfWidth> {
+        let Dynamics { refinement, region_factor, .. } = dynamics;
+        let width = |grid: Grid| grid.nearest(grid.refined(refinement).cells() * region_factor);
+        self.grids(dynamics).map(width).collect()
+    }
+
+    /// Returns the least number of steps per frame in which no body is softer than specified with regions of a
+    /// half-width; `None` if the stiffness of a body is that of its regions.
+    pub(super) fn needed_substeps(&self, half_width: HalfWidth) -> Option<u32> {
+        let dt = 1.0 / (self.scene.simulation.fps * f64::from(self.substeps));
+        let alphas = self
+            .grids
+            .iter()
+            .map(|grid| grid.has_modulus().then(|| grid.with_half_width(Some(half_width)).alpha(1.0, dt)));
+        let greatest = alphas.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+        // alpha grows with the square of the step.
+        let needed = f64::from(self.substeps) * greatest.sqrt() * (1.0 - ROUNDING);
+        Some(needed.ceil().max(1.0) as u32)
     }
 
     /// Returns the name of a point, which is unique in a study. It contains the effective refinement: one
     /// number if it is the same for all bodies, otherwise one number for each distinct half-width of the
     /// original scene.
     pub(super) fn name(&self, setting: &Setting) -> String {
-        let Dynamics { refinement, region_factor, substeps, sums } = setting.dynamics;
+        let Dynamics { refinement, region_factor, half_width, substeps, sums } = setting.dynamics;
         let mut grids: Vec<Grid> = Vec::new();
         for grid in &self.grids {
             if !grids.iter().any(|other| other.half_width == grid.half_width) {
@@ -67,6 +87,9 @@ impl Physical {
         let mut name = format!("{method}, {cells} x the cells, {}", counted(substeps as usize, "step"));
         if region_factor != 1.0 {
             name += &format!(", {region_factor} x the radius");
+        }
+        if let Some(half_width) = half_width {
+            name += &format!(", half-width {half_width}");
         }
         if sums != Sums::Fast {
             name += &format!(", {}", sums.name());
@@ -97,8 +120,8 @@ impl Physical {
     /// Estimates the number of lattice vertices, and the number of visits (pairs of a region and a vertex in
     /// it) in one evaluation of the naive sums.
     pub(super) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
-        let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
-        self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
+        let widths = self.half_widths(dynamics);
+        self.grids(dynamics).zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
             let of_body = grid.vertices as f64 * grid.effective_refinement(dynamics.refinement).powi(3);
             (vertices + of_body, visits + of_body * (2.0 * width.cells() + 1.0).powi(3))
         })
@@ -107,7 +130,7 @@ impl Physical {
     /// Returns whether steps of `dt` seconds are too long for the stiffness of a body, so that the body is softer than
     /// specified: alpha would exceed 1.
     pub(super) fn softened(&self, dynamics: Dynamics, dt: f64) -> bool {
-        self.grids.iter().any(|grid| grid.alpha(dynamics.refinement, dt) > 1.0 + ROUNDING)
+        self.grids(dynamics).any(|grid| grid.alpha(dynamics.refinement, dt) > 1.0 + ROUNDING)
     }
 
     /// Builds a point of the study.
@@ -120,8 +143,8 @@ impl Physical {
         let mut scene = self.scene.clone();
         scene.simulation.substeps = Substeps::Fixed(dynamics.substeps);
         let dt = 1.0 / (scene.simulation.fps * f64::from(dynamics.substeps));
-        let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
-        for ((data, grid), width) in scene.bodies.iter_mut().zip(&self.grids).zip(widths) {
+        let widths = self.half_widths(dynamics);
+        for ((data, grid), width) in scene.bodies.iter_mut().zip(self.grids(dynamics)).zip(widths) {
             if grid.refined(dynamics.refinement) != grid.half_width {
                 // The radius is a whole number of cells on every lattice, so rounding does not change the
                 // material.
@@ -203,6 +226,7 @@ mod tests {
                 let dynamics = Dynamics {
                     refinement,
                     region_factor,
+                    half_width: None,
                     substeps: factor * physical.substeps,
                     sums: Sums::Fast,
                 };
@@ -230,6 +254,29 @@ mod tests {
             }
             assert!(softened_points < 3, "{elasticity}: {softened_points}");
         }
+    }
+
+    #[test]
+    fn regions_of_any_half_width_have_the_youngs_modulus_of_the_scene_in_the_steps_that_it_needs() {
+        let (_directory, physical) = block::physical_with("", 4, &["youngs_modulus = 3e7"]);
+        let mut steps = Vec::new();
+        for cells in [0.5, 1.0, 2.0, 3.0] {
+            let half_width = HalfWidth::from(cells);
+            let substeps = physical.needed_substeps(half_width).unwrap();
+            let dynamics = Dynamics { half_width: Some(half_width), substeps, ..block::FAST };
+            let simulation =
+                physical.prepare(&Setting { dynamics, method: Method::off() }).unwrap().simulation;
+            let body = simulation.body(0);
+            assert_eq!(body.half_width(), half_width);
+            assert!((body.youngs_modulus().unwrap() / 3e7 - 1.0).abs() < 1e-9, "{cells}");
+            assert!(
+                physical.softened(Dynamics { substeps: substeps - 1, ..dynamics }, simulation.dt() * 1.5)
+            );
+            steps.push(substeps);
+        }
+        assert!(steps.is_sorted_by(|a, b| a > b), "{steps:?}");
+        let (_directory, of_regions) = block::physical(4, &[2]);
+        assert_eq!(of_regions.needed_substeps(HalfWidth::CELL), None);
     }
 
     #[test]

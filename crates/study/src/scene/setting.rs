@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::reference::Regions;
-use supple::{Preservation, VolumeScope};
+use supple::{HalfWidth, Preservation, VolumeScope};
 
 /// Method of volume preservation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +74,8 @@ pub(super) struct Dynamics {
     pub refinement: f64,
     /// Radius of the regions relative to the scene; a value other than 1 is another material.
     pub region_factor: f64,
+    /// Half-width of the regions in place of that of the scene, with the same Young's modulus: the same material.
+    pub half_width: Option<HalfWidth>,
     /// Steps per frame, at least 1.
     pub substeps: u32,
     /// Summation of the goal positions.
@@ -92,6 +94,8 @@ pub enum Axis {
     Substeps,
     /// Wider or narrower regions on the same lattice: another material.
     HalfWidth,
+    /// The same material by regions of another half-width, in the steps that it then needs.
+    Regions,
     /// Naive sums over staircase or breadth-first regions.
     Sums,
 }
@@ -104,6 +108,7 @@ impl Axis {
             Self::Resolution => "resolution",
             Self::Substeps => "substeps",
             Self::HalfWidth => "half-width",
+            Self::Regions => "regions",
             Self::Sums => "sums",
         }
     }

@@ -14,7 +14,7 @@ const BLOCK: &str = include_str!("../../tests/block.obj");
 
 /// Parameters of the unchanged scene, with the sums of the library.
 pub(super) const FAST: Dynamics =
-    Dynamics { refinement: 1.0, region_factor: 1.0, substeps: 2, sums: Sums::Fast };
+    Dynamics { refinement: 1.0, region_factor: 1.0, half_width: None, substeps: 2, sums: Sums::Fast };
 /// Parameters of the unchanged scene, with naive sums over staircase regions.
 pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 

@@ -22,16 +22,18 @@ pub(super) enum Mark {
     Circle,
     Triangle,
     Cross,
+    Plus,
     Square,
     Diamond,
 }
 
 impl Mark {
     /// All marks with their descriptions in the legend.
-    pub(super) const NAMED: [(Self, &str); 5] = [
+    pub(super) const NAMED: [(Self, &str); 6] = [
         (Self::Circle, "lattices, coarse to fine"),
         (Self::Triangle, "other steps per frame"),
         (Self::Cross, "other half-width: another material"),
+        (Self::Plus, "same material, other half-width and steps"),
         (Self::Square, "naive sums"),
         (Self::Diamond, "naive sums, breadth-first regions"),
     ];
@@ -42,6 +44,7 @@ impl Mark {
             Axis::Base | Axis::Resolution => Self::Circle,
             Axis::Substeps => Self::Triangle,
             Axis::HalfWidth => Self::Cross,
+            Axis::Regions => Self::Plus,
             Axis::Sums if point.sums == "naive" => Self::Square,
             Axis::Sums => Self::Diamond,
         }
@@ -57,17 +60,20 @@ impl Mark {
             let corners: Vec<_> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
             area.draw(&Polygon::new(corners, color.filled()))
         };
+        let lines = |ends: [[(i32, i32); 2]; 2]| {
+            ends.iter().try_for_each(|line| {
+                let line = line.map(|(dx, dy)| (x + dx, y + dy));
+                area.draw(&PathElement::new(line, color.stroke_width(3)))
+            })
+        };
         let r = RADIUS;
         match self {
             Self::Circle => area.draw(&Circle::new((x, y), r, color.filled())),
             Self::Triangle => polygon(&[(0, -r), (r, r - 1), (-r, r - 1)]),
             Self::Square => polygon(&[(-r, -r), (r, -r), (r, r), (-r, r)]),
             Self::Diamond => polygon(&[(0, -r - 1), (r + 1, 0), (0, r + 1), (-r - 1, 0)]),
-            Self::Cross => {
-                let stroke = color.stroke_width(3);
-                area.draw(&PathElement::new([(x - r, y - r), (x + r, y + r)], stroke))?;
-                area.draw(&PathElement::new([(x - r, y + r), (x + r, y - r)], stroke))
-            }
+            Self::Cross => lines([[(-r, -r), (r, r)], [(-r, r), (r, -r)]]),
+            Self::Plus => lines([[(-r, 0), (r, 0)], [(0, -r), (0, r)]]),
         }
     }
 }

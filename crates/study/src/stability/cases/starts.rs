@@ -12,13 +12,14 @@ use crate::suite::Suite;
 /// Computes deformed positions from the rest positions. Both are relative to the mean of the rest positions.
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
 
-const STATES: [(&str, Deform); 11] = [
+const STATES: [(&str, Deform); 12] = [
     ("collapsed to a point", |x| vec![Vector3::zeros(); x.len()]),
     ("collapsed to a line", |x| x.iter().map(|x| Vector3::new(x.x, 0.0, 0.0)).collect()),
     ("collapsed to a plane", |x| x.iter().map(|x| Vector3::new(x.x, x.y, 0.0)).collect()),
     ("inside out", |x| x.iter().map(|x| -x).collect()),
     ("mirrored", |x| x.iter().map(|x| Vector3::new(-x.x, x.y, x.z)).collect()),
     ("shuffled", shuffled),
+    ("at random places in its box", at_random),
     ("scaled by 1e-6", |x| x.iter().map(|x| x * 1e-6).collect()),
     ("scaled by 1e6", |x| x.iter().map(|x| x * 1e6).collect()),
     ("turned by 180 degrees", |x| {
@@ -40,6 +41,13 @@ fn shuffled(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut shuffled = x.to_vec();
     fastrand::Rng::with_seed(1).shuffle(&mut shuffled);
     shuffled
+}
+
+/// Places the vertices at random in the bounding box.
+fn at_random(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let corner = x.iter().fold(Vector3::zeros(), |corner: Vector3<f64>, x| corner.sup(x));
+    let mut random = fastrand::Rng::with_seed(2);
+    x.iter().map(|_| corner.map(|c| c * (2.0 * random.f64() - 1.0))).collect()
 }
 
 /// Releases a block from a deformed state with zero velocity. The figures are updated after each `interval`

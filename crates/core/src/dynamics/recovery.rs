@@ -1,0 +1,101 @@
+//! Returns a tangled body to its rest shape.
+//!
+//! A body that starts tangled, with vertices at random places for example, can come to rest in itself: twisted, with no cell
+//! inside out, and in equilibrium, so that nothing in a cell shows it. The wider the regions the rarer this is, because
+//! they span what is twisted. So a body of which many cells are inside out at once follows the widest region of all, the
+//! whole body, until its vertices are near their places: a vertex at x has the velocity of the rigid
+//! motion of the body, plus β (g - x)/h with its goal g = c + R (x⁰ - c⁰) by the rotation R that fits the body best
+//! (Müller et al. 2005, section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) = 0 at
+//! the best rotation.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::momentum::RigidState;
+use crate::lattice::Lattice;
+use crate::simd::lanes::Lanes;
+use crate::state::State;
+
+/// A body is tangled if more than this share of its cells are inside out. The cells of a pressed body are not: at the
+/// worst 1 % of them, in scenes that press bodies to half their height.
+const TANGLED_SHARE: f64 = 0.25;
+
+/// Greatest β: the share of the way to its goal that a vertex moves in a step.
+const GREATEST_RATE: f64 = 0.1;
+
+/// Greatest distance in cells that a vertex moves in a step, as a multiple of √α with the stiffness α of the step. The
+/// kinetic energy of a vertex is then at most a sixteenth of α/(2h²), and a cell inside out has at least that energy.
+const GREATEST_DISTANCE: f64 = 0.25;
+
+/// Distance in cells of the farthest vertex to its goal at which the recovery ends. No cell can then be inside out.
+const NEAR: f64 = 0.25;
+
+/// Returns whether a body is tangled.
+pub(crate) fn is_tangled(lattice: &Lattice, slots: &[u32], state: &State) -> bool {
+    let is_inside_out = |&cell: &u32| {
+        let corners = lattice.cell_corners(cell).map(|vertex| state.local(slots[vertex as usize]));
+        // The gradient of the mean deformation of the cell, times 4.
+        let column = |bit: usize| {
+            let signed = |(i, x): (usize, &Vector3<f64>)| if i >> bit & 1 == 0 { -x } else { *x };
+            corners.iter().enumerate().map(signed).sum::<Vector3<f64>>()
+        };
+        Matrix3::from_columns(&[column(0), column(1), column(2)]).determinant() < 0.0
+    };
+    let count = lattice.cells().len();
+    let inside_out = (0..count as u32).filter(is_inside_out).count();
+    inside_out as f64 > TANGLED_SHARE * count as f64
+}
+
+/// Returns the number of steps after which a recovery ends even if something keeps the vertices from their goals: four
+/// times as many as the farthest vertex needs, which is at most `extent` cells away in most tangles.
+pub(crate) fn most_steps(extent: usize, alpha: f64) -> u32 {
+    4 * (64 + (extent as f64 / (GREATEST_DISTANCE * alpha.sqrt())) as u32)
+}
+
+/// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns whether the
+/// vertices are near their goals.
+///
+/// `measured` is the state of the component with the velocities of the step, `weights` has the mass of each vertex in its
+/// first row, and `slots` the slot of each vertex.
+pub(crate) fn recover(
+    (lattice, slots): (&Lattice, &[u32]),
+    weights: &Lanes<2>,
+    measured: &RigidState,
+    state: &mut State,
+    (alpha, dt): (f64, f64),
+) -> bool {
+    let vertices = || {
+        let vertices = slots.iter().zip(lattice.indices());
+        vertices.map(|(&slot, index)| (slot, Vector3::from(index.map(f64::from))))
+    };
+    let mass = |slot: u32| f64::from(weights.get(slot)[0]);
+    let total: f64 = slots.iter().map(|&slot| mass(slot)).sum();
+    let rest_center = vertices().map(|(slot, rest)| rest * (mass(slot) / total)).sum::<Vector3<f64>>();
+    let center = vertices().map(|(slot, _)| state.local(slot) * (mass(slot) / total)).sum::<Vector3<f64>>();
+    let moments: Matrix3<f64> = vertices()
+        .map(|(slot, rest)| (state.local(slot) - center) * (rest - rest_center).transpose() * mass(slot))
+        .sum();
+    let rotation = nearest_rotation(moments);
+    let goal = |rest| center + rotation * (rest - rest_center);
+    let farthest = vertices().map(|(slot, rest)| (goal(rest) - state.local(slot)).norm()).fold(0.0, f64::max);
+    let rate = GREATEST_RATE.min(GREATEST_DISTANCE * alpha.sqrt() / farthest);
+    let motion = measured.motion(measured.momentum);
+    for (slot, rest) in vertices() {
+        let position = state.local(slot);
+        let rigid = motion.linear + motion.angular.cross(&(position - center));
+        let velocity = rigid + (goal(rest) - position) * (rate / dt);
+        state.velocities.set(slot, velocity.map(|v| v as f32).into());
+    }
+    farthest < NEAR
+}
+
+/// Returns the rotation R with the greatest trace of Rᵀ A. It is any of them if several are equally good.
+fn nearest_rotation(moments: Matrix3<f64>) -> Matrix3<f64> {
+    let decomposed = moments.svd(true, true);
+    match (decomposed.u, decomposed.v_t) {
+        (Some(u), Some(v_t)) => {
+            let signs = Vector3::new(1.0, 1.0, (u * v_t).determinant().signum());
+            u * Matrix3::from_diagonal(&signs) * v_t
+        }
+        _ => Matrix3::identity(),
+    }
+}
