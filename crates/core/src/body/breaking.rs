@@ -12,12 +12,10 @@ use super::context::StepContext;
 use super::fracture_stage::Breaking;
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
-use crate::contact::Contacts;
-use crate::dynamics::{ElasticDamper, MomentumTracker, RegionDamper};
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
-use crate::matching::{Matching, Workspace};
+use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::range::in_range;
 
@@ -268,10 +266,6 @@ impl Body {
         breaking.fracture.prepare(&lattice, &matching.layout);
 
         self.state = transfer(&self.state, &parents, (&self.matching, &matching), &lattice);
-        self.momentum = MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks());
-        self.energy = None;
-        self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&matching));
-        self.elastic_damping = self.needs_damping().then(ElasticDamper::default);
         self.correction = OnceLock::new();
         self.measures = OnceLock::new();
         self.fast_vertex = 0;
@@ -280,29 +274,8 @@ impl Body {
         self.masses = masses;
         self.matching = matching;
         self.surface = self.surface.as_ref().map(|_| OnceLock::new());
-        self.workspace =
-            if self.is_one_task() { Workspace::default() } else { self.matching.cascade.workspace() };
-        if let Some(factors) = &mut self.stiffness_factors {
-            factors.transfer(&parents.first);
-            self.pass_stiffness_factors();
-        }
-        if let Some(inflation) = &mut self.inflation {
-            inflation.transfer(&parents.first);
-            self.pass_inflation();
-        }
-        if let Some(constraints) = &mut self.constraints {
-            constraints.transfer(&parents.first);
-            self.track_constraints();
-        }
-        if let Some(forces) = &mut self.forces {
-            forces.transfer(&parents.pairs(), &self.masses);
-        }
-        if let Some(before) = self.contacts.take() {
-            let mut contacts = Contacts::within(before.spacing(), self.create_samples(before.spacing()));
-            contacts.continue_from(&before, &parents.first, &self.lattice);
-            self.contacts = Some(contacts);
-        }
-        self.renew_body_contact();
+        self.follow_in_stages(&parents);
+        self.rebuild_stages();
         self.wake();
     }
 }

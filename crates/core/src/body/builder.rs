@@ -8,8 +8,8 @@ use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::dynamics::{
-    Accuracy, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset, RegionDamper,
-    RegionDamping, RegionSize, Stiffness, Zone,
+    Accuracy, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset, RegionDamping,
+    RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
@@ -421,7 +421,7 @@ impl BodyBuilder {
             workspace: Workspace::default(),
             momentum: MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks()),
             energy: None,
-            region_damping: self.material.has_region_damping().then(|| RegionDamper::new(&matching)),
+            region_damping: None,
             elastic_damping: None,
             lowest_eigenvalue: OnceLock::new(),
             forces: None,
@@ -446,13 +446,9 @@ impl BodyBuilder {
             matching,
         };
         body.update_shapes();
-        body.update_elastic_damping();
+        body.rebuild_stages();
         if let (Some(options), Some(shares)) = (self.fracture, shares) {
             body.arm(options, shares);
-        }
-        // Small bodies use the buffers of the threads of their simulation.
-        if !body.is_one_task() {
-            body.workspace = body.matching.cascade.workspace();
         }
         body.set_inflate(self.inflate)?;
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;

@@ -8,7 +8,7 @@ use crate::dynamics::{
     Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
-use crate::matching::{HalfWidth, Matching, Workspace};
+use crate::matching::{HalfWidth, Matching};
 use crate::mesh::Interior;
 use crate::parallel::Executor;
 use crate::state::index_bounds;
@@ -200,16 +200,9 @@ impl Body {
         }
         self.carry_shapes(half_width);
         self.matching.set_half_width(&self.lattice, &self.masses, half_width);
-        self.pass_stiffness_factors();
-        self.pass_inflation();
-        let Matching { layout, cascade, .. } = &self.matching;
-        self.workspace = Workspace::default();
-        // The division of the sums into tasks depends on the half-width.
-        self.momentum = MomentumTracker::new(&self.lattice, &self.masses, layout, cascade.tasks());
         self.state.fitted = false;
-        self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&self.matching));
         self.forget_elastic_measures();
-        self.track_constraints();
+        self.rebuild_stages();
     }
 
     /// Removes what was computed from the regions and their factors.

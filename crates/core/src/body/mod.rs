@@ -25,7 +25,8 @@
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `recovery` | lets a tangled body return to its rest shape |
-//! | `step` | runs the stages of a step, in order |
+//! | `stages` | the stages of a step, in order |
+//! | `step` | runs them |
 //! | `plan` | describes the stages and their memory |
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
@@ -55,6 +56,7 @@ mod settings;
 mod sleep;
 mod snapshot;
 mod soft_body;
+mod stages;
 mod step;
 mod surface;
 mod touching;

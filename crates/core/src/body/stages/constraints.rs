@@ -1,0 +1,124 @@
+//! Pins and handles: the begin of those that become active, and their targets at the end of a step.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::dynamics::RegionDamper;
+use crate::parallel::Executor;
+
+/// Pins and handles that become active capture the positions of their vertices.
+pub(super) struct BeginConstraints;
+
+impl Stage for BeginConstraints {
+    fn name(&self) -> &'static str {
+        "begin pins, handles"
+    }
+
+    fn is_main(&self) -> bool {
+        false
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.constraints.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.begin_constraints(step.context, step.executor);
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("captured positions, targets".to_owned(), 0)
+    }
+}
+
+/// Moves constrained vertices to the targets of their pins and handles.
+pub(super) struct ApplyConstraints;
+
+impl Stage for ApplyConstraints {
+    fn name(&self) -> &'static str {
+        "pins and handles"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.constraints.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.apply_constraints(step.context);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        body.constraints.as_ref().map_or_else(Default::default, |constraints| {
+            let list = constraints.list();
+            let count: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();
+            (format!("{} on {count} lattice vertices", list.len()), constraints.bytes())
+        })
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        body.track_constraints();
+    }
+
+    fn follow(&self, body: &mut Body, parents: &Parents) {
+        if let Some(constraints) = &mut body.constraints {
+            constraints.transfer(&parents.first);
+        }
+    }
+}
+
+impl Body {
+    /// Activates and deactivates pins and handles according to their time windows.
+    fn begin_constraints(&mut self, context: &StepContext, executor: &Executor) {
+        let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
+        let state_slots = (&state.body_state(), matching.layout.slots());
+        if constraints.begin(context.interval, state_slots, executor) {
+            self.track_constraints();
+        }
+    }
+
+    /// Updates which components have constrained vertices. The momenta of such components are not conserved.
+    pub(in crate::body) fn track_constraints(&mut self) {
+        let Self { constraints, matching, momentum, state, .. } = self;
+        match constraints {
+            Some(constraints) => {
+                momentum.set_constrained(
+                    matching.layout.slots(),
+                    constraints.constrained(),
+                    &mut state.momenta,
+                );
+            }
+            None => momentum.clear_constrained(),
+        }
+        self.update_fit_masses();
+    }
+
+    /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::hold_factors`.
+    ///
+    /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
+    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would
+    /// slip out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the
+    /// fits use these masses, so that momenta and forces are those of the masses of the vertices.
+    fn update_fit_masses(&mut self) {
+        let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
+        let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        let factors = matching.regions.hold_factors(&matching.layout, constrained);
+        let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
+        let slots = matching.layout.slots().iter();
+        if slots.zip(&fit_masses).all(|(&slot, &mass)| matching.regions.weights.get(slot)[0] == mass) {
+            return;
+        }
+        matching.set_masses(&fit_masses);
+        momentum.set_masses(matching.layout.slots(), &fit_masses);
+        if let Some(damper) = region_damping {
+            *damper = RegionDamper::new(matching);
+        }
+    }
+
+    /// Moves constrained vertices to the targets of their pins and handles.
+    pub(in crate::body) fn apply_constraints(&mut self, context: &StepContext) {
+        if let Some(constraints) = &self.constraints {
+            constraints.apply(context.interval, &mut self.state.body_state(), self.matching.layout.slots());
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Contacts with colliders, and of bodies with each other.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::contact::Contacts;
+use crate::contact::bodies::BodyContactPart;
+use crate::plan::CONTACT_OF_BODIES;
+
+/// Finds the components inside colliders, and stores the velocities before the impacts of the step.
+pub(super) struct BeginContacts;
+
+impl Stage for BeginContacts {
+    fn name(&self) -> &'static str {
+        "begin contacts"
+    }
+
+    fn is_main(&self) -> bool {
+        false
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.contacts.is_some() || body.body_contact.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.begin_contacts(step.context);
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("stores the velocities before shape matching".to_owned(), 0)
+    }
+}
+
+/// Applies the impulses at bodies and colliders, of a body that touches another one or itself.
+pub(super) struct TouchBodies;
+
+impl Stage for TouchBodies {
+    fn name(&self) -> &'static str {
+        CONTACT_OF_BODIES
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.body_contact.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.resolve_body_contacts(step.context, step.part, step.executor);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        match body.planned_body_contact() {
+            Some((Some(samples), bytes)) => (format!("{samples} samples"), bytes),
+            Some((None, bytes)) => ("no samples before a body is near".to_owned(), bytes),
+            None => Default::default(),
+        }
+    }
+
+    fn follow(&self, body: &mut Body, _parents: &Parents) {
+        body.renew_body_contact();
+    }
+}
+
+/// Applies the impulses at colliders, of a body that touches no other one.
+pub(super) struct TouchColliders;
+
+impl Stage for TouchColliders {
+    fn name(&self) -> &'static str {
+        "contacts"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.contacts.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.resolve_contacts(step.context, step.part);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        body.contacts.as_ref().map_or_else(Default::default, |contacts| {
+            (format!("{} samples", contacts.samples().count()), contacts.bytes())
+        })
+    }
+
+    fn follow(&self, body: &mut Body, parents: &Parents) {
+        if let Some(before) = body.contacts.take() {
+            let mut contacts = Contacts::within(before.spacing(), body.create_samples(before.spacing()));
+            contacts.continue_from(&before, &parents.first, &body.lattice);
+            body.contacts = Some(contacts);
+        }
+    }
+}
+
+impl Body {
+    /// Stores the velocities before the impacts of this step.
+    pub(in crate::body) fn begin_contacts(&mut self, context: &StepContext) {
+        self.begin_body_contact();
+        self.begin_escapes(context);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.begin(&self.state.velocities);
+        }
+    }
+
+    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what supports it.
+    /// If bodies are near, the contacts were found before.
+    fn resolve_contacts(&mut self, context: &StepContext, part: &BodyContactPart) {
+        if matches!(part, BodyContactPart::Alone) {
+            self.detect_contacts(context);
+        }
+        if !matches!(part, BodyContactPart::InIsland { .. }) {
+            self.finish_alone(context);
+        }
+        self.finish_contacts(context);
+    }
+
+    /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
+    fn finish_alone(&mut self, context: &StepContext) {
+        let unit = self.impulse_unit() / context.interval.dt;
+        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        contacts.begin_with(|key| state.touches.force(key) / unit);
+        contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
+    }
+
+    /// Stores the forces of the contacts with colliders after a step of `dt` seconds in which no body was touched.
+    pub(in crate::body) fn keep_contact_forces(&mut self, dt: f64) {
+        let unit = self.impulse_unit() / dt;
+        if self.body_contact.is_some() {
+            self.state.touches.clear();
+        }
+        let pressures = self.contacts.iter().flat_map(|contacts| contacts.pressures());
+        self.state.touches.set_forces(pressures.map(|pressure| pressure.force(unit)));
+    }
+
+    /// Returns the unit of the impulses of contacts with colliders, in scene units.
+    pub(in crate::body) fn impulse_unit(&self) -> f64 {
+        self.cell_mass() * self.lattice.cell_size()
+    }
+
+    /// Moves components out of colliders in which they began, and finds the contacts with colliders.
+    pub(in crate::body) fn detect_contacts(&mut self, context: &StepContext) {
+        self.move_out();
+        let is_asleep = self.is_asleep();
+        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        if context.is_frame_start && !is_asleep {
+            contacts.clear_displacements();
+        }
+        let (colliders, interval) = (context.colliders, context.interval);
+        contacts.detect(&state.body_state(), colliders, interval, context.gravity.into());
+    }
+
+    /// Invalidates the momenta of the components that touched colliders, which the next step measures, and stores what
+    /// supports the body.
+    fn finish_contacts(&mut self, context: &StepContext) {
+        let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
+        for vertex in contacts.touched() {
+            state.invalidate_momentum(lattice, vertex);
+        }
+        if self.elastic_damping.is_some() || context.sleep {
+            state.supports.set(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
+                |pressure| {
+                    let component = lattice.components().of_vertex[pressure.vertex as usize];
+                    pressure.support_of(component)
+                },
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Vector3};
+
+    use super::*;
+    use crate::contact::Colliders;
+    use crate::matching::Workspaces;
+    use crate::state::Interval;
+    use crate::{Collider, Lattice, Material, Selection, Simulation};
+
+    fn known_momenta(simulation: &Simulation) -> Vec<bool> {
+        simulation.body(0).state.momenta.iter().map(Option::is_some).collect()
+    }
+
+    #[test]
+    fn contacts_and_forces_invalidate_momenta_of_their_components_only() {
+        let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
+        let mut body = Body::from_lattice(lattice.unwrap()).material(Material::fast_lsm()).build().unwrap();
+        body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
+        let ball = Collider::sphere([8.5, -1.0, 0.5], 1.5);
+        let mut simulation =
+            Simulation::builder().body(body).collider(ball).gravity([0.0; 3]).build().unwrap();
+        simulation.step();
+        assert_eq!(known_momenta(&simulation), [true, false, false]);
+        simulation.step();
+        assert_eq!(known_momenta(&simulation), [true, true, false]);
+        let body = simulation.body_mut(0);
+        body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
+        let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
+        let colliders = &Colliders::new(&[]).unwrap();
+        let workspaces = &Workspaces::default();
+        let context =
+            StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false, workspaces };
+        body.apply_external_forces(&context);
+        assert_eq!(known_momenta(&simulation), [true, false, false]);
+    }
+}

@@ -1,0 +1,112 @@
+//! Region damping, and the damping of the elastic modes.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::dynamics::{Damping, ElasticDamper, RegionDamper, RegionDamping};
+use crate::matching::{Purpose, Shapes};
+use crate::parallel::Executor;
+
+/// Moves the velocities towards the mean rigid velocity of the regions.
+pub(super) struct DampRegions;
+
+impl Stage for DampRegions {
+    fn name(&self) -> &'static str {
+        "region damping"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.region_damping.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.damp(step.context, step.executor);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        let detail = match body.material.region_damping {
+            RegionDamping::PerStep(fraction) => format!("{fraction} per step"),
+            RegionDamping::Rate(rate) => format!("{rate} per second"),
+        };
+        (detail, body.region_damping.as_ref().map_or(0, RegionDamper::bytes))
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        let is_damped = body.material.has_region_damping();
+        body.region_damping = is_damped.then(|| RegionDamper::new(&body.matching));
+    }
+}
+
+/// Computes the reference motions of the components, towards which the acceleration damps the velocities.
+pub(super) struct DampModes;
+
+impl Stage for DampModes {
+    fn name(&self) -> &'static str {
+        "elastic damping"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.elastic_damping.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.begin_elastic_damping(step.context, step.executor);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        let detail = match body.material.damping() {
+            Damping::Ratio(0.0) | Damping::Rate(0.0) => {
+                format!("rolling resistance {}", body.rolling_resistance())
+            }
+            Damping::Ratio(ratio) => format!("ratio {ratio} of the lowest mode"),
+            Damping::Rate(rate) => format!("{rate} per second"),
+        };
+        (detail, body.elastic_damping.as_ref().map_or(0, ElasticDamper::bytes))
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        body.elastic_damping = body.needs_damping().then(ElasticDamper::default);
+    }
+}
+
+impl Body {
+    /// Damps the velocities: v += d (v̄ - v).
+    ///
+    /// Region damping runs before shape matching. If it ran afterwards, it would spread the accelerations of
+    /// constrained vertices to other vertices, although the constraints override the velocities of
+    /// constrained vertices.
+    fn damp(&mut self, context: &StepContext, executor: &Executor) {
+        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
+        let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
+        else {
+            return;
+        };
+        let workspace = shared.as_deref_mut().unwrap_or(workspace);
+        if !state.fitted {
+            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
+            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
+        }
+        let fraction = material.region_damping_fraction(context.interval.dt) as f32;
+        let shapes_velocities = (&state.rotations, state.strains.as_ref(), &mut state.velocities);
+        let shares = matching.regions.shares();
+        region_damping.apply(matching, workspace, executor, shapes_velocities, (fraction, shares));
+    }
+
+    /// Measures the motion before the step, and computes the reference motions of the damping.
+    fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
+        let dt = context.interval.dt;
+        let keep = self.kept_fraction(dt, executor);
+        let (size, rolling) = (self.size / self.lattice.cell_size(), self.rolling_resistance());
+        let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
+            return;
+        };
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        damping.begin(
+            constraints.as_ref(),
+            (state, matching.layout.slots()),
+            momentum,
+            (keep, size, rolling, dt),
+        );
+    }
+}

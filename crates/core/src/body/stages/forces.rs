@@ -1,0 +1,49 @@
+//! External forces.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::dynamics::Forces;
+
+/// Applies the external forces of the step.
+pub(super) struct ApplyForces;
+
+impl Stage for ApplyForces {
+    fn name(&self) -> &'static str {
+        "external forces"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.forces.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.apply_external_forces(step.context);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        let bytes = body.forces.as_ref().map_or(0, Forces::bytes);
+        ("next step's forces, this frame's displacements".to_owned(), bytes)
+    }
+
+    fn follow(&self, body: &mut Body, parents: &Parents) {
+        if let Some(forces) = &mut body.forces {
+            forces.transfer(&parents.pairs(), &body.masses);
+        }
+    }
+}
+
+impl Body {
+    /// Applies external forces: v += h f/m and x += h² f/m. Removes the stage when it has no more data.
+    pub(super) fn apply_external_forces(&mut self, context: &StepContext) {
+        let cell_mass = self.cell_mass();
+        let Self { forces: Some(forces), lattice, masses, matching, state, .. } = self else { return };
+        let mass = |vertex: u32| cell_mass * f64::from(masses[vertex as usize]);
+        let timing = (context.interval, context.is_frame_start);
+        forces.apply(timing, (lattice, matching.layout.slots()), mass, state);
+        if forces.is_empty() {
+            self.forces = None;
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! The ratios of the rest volumes.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::dynamics::Inflation;
+
+/// Updates the ratios of the rest volumes of the regions to the end of the step.
+pub(super) struct UpdateInflation;
+
+impl Stage for UpdateInflation {
+    fn name(&self) -> &'static str {
+        "inflation"
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.inflation.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.update_inflation(step.context.interval);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        ("ratios of rest volumes".to_owned(), body.inflation.as_ref().map_or(0, Inflation::bytes))
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        body.pass_inflation();
+    }
+
+    fn follow(&self, body: &mut Body, parents: &Parents) {
+        if let Some(inflation) = &mut body.inflation {
+            inflation.transfer(&parents.first);
+        }
+    }
+}

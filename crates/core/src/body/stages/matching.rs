@@ -1,0 +1,157 @@
+//! Shape matching: goal positions, and the acceleration towards them.
+
+use nalgebra::Vector3;
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::dynamics::{Accelerate, EnergyLimiter};
+use crate::matching::{Purpose, Shapes, Workspace, Workspaces};
+use crate::parallel::{CHUNK, Executor};
+
+/// Accelerates the vertices towards their goal positions.
+pub(super) struct MatchShapes;
+
+impl Stage for MatchShapes {
+    fn name(&self) -> &'static str {
+        "shape matching"
+    }
+
+    fn exists(&self, _body: &Body) -> bool {
+        true
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        let unconverged = body.match_shapes(step.context, step.executor);
+        body.recover(step.context, unconverged);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        let limiter = body.energy.as_ref();
+        let plastic = if body.state.strains.is_some() { ", plastic shapes" } else { "" };
+        let suffix = if limiter.is_some() { ", energy limiter" } else { "" };
+        let (width, blocks) = (body.half_width(), body.matching.layout.blocks());
+        let bytes = body.matching.bytes() + body.workspace.bytes() + limiter.map_or(0, EnergyLimiter::bytes);
+        let sums = "window sums along x, y, z, SIMD blocks";
+        (format!("half-width {width}, {sums}: {blocks}{plastic}{suffix}"), bytes)
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        // Small bodies use the buffers of the threads of their simulation.
+        body.workspace =
+            if body.is_one_task() { Workspace::default() } else { body.matching.cascade.workspace() };
+        (body.energy, body.state.energy_limit) = (None, None);
+        body.pass_stiffness_factors();
+    }
+
+    fn follow(&self, body: &mut Body, parents: &Parents) {
+        if let Some(factors) = &mut body.stiffness_factors {
+            factors.transfer(&parents.first);
+        }
+    }
+}
+
+impl Body {
+    /// Returns whether the blocks of eight lattice vertices fit into one chunk. A step then runs on one
+    /// thread.
+    pub(crate) fn is_one_task(&self) -> bool {
+        self.matching.layout.blocks() <= CHUNK
+    }
+
+    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single
+    /// task.
+    pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
+        let small = bodies.iter().filter(|body| body.is_one_task());
+        workspaces.reserve(threads, small.map(|body| body.matching.cascade.sizes()));
+    }
+
+    /// Accelerates the vertices towards their goal positions: v += alpha (g - x)/h + h a.
+    ///
+    /// Gravity changes the velocity of the frame of a free body. For a body that is not free, gravity changes
+    /// the velocities of the vertices.
+    ///
+    /// If Newton's method did not converge for a region of a free body, the energy limiter is applied and the
+    /// fit runs a second time, to sum the elastic potential. This happens only where the optimal rotation of
+    /// the region is nearly not unique. Returns the number of such regions.
+    fn match_shapes(&mut self, context: &StepContext, executor: &Executor) -> usize {
+        let is_free = self.is_free();
+        let dt = context.interval.dt;
+        let alpha = self.alpha(dt);
+        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
+        let stiffness = self.is_armed().then(|| (self.modulus_in_force(dt), self.greatest_factor()));
+        let Self {
+            matching,
+            workspace,
+            momentum,
+            energy,
+            elastic_damping,
+            lattice,
+            material,
+            state,
+            breaking,
+            ..
+        } = self;
+        let workspace = shared.as_deref_mut().unwrap_or(workspace);
+        if let Some(damping) = elastic_damping {
+            damping.finish(state, momentum);
+        }
+        let mut velocity_change = context.gravity * (dt / lattice.cell_size());
+        if is_free {
+            state.frame.advance_origin(velocity_change, dt);
+            velocity_change = Vector3::zeros();
+        }
+
+        let shapes = match (&mut state.strains, &material.plastic) {
+            (Some(strains), Some(plastic)) => Shapes::Flowing(strains, plastic.flow(dt)),
+            _ => Shapes::Rest,
+        };
+        let fitted = (&state.positions, &mut state.rotations, shapes);
+        let gradients = breaking.as_mut().zip(stiffness).and_then(|(breaking, stiffness)| {
+            breaking.expect_gradients(material.plastic.is_some());
+            breaking.fracture.gradients(stiffness, breaking.has_gradients)
+        });
+        let unconverged = match gradients {
+            Some(gradients) => matching.fit_and_measure(workspace, executor, fitted, gradients),
+            None => matching.fit(workspace, executor, fitted, None, Purpose::Vertices),
+        };
+        self.unconverged += unconverged;
+        state.fitted = true;
+        let limiter =
+            (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
+        if let Some(limiter) = &limiter {
+            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
+            let potential = Some(limiter.potential());
+            matching.fit(workspace, executor, fitted, potential, Purpose::Vertices);
+        }
+        let limiter = limiter.map(|limiter| {
+            limiter.begin(&state.velocities);
+            &*limiter
+        });
+
+        let stiffness_rate = alpha / dt;
+        let sums_momenta = momentum.any_free();
+        let (weights, factors) = (&matching.regions.weights, matching.regions.factors());
+        let (components, sums) = momentum.begin_sums();
+        let update = Accelerate {
+            weights,
+            factors,
+            positions: &state.positions,
+            stiffness_rate: stiffness_rate as f32,
+            velocity_change: velocity_change.map(|v| v as f32).into(),
+            damping: elastic_damping
+                .as_ref()
+                .map(|damping| (damping.damped(), components, matching.layout.occupied())),
+            components: sums_momenta.then_some(components),
+        };
+        let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());
+        matching.cascade.adjoint(layout, executor, workspace, &update, velocities, sums);
+        momentum.finish_sums();
+
+        if let Some(limiter) = limiter {
+            limiter.apply((stiffness_rate, dt), &matching.regions, state, momentum);
+        }
+        momentum.add_impulse(&mut state.momenta, velocity_change);
+        unconverged
+    }
+}

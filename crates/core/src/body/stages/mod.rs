@@ -1,0 +1,109 @@
+//! The stages of a step, in order: [`stages`]. Each comment in the lists gives the module that implements a stage, and its
+//! formula.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | h, a | length of the step, gravity |
+//! | x, v, m, f | position, velocity and mass of a vertex, and the external force on it |
+//! | n | number of regions that contain the vertex |
+//! | v̄ | mean of the rigid velocities of these n regions at the vertex |
+//! | g | goal position of the vertex |
+//! | c, R | center of mass of a region, and the rotation of the region from the rest pose |
+//! | x̄, P, L | center of mass, linear momentum and angular momentum of a connected component |
+//! | r, c | reference motion of a component (`dynamics::elastic_damping`), and decay rate of its modes |
+//! | J | impulse of a contact on a vertex |
+//! | alpha, d | stiffness and region damping per step |
+//! | superscript 0 | value in the rest pose, such as x⁰ |
+//! | × | cross product |
+//!
+//! A *free component* is a connected component of the lattice without a constrained vertex. Its momenta are
+//! tracked. A *free body* has no active constraint and no contact stage. The origin of its frame, from which
+//! the f32 positions and velocities are measured, moves with the body. The crate page has the citations.
+//!
+//! | file | stages |
+//! |---|---|
+//! | `stage` | [`Stage`]: what a stage is |
+//! | `constraints` | pins and handles |
+//! | `inflation` | ratios of rest volumes |
+//! | `momentum` | the momenta of free components |
+//! | `damping` | region damping and the damping of the elastic modes |
+//! | `matching` | shape matching |
+//! | `fracture` | the joints that break |
+//! | `integration` | the advance of the positions |
+//! | `forces` | external forces |
+//! | `contacts` | contacts with colliders and bodies |
+
+mod constraints;
+mod contacts;
+mod damping;
+mod forces;
+mod fracture;
+mod inflation;
+mod integration;
+mod matching;
+mod momentum;
+mod stage;
+
+use self::constraints::{ApplyConstraints, BeginConstraints};
+use self::contacts::{BeginContacts, TouchBodies, TouchColliders};
+use self::damping::{DampModes, DampRegions};
+use self::forces::ApplyForces;
+use self::fracture::FindBreaking;
+use self::inflation::UpdateInflation;
+use self::integration::Integrate;
+use self::matching::MatchShapes;
+use self::momentum::TrackMomentum;
+pub(super) use self::stage::{BodyStep, Stage};
+
+/// The stages up to the damping, whose reference motions bodies that press on each other have in common.
+pub(super) const BEGIN: [&dyn Stage; 5] = [
+    // dynamics::constraints: pins and handles that become active capture the positions of their vertices.
+    // dynamics::follow: targets of handles that follow an animated mesh.
+    &BeginConstraints,
+    // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
+    &UpdateInflation,
+    // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not known.
+    &TrackMomentum,
+    // dynamics::damping: v += d (v̄ - v).
+    &DampRegions,
+    // dynamics::elastic_damping: r, the reference motion of each component. Before the acceleration, v becomes
+    // r + exp(-2 c h) (v - r).
+    &DampModes,
+];
+
+/// The stages between the damping and the contacts, which bodies that touch have in common.
+pub(super) const ADVANCE: [&dyn Stage; 5] = [
+    // body::escape: finds the components inside colliders. contact: stores v as the velocity before the impacts of this
+    // step.
+    &BeginContacts,
+    // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions that contain the
+    // vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and then the plastic shapes S
+    // flow. dynamics::integration: v += alpha (g - x)/h + h a. dynamics::recovery: a tangled body follows its rest shape
+    // as a whole.
+    &MatchShapes,
+    // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching measured.
+    // The joints that exceed their limits break at the end of the step.
+    &FindBreaking,
+    // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
+    &Integrate,
+    // dynamics::forces: v += h f/m and x += h² f/m. After the damping, so that a steady force acts whole.
+    &ApplyForces,
+];
+
+/// The stages from the contacts on.
+pub(super) const FINISH: [&dyn Stage; 3] = [
+    // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them, where
+    // they touch colliders.
+    &TouchBodies,
+    // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where surface samples
+    // touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of x alone.
+    &TouchColliders,
+    // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
+    &ApplyConstraints,
+];
+
+/// Returns the stages in execution order. A step runs them, the plan prints them with their memory, and changes of the
+/// lattice, of the regions and of the material go through them.
+pub(super) fn stages() -> impl Iterator<Item = &'static dyn Stage> {
+    BEGIN.into_iter().chain(ADVANCE).chain(FINISH)
+}

@@ -1,0 +1,76 @@
+//! The momenta of free components.
+
+use nalgebra::Vector3;
+
+use super::stage::{BodyStep, Stage};
+use crate::body::soft_body::Body;
+use crate::dynamics::{Constraints, MomentumTracker};
+use crate::parallel::Executor;
+
+/// Measures the momenta of free components where they are not known.
+pub(super) struct TrackMomentum;
+
+impl Stage for TrackMomentum {
+    fn name(&self) -> &'static str {
+        "momentum tracker"
+    }
+
+    fn exists(&self, _body: &Body) -> bool {
+        true
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.track_momentum(step.executor);
+    }
+
+    fn describe(&self, body: &Body) -> (String, usize) {
+        let components = body.state.momenta.len();
+        (format!("momenta in f64, connected components: {components}"), body.momentum.bytes())
+    }
+
+    fn rebuild(&self, body: &mut Body) {
+        let (layout, cascade) = (&body.matching.layout, &body.matching.cascade);
+        body.momentum = MomentumTracker::new(&body.lattice, &body.masses, layout, cascade.tasks());
+    }
+}
+
+impl Body {
+    /// Returns whether the body is free: it has no active constraint and no contact stage.
+    pub(super) fn is_free(&self) -> bool {
+        self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
+    }
+
+    /// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and
+    /// velocities small.
+    ///
+    /// If the positions of any body have become large, the body is rebased: its origin moves near its center
+    /// of mass. If momenta of a free body are invalidated, the velocity of its origin is set to the velocity
+    /// of its center of mass. The origin of a body that is not free has velocity zero.
+    fn track_momentum(&mut self, executor: &Executor) {
+        let is_free = self.is_free();
+        let Self { matching, momentum, state, .. } = self;
+        let slots = matching.layout.slots();
+        if !is_free {
+            state.set_origin_velocity(slots, Vector3::zeros());
+        }
+        // Constraints, contacts, forces and assigned positions or velocities change the energy.
+        if !is_free || state.momenta.contains(&None) {
+            state.energy_limit = None;
+        }
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        let (needs_rebase, invalidated) =
+            (state.needs_rebase(slots[0], weights), momentum.any_invalidated(&state.momenta));
+        if !needs_rebase && !invalidated {
+            return;
+        }
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        if needs_rebase {
+            state.rebase(slots, momentum.center());
+        }
+        if invalidated && is_free {
+            state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
+            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        }
+        momentum.store_measured(&mut state.momenta);
+    }
+}

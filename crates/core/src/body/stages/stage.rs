@@ -1,0 +1,43 @@
+//! What a stage is.
+
+use crate::body::context::StepContext;
+use crate::body::soft_body::Body;
+use crate::body::transfer::Parents;
+use crate::contact::bodies::BodyContactPart;
+use crate::parallel::Executor;
+
+/// The inputs of a stage.
+pub(in crate::body) struct BodyStep<'a> {
+    pub(in crate::body) context: &'a StepContext<'a>,
+    /// The part of the body in the contacts between bodies. It is known from the contacts on.
+    pub(in crate::body) part: &'a BodyContactPart<'a>,
+    pub(in crate::body) executor: &'a Executor,
+}
+
+/// A stage of the step of a body. All that the body needs to know of it is here.
+pub(in crate::body) trait Stage: Sync {
+    /// Returns the name of the stage in the plan.
+    fn name(&self) -> &'static str;
+
+    /// Returns whether the plan lists the stage as left out if the body does not have it. Stages that only prepare a later
+    /// stage are not listed.
+    fn is_main(&self) -> bool {
+        true
+    }
+
+    /// Returns whether a body has the stage. A missing stage takes no time and no memory.
+    fn exists(&self, body: &Body) -> bool;
+
+    /// Runs the stage.
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>);
+
+    /// Returns the parameters of the stage, and its memory in bytes.
+    fn describe(&self, body: &Body) -> (String, usize);
+
+    /// Builds what depends on the lattice, the regions and the material, which are new or were changed.
+    fn rebuild(&self, _body: &mut Body) {}
+
+    /// Moves the data of vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The lattice,
+    /// the masses, the regions and the state of the body are the new ones.
+    fn follow(&self, _body: &mut Body, _parents: &Parents) {}
+}
