@@ -14,7 +14,7 @@ impl Body {
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         self.wake_to_inflate(context.interval);
         if !self.is_asleep() {
-            self.run_all(&BEGIN, context, &BodyContactPart::Alone, executor);
+            self.run_all(BEGIN, context, &BodyContactPart::Alone, executor);
         } else if let Some(forces) = &mut self.forces {
             forces.discard();
         }
@@ -23,7 +23,7 @@ impl Body {
     /// Continues a step: runs the existing stages up to the contacts, unless the body sleeps.
     pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
         if !self.is_asleep() {
-            self.run_all(&ADVANCE, context, &BodyContactPart::Alone, executor);
+            self.run_all(ADVANCE, context, &BodyContactPart::Alone, executor);
             self.measure_contact_bounds();
         }
     }
@@ -37,7 +37,7 @@ impl Body {
             }
             return;
         }
-        self.run_all(&FINISH, context, part, executor);
+        self.run_all(FINISH, context, part, executor);
         if !is_in_island {
             self.keep_contact_forces(context.interval.dt);
         }

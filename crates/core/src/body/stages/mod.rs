@@ -56,7 +56,7 @@ use self::momentum::TrackMomentum;
 pub(super) use self::stage::{BodyStep, Stage};
 
 /// The stages up to the damping, whose reference motions bodies that press on each other have in common.
-pub(super) const BEGIN: [&dyn Stage; 5] = [
+pub(super) const BEGIN: &[&dyn Stage] = &[
     // dynamics::constraints: pins and handles that become active capture the positions of their vertices.
     // dynamics::follow: targets of handles that follow an animated mesh.
     &BeginConstraints,
@@ -72,7 +72,7 @@ pub(super) const BEGIN: [&dyn Stage; 5] = [
 ];
 
 /// The stages between the damping and the contacts, which bodies that touch have in common.
-pub(super) const ADVANCE: [&dyn Stage; 5] = [
+pub(super) const ADVANCE: &[&dyn Stage] = &[
     // body::escape: finds the components inside colliders. contact: stores v as the velocity before the impacts of this
     // step.
     &BeginContacts,
@@ -91,7 +91,7 @@ pub(super) const ADVANCE: [&dyn Stage; 5] = [
 ];
 
 /// The stages from the contacts on.
-pub(super) const FINISH: [&dyn Stage; 3] = [
+pub(super) const FINISH: &[&dyn Stage] = &[
     // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them, where
     // they touch colliders.
     &TouchBodies,
@@ -105,5 +105,5 @@ pub(super) const FINISH: [&dyn Stage; 3] = [
 /// Returns the stages in execution order. A step runs them, the plan prints them with their memory, and changes of the
 /// lattice, of the regions and of the material go through them.
 pub(super) fn stages() -> impl Iterator<Item = &'static dyn Stage> {
-    BEGIN.into_iter().chain(ADVANCE).chain(FINISH)
+    BEGIN.iter().chain(ADVANCE).chain(FINISH).copied()
 }
