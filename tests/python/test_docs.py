@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,13 @@ def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
     shutil.copytree(ROOT / "examples" / "scenes", tmp_path / "examples" / "scenes")
     monkeypatch.chdir(tmp_path)
     exec(compile(program, page, "exec"), {"__name__": "__main__"})
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
+def test_the_stage_of_the_contributing_page_can_be_added():
+    diff = re.search(r"^```diff\n(.*?)^```", (ROOT / "CONTRIBUTING.md").read_text(), re.MULTILINE | re.DOTALL).group(1)
+    assert diff.count("diff --git") == 3, "its file, the list, one setting"
+    subprocess.run(["git", "apply", "--check"], input=diff, text=True, cwd=ROOT, check=True)
 
 
 def test_relative_links_resolve():
