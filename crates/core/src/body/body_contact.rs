@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::context::StepContext;
+use super::parts::{Pipeline, Shape, Touch};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::contact::bodies::{
@@ -20,7 +21,7 @@ const ROLLING_RESISTANCE: f64 = 0.08;
 impl Body {
     /// Returns the coefficient of rolling resistance on colliders: see [`TouchingOptions::rolling_resistance`].
     pub fn rolling_resistance(&self) -> f64 {
-        self.touching.rolling_resistance.unwrap_or(match self.material.damping() {
+        self.settings.touching.rolling_resistance.unwrap_or(match self.settings.material.damping() {
             Damping::Ratio(ratio) => ROLLING_RESISTANCE * ratio,
             Damping::Rate(0.0) => 0.0,
             // That of the damping ratio 0.2.
@@ -30,7 +31,7 @@ impl Body {
 
     /// Returns how the body touches other bodies.
     pub fn touching(&self) -> &TouchingOptions {
-        &self.touching
+        &self.settings.touching
     }
 
     /// Returns the bodies that the body touched in the last step: pairs of connected component and body.
@@ -42,13 +43,13 @@ impl Body {
     ///
     /// `with_itself`: whether connected parts of the body touch each other.
     pub(crate) fn set_body_contact(&mut self, enabled: bool, with_itself: bool) {
-        self.has_self_contact = with_itself;
+        self.settings.has_self_contact = with_itself;
         // The touches of another simulation would name other bodies.
         self.state.touches = Touches::default();
         if !enabled {
-            self.body_contact = None;
-        } else if self.body_contact.is_none() {
-            self.body_contact = Some(BodyContact::new());
+            self.touch.body_contact = None;
+        } else if self.touch.body_contact.is_none() {
+            self.touch.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
     }
@@ -56,16 +57,16 @@ impl Body {
     /// Creates or removes the data of contact with bodies if it is missing or not needed any more, and keeps it
     /// otherwise.
     pub(crate) fn update_body_contact(&mut self, enabled: bool) {
-        if self.body_contact.is_some() != enabled {
-            let with_itself = self.has_self_contact;
+        if self.touch.body_contact.is_some() != enabled {
+            let with_itself = self.settings.has_self_contact;
             self.set_body_contact(enabled, with_itself);
         }
     }
 
     /// Creates the data of contact with bodies again: the surface of the body changed.
     pub(super) fn renew_body_contact(&mut self) {
-        if self.body_contact.take().is_some() {
-            self.body_contact = Some(BodyContact::new());
+        if self.touch.body_contact.take().is_some() {
+            self.touch.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
     }
@@ -78,15 +79,21 @@ impl Body {
     /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
     /// bodies.
     pub(crate) fn create_contact_surface(&mut self) {
-        if self.body_contact.is_some() && self.surface_of_contact().is_none() {
-            self.body_contact = None;
+        if self.touch.body_contact.is_some() && self.surface_of_contact().is_none() {
+            self.touch.body_contact = None;
             self.state.touches = Touches::default();
         }
     }
 
     /// Stores the velocities before the step, for contact with bodies.
     pub(super) fn begin_body_contact(&mut self) {
-        let Self { body_contact, lattice, matching, state, .. } = self;
+        let Self {
+            touch: Touch { body_contact, .. },
+            shape: Shape { lattice, .. },
+            pipeline: Pipeline { matching, .. },
+            state,
+            ..
+        } = self;
         if let Some(contact) = body_contact {
             let pieces = pieces(lattice, &matching.layout);
             contact.begin(state, matching.layout.occupied(), pieces);
@@ -96,22 +103,28 @@ impl Body {
     /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
     /// none.
     pub(crate) fn surface_of_contact(&self) -> Option<&ContactSurface> {
-        self.body_contact.as_ref()?.surface_or(|| self.contact_surface())
+        self.touch.body_contact.as_ref()?.surface_or(|| self.contact_surface())
     }
 
     /// Returns the box in which the body has been since it was measured last; `None` if the body can touch none.
     pub(crate) fn contact_bounds(&self) -> Option<Bounds> {
-        self.body_contact.as_ref().map(BodyContact::bounds)
+        self.touch.body_contact.as_ref().map(BodyContact::bounds)
     }
 
     /// Returns whether parts of the body touch each other that are connected.
     pub(crate) fn has_self_contact(&self) -> bool {
-        self.has_self_contact
+        self.settings.has_self_contact
     }
 
     /// Measures the boxes of the positions and velocities, by which near bodies are found.
     pub(crate) fn measure_contact_bounds(&mut self) {
-        let Self { body_contact, lattice, matching, state, .. } = self;
+        let Self {
+            touch: Touch { body_contact, .. },
+            shape: Shape { lattice, .. },
+            pipeline: Pipeline { matching, .. },
+            state,
+            ..
+        } = self;
         if let Some(contact) = body_contact {
             let pieces = pieces(lattice, &matching.layout);
             contact.measure_bounds(state, matching.layout.occupied(), pieces);
@@ -122,7 +135,7 @@ impl Body {
     /// can touch none. A simulation creates the samples when another body is near for the first time; before, this
     /// function creates them each time.
     pub fn contact_samples(&self) -> Option<usize> {
-        let contact = self.body_contact.as_ref()?;
+        let contact = self.touch.body_contact.as_ref()?;
         match contact.created_surface() {
             Some(surface) => Some(surface.sample_count()),
             None => self.contact_surface().map(|surface| surface.sample_count()),
@@ -132,8 +145,8 @@ impl Body {
     /// Creates the surface for contact with bodies; `None` if it has no area.
     fn contact_surface(&self) -> Option<ContactSurface> {
         match self.surface() {
-            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.lattice, &surface.embedding),
-            None => ContactSurface::of_lattice(&self.lattice),
+            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.shape.lattice, &surface.embedding),
+            None => ContactSurface::of_lattice(&self.shape.lattice),
         }
     }
 
@@ -141,22 +154,22 @@ impl Body {
     /// are no samples before another body is near.
     pub(super) fn planned_body_contact(&self) -> Option<(Option<usize>, usize)> {
         let samples = |contact: &BodyContact| contact.created_surface().map(ContactSurface::sample_count);
-        self.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
+        self.touch.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
     }
 
     /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on
     /// each other, or `None` if the body is not damped. `index` is that of the body.
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
-        let is_valid = !self.is_asleep() && (component as usize) < self.lattice.components().count;
-        let damping = self.elastic_damping.as_ref().filter(|_| is_valid)?;
-        let sizes = (self.size, self.cell_mass());
-        Some(damping.coupled((index, component), (&self.state, &self.momentum), sizes))
+        let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
+        let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;
+        let sizes = (self.shape.size, self.cell_mass());
+        Some(damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes))
     }
 
     /// Changes the reference motion of the damping by that of a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
-        if let Some(damping) = &mut self.elastic_damping {
-            damping.add_change(component, self.lattice.cell_size());
+        if let Some(damping) = &mut self.pipeline.elastic_damping {
+            damping.add_change(component, self.shape.lattice.cell_size());
         }
     }
 
@@ -166,7 +179,7 @@ impl Body {
         self.create_contact_surface();
         if self.is_asleep() {
             self.begin_contacts(context);
-            if let Some(contacts) = &mut self.contacts {
+            if let Some(contacts) = &mut self.touch.contacts {
                 contacts.keep_pressures();
             }
         }
@@ -174,7 +187,7 @@ impl Body {
         self.apply_constraints(context);
         self.detect_contacts(context);
         let is_asleep = self.is_asleep();
-        let Self { state, matching, body_contact, .. } = self;
+        let Self { pipeline: Pipeline { matching, .. }, touch: Touch { body_contact, .. }, state, .. } = self;
         if let Some(contact) = body_contact {
             let occupied = matching.layout.occupied();
             let mut motion = || state.searched_motion(occupied, SEARCH_DISTANCE, is_alone);
@@ -207,7 +220,13 @@ impl Body {
         self.wake_in_contact();
         let dt = context.interval.dt;
         self.add_momenta(island, index, executor);
-        let Self { contacts, lattice, matching, state, .. } = self;
+        let Self {
+            touch: Touch { contacts, .. },
+            shape: Shape { lattice, .. },
+            pipeline: Pipeline { matching, .. },
+            state,
+            ..
+        } = self;
         let slots = matching.layout.slots();
         let mut body = state.body_state();
         for (vertex, change) in island.impacts(member) {
@@ -228,7 +247,7 @@ impl Body {
         state.energy_limit = None;
         self.restore_momenta(executor);
         let unit = self.impulse_unit() / dt;
-        let Self { contacts, state, .. } = self;
+        let Self { touch: Touch { contacts, .. }, state, .. } = self;
         let touched = island.pairs_of(index).flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
             sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
@@ -250,7 +269,7 @@ impl Body {
         if !self.measure_tracked(executor) {
             return;
         }
-        let Self { matching, momentum, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
         add_rigid(components, corrections, occupied, &state.positions, &mut state.velocities);
@@ -258,7 +277,7 @@ impl Body {
 
     /// Measures the momenta of the components if some are tracked. Returns whether some are.
     fn measure_tracked(&mut self, executor: &Executor) -> bool {
-        let Self { matching, momentum, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
         if state.momenta.iter().all(Option::is_none) {
             return false;
         }
@@ -277,9 +296,9 @@ impl Body {
         if !self.measure_tracked(executor) {
             return;
         }
-        let (frame, cell_size) = (self.state.frame, self.lattice.cell_size());
+        let (frame, cell_size) = (self.state.frame, self.shape.lattice.cell_size());
         let impulse_unit = self.cell_mass() * cell_size;
-        let Self { body_contact, momentum, state, .. } = self;
+        let Self { touch: Touch { body_contact, .. }, pipeline: Pipeline { momentum, .. }, state, .. } = self;
         let Some(contact) = body_contact else { return };
         let changes = &mut contact.momentum_changes;
         changes.clear();
@@ -315,19 +334,19 @@ impl Body {
 impl TouchingBody for Body {
     fn contact_view(&self) -> Option<BodyView<'_>> {
         Some(BodyView {
-            lattice: &self.lattice,
-            slots: self.matching.layout.slots(),
-            masses: &self.masses,
+            lattice: &self.shape.lattice,
+            slots: self.pipeline.matching.layout.slots(),
+            masses: &self.shape.masses,
             cell_mass: self.cell_mass(),
             constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
-            touches_itself: self.has_self_contact,
+            touches_itself: self.settings.has_self_contact,
             state: &self.state,
-            contact: self.body_contact.as_ref()?,
+            contact: self.touch.body_contact.as_ref()?,
             properties: SurfaceProperties {
-                friction: self.touching.friction,
-                restitution: self.touching.restitution,
+                friction: self.settings.touching.friction,
+                restitution: self.settings.touching.restitution,
             },
-            contacts: self.contacts.as_ref(),
+            contacts: self.touch.contacts.as_ref(),
         })
     }
 

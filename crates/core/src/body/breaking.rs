@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::context::StepContext;
 use super::fracture_stage::Breaking;
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
 use crate::error::Error;
@@ -23,23 +24,23 @@ impl Body {
     /// Prepares the body to break. `shares`: the filled share of each cell, which the masses of the body have.
     pub(super) fn arm(&mut self, options: FractureOptions, shares: Vec<f64>) {
         self.breaking = Some(Box::new(self.create_breaking(Some(options), shares)));
-        self.matching.set_spreads(true);
+        self.pipeline.matching.set_spreads(true);
     }
 
     /// Prepares the body to be cut.
     fn prepare_cut(&mut self) {
         if self.breaking.is_none() {
-            let shares = cell_shares(&self.lattice, self.mesh());
+            let shares = cell_shares(&self.shape.lattice, self.mesh());
             self.breaking = Some(Box::new(self.create_breaking(None, shares)));
         }
     }
 
     fn create_breaking(&self, options: Option<FractureOptions>, shares: Vec<f64>) -> Breaking {
         Breaking {
-            fracture: Fracture::new(options, &self.lattice, &self.matching.layout),
+            fracture: Fracture::new(options, &self.shape.lattice, &self.pipeline.matching.layout),
             shares,
             whole: self.mesh().cloned(),
-            whole_masses: self.masses.clone(),
+            whole_masses: self.shape.masses.clone(),
             has_gradients: false,
             is_due: false,
             has_new_pieces: false,
@@ -58,7 +59,7 @@ impl Body {
 
     /// Returns the number of pieces: of connected components of the lattice.
     pub fn pieces(&self) -> usize {
-        self.lattice.components().count
+        self.shape.lattice.components().count
     }
 
     /// Returns the number of broken joints: common faces of two cells along which the body is cut.
@@ -75,10 +76,10 @@ impl Body {
     /// Returns the lattice and the masses that the body had before it broke.
     pub(super) fn whole(&self) -> (Cow<'_, Lattice>, &Masses) {
         match &self.breaking {
-            Some(breaking) if !self.lattice.broken_joints().is_empty() => {
-                (Cow::Owned(self.lattice.with_broken_joints(&[])), &breaking.whole_masses)
+            Some(breaking) if !self.shape.lattice.broken_joints().is_empty() => {
+                (Cow::Owned(self.shape.lattice.with_broken_joints(&[])), &breaking.whole_masses)
             }
-            _ => (Cow::Borrowed(&self.lattice), &self.masses),
+            _ => (Cow::Borrowed(&self.shape.lattice), &self.shape.masses),
         }
     }
 
@@ -120,7 +121,7 @@ impl Body {
         let planes = self.planes_at_rest(point.into(), normal);
         self.prepare_cut();
         let before = self.broken_joints();
-        let Self { breaking: Some(breaking), lattice, .. } = self else { return Ok(0) };
+        let Self { shape: Shape { lattice, .. }, breaking: Some(breaking), .. } = self else { return Ok(0) };
         if breaking.fracture.cut(lattice, &planes) {
             self.change_topology();
         }
@@ -130,14 +131,19 @@ impl Body {
     /// Returns a plane of world space in the rest shape of each component: see [`Body::cut`]. `None` for a component that
     /// is flattened, so that no plane at rest has this normal.
     fn planes_at_rest(&self, point: Point3<f64>, normal: Vector3<f64>) -> Vec<Option<CrackPlane>> {
-        let components = self.lattice.components();
+        let components = self.shape.lattice.components();
         let mut sums = vec![AffineSums::default(); components.count];
         let origin = self.state.frame.to_world(Vector3::zeros());
         let vertices = || {
-            (0..).zip(&components.of_vertex).zip(&*self.masses).map(|((vertex, &component), &mass)| {
-                let slot = self.matching.layout.slots()[vertex as usize];
+            (0..).zip(&components.of_vertex).zip(&*self.shape.masses).map(|((vertex, &component), &mass)| {
+                let slot = self.pipeline.matching.layout.slots()[vertex as usize];
                 let position = self.state.frame.to_world(self.state.local(slot)) - origin;
-                (component as usize, f64::from(mass), position, self.lattice.rest_position(vertex).coords)
+                (
+                    component as usize,
+                    f64::from(mass),
+                    position,
+                    self.shape.lattice.rest_position(vertex).coords,
+                )
             })
         };
         for (component, mass, position, rest) in vertices() {
@@ -165,10 +171,9 @@ impl Body {
         let (half_width, factor) = (self.half_width(), self.greatest_factor());
         let is_one_task = self.is_one_task();
         let Self {
+            pipeline: Pipeline { matching, workspace, .. },
+            shape: Shape { lattice, .. },
             breaking: Some(breaking),
-            matching,
-            workspace,
-            lattice,
             state,
             constraints,
             stiffness_factors,
@@ -216,7 +221,7 @@ impl Body {
 
     /// Returns whether the body broke into pieces, which touch each other.
     pub(crate) fn is_in_pieces(&self) -> bool {
-        self.pieces() > 1 && !self.lattice.broken_joints().is_empty()
+        self.pieces() > 1 && !self.shape.lattice.broken_joints().is_empty()
     }
 
     /// Returns the state of fracture, for a snapshot; `None` while the body is whole.
@@ -247,33 +252,33 @@ impl Body {
             return Ok(None);
         }
         let cracks = cracks.cloned().unwrap_or_default();
-        if !cracks.fits(&self.lattice) {
+        if !cracks.fits(&self.shape.lattice) {
             return Err(());
         }
-        Ok(Some(cracks.broken_lattice(&self.lattice)))
+        Ok(Some(cracks.broken_lattice(&self.shape.lattice)))
     }
 
     /// Rebuilds the body after its cracks changed.
     fn change_topology(&mut self) {
         let Some(breaking) = &mut self.breaking else { return };
         breaking.has_new_pieces = true;
-        let lattice = breaking.fracture.cracks().broken_lattice(&self.lattice);
-        let parents = Parents::new(&self.lattice, &lattice, &breaking.shares);
+        let lattice = breaking.fracture.cracks().broken_lattice(&self.shape.lattice);
+        let parents = Parents::new(&self.shape.lattice, &lattice, &breaking.shares);
         let masses = divided_masses(&lattice, &breaking.shares, &breaking.whole_masses);
         let masses = breaking.whole_masses.with_vertices(masses);
-        let mut matching = Matching::new(&lattice, &masses, self.matching.regions.half_width());
-        matching.set_terms_of(&self.matching);
+        let mut matching = Matching::new(&lattice, &masses, self.pipeline.matching.regions.half_width());
+        matching.set_terms_of(&self.pipeline.matching);
         breaking.fracture.prepare(&lattice, &matching.layout);
 
-        self.state = transfer(&self.state, &parents, (&self.matching, &matching), &lattice);
-        self.correction = OnceLock::new();
-        self.measures = OnceLock::new();
-        self.fast_vertex = 0;
-        self.leaving.clear();
-        self.lattice = lattice;
-        self.masses = masses;
-        self.matching = matching;
-        self.surface = self.surface.as_ref().map(|_| OnceLock::new());
+        self.state = transfer(&self.state, &parents, (&self.pipeline.matching, &matching), &lattice);
+        self.shown.correction = OnceLock::new();
+        self.shown.measures = OnceLock::new();
+        self.pipeline.fast_vertex = 0;
+        self.touch.leaving.clear();
+        self.shape.lattice = lattice;
+        self.shape.masses = masses;
+        self.pipeline.matching = matching;
+        self.shape.surface = self.shape.surface.as_ref().map(|_| OnceLock::new());
         self.follow_in_stages(&parents);
         self.rebuild_stages();
         self.wake();

@@ -4,17 +4,18 @@ use std::sync::OnceLock;
 
 use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
+use super::parts::{Pipeline, Settings, Shape, Shown, Touch};
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::dynamics::{
-    Accuracy, Damping, Elasticity, Handle, Material, MomentumTracker, Pin, Plasticity, Preset, RegionDamping,
-    RegionSize, Stiffness, Zone,
+    Accuracy, Damping, Elasticity, Handle, Material, Pin, Plasticity, Preset, RegionDamping, RegionSize,
+    Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{Embedding, Lattice, LatticeError, LatticeOptions, Masses, Resolution, cell_shares};
-use crate::matching::{HalfWidth, Matching, Workspace};
+use crate::matching::HalfWidth;
 use crate::mesh::{Mesh, Refine, Scale};
 use crate::motion::Curve;
 use crate::skin::{Skin, SkinKind};
@@ -27,7 +28,7 @@ use crate::volume::{Correction, VolumeOptions};
 #[must_use]
 pub struct BodyBuilder {
     name: String,
-    shape: Shape,
+    shape: Model,
     options: LatticeOptions,
     scale: Scale,
     refine: Refine,
@@ -44,7 +45,7 @@ pub struct BodyBuilder {
 }
 
 #[derive(Clone, Debug)]
-enum Shape {
+enum Model {
     Mesh(Mesh),
     Lattice(Box<Lattice>),
 }
@@ -63,14 +64,14 @@ impl Body {
 
 impl BodyBuilder {
     pub(super) fn from_mesh(mesh: Mesh) -> Self {
-        Self::from_shape(Shape::Mesh(mesh))
+        Self::from_shape(Model::Mesh(mesh))
     }
 
     pub(super) fn from_lattice(lattice: Lattice) -> Self {
-        Self::from_shape(Shape::Lattice(Box::new(lattice)))
+        Self::from_shape(Model::Lattice(Box::new(lattice)))
     }
 
-    fn from_shape(shape: Shape) -> Self {
+    fn from_shape(shape: Model) -> Self {
         Self {
             name: "body".to_owned(),
             shape,
@@ -373,16 +374,16 @@ impl BodyBuilder {
         self.touching.validate()?;
         self.fracture.iter().try_for_each(FractureOptions::validate)?;
         let (lattice, surface) = match self.shape {
-            Shape::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
+            Model::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
                 return Err(LatticeError::Broken.into());
             }
-            Shape::Lattice(lattice) => {
+            Model::Lattice(lattice) => {
                 let Scale::Uniform(factor) = self.scale else {
                     return Err(LatticeError::Scale(self.scale).into());
                 };
                 (if factor == 1.0 { *lattice } else { lattice.scaled(factor)? }, None)
             }
-            Shape::Mesh(mesh) => {
+            Model::Mesh(mesh) => {
                 let mesh = mesh.scaled(self.scale)?;
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
                 let refined = self.refine.apply(&mesh, lattice.cell_size())?;
@@ -405,45 +406,40 @@ impl BodyBuilder {
             None => Masses::new(&lattice, mesh),
             Some(shares) => Masses::of_shares(&lattice, shares),
         };
-        let matching = Matching::new(&lattice, &masses, half_width);
-        let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
-        state.set_initial_velocities(&masses, &matching.layout, &self.placement);
+        let pipeline = Pipeline::new(&lattice, &masses, half_width);
+        let layout = &pipeline.matching.layout;
+        let mut state = State::at_rest(&lattice, layout, &self.placement);
+        state.set_initial_velocities(&masses, layout, &self.placement);
         let volume_surface = surface.as_ref().map(Surface::volume_surface);
+        let correction = Correction::new(&lattice, volume_surface, &self.volume)?.into();
         let mut body = Body {
             name: self.name,
-            material: self.material,
-            volume: self.volume,
-            correction: Correction::new(&lattice, volume_surface, &self.volume)?.into(),
-            measures: OnceLock::new(),
-            scale: self.scale,
-            model_to_world: self.placement.isometry(),
+            settings: Settings {
+                material: self.material,
+                skin: if surface.is_some() { self.skin } else { SkinKind::Linear },
+                volume: self.volume,
+                touching: self.touching,
+                has_self_contact: false,
+                youngs_modulus: None,
+            },
+            shape: Shape {
+                size: size_of(&lattice, surface.as_ref(), &masses),
+                lattice,
+                masses,
+                surface: surface.map(OnceLock::from),
+                scale: self.scale,
+                model_to_world: self.placement.isometry(),
+                extent,
+            },
             state,
-            workspace: Workspace::default(),
-            momentum: MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks()),
-            energy: None,
-            region_damping: None,
-            elastic_damping: None,
-            lowest_eigenvalue: OnceLock::new(),
-            forces: None,
-            contacts: None,
-            body_contact: None,
-            touching: self.touching,
-            leaving: Vec::new(),
+            pipeline,
+            touch: Touch { contacts: None, body_contact: None, leaving: Vec::new() },
             constraints: None,
-            breaking: None,
-            has_self_contact: false,
-            stiffness_factors: None,
+            forces: None,
             inflation: None,
-            extent,
-            size: size_of(&lattice, surface.as_ref(), &masses),
-            youngs_modulus: None,
-            fast_vertex: 0,
-            unconverged: 0,
-            lattice,
-            masses,
-            skin: if surface.is_some() { self.skin } else { SkinKind::Linear },
-            surface: surface.map(OnceLock::from),
-            matching,
+            stiffness_factors: None,
+            breaking: None,
+            shown: Shown { correction, measures: OnceLock::new() },
         };
         body.update_shapes();
         body.rebuild_stages();

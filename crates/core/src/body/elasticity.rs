@@ -1,6 +1,7 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
+use super::parts::Pipeline;
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
@@ -49,13 +50,13 @@ impl Body {
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
     /// the elasticity of regions, nothing is fixed.
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
-        self.youngs_modulus = self.modulus_to_reach(gravity);
-        if let Some(modulus) = self.youngs_modulus {
+        self.settings.youngs_modulus = self.modulus_to_reach(gravity);
+        if let Some(modulus) = self.settings.youngs_modulus {
             let greatest = modulus * self.factor_range().1;
-            let least = self.elastic_law(dt).least_half_width(greatest, self.extent);
+            let least = self.elastic_law(dt).least_half_width(greatest, self.shape.extent);
             let chosen = self.chosen_half_width(modulus);
             let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
-            self.set_half_width(match self.material.accuracy {
+            self.set_half_width(match self.settings.material.accuracy {
                 Accuracy::Fast => least,
                 _ if is_reached(chosen) && chosen < least => chosen,
                 _ => least,
@@ -67,14 +68,14 @@ impl Body {
     /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`, if the
     /// steps are short enough: see [`step_rate`](Self::step_rate).
     pub(crate) fn chosen_half_width(&self, modulus: f64) -> HalfWidth {
-        let cells = REGION_FRACTION * self.size / self.lattice.cell_size();
+        let cells = REGION_FRACTION * self.shape.size / self.shape.lattice.cell_size();
         // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
         let widest = half_width_of(cells * cells).floor().max(2.0);
         let greatest = self.factor_range().1 * modulus;
         let share = |half_width: HalfWidth| {
-            self.step_rate(half_width, greatest) * self.lattice.len() as f64 * TIME_PER_VERTEX
+            self.step_rate(half_width, greatest) * self.shape.lattice.len() as f64 * TIME_PER_VERTEX
         };
-        match self.material.accuracy {
+        match self.settings.material.accuracy {
             Accuracy::Fast => widest.into(),
             Accuracy::Exact => HalfWidth::CELL,
             Accuracy::Balanced => {
@@ -87,8 +88,8 @@ impl Body {
 
     /// Calls [`fix_elasticity`](Self::fix_elasticity) if the elasticity was changed after the body joined.
     pub(super) fn complete_elasticity(&mut self, gravity: f64, dt: f64) {
-        let is_regions = matches!(self.material.elasticity, Elasticity::Regions { .. });
-        if self.youngs_modulus.is_none() && !is_regions {
+        let is_regions = matches!(self.settings.material.elasticity, Elasticity::Regions { .. });
+        if self.settings.youngs_modulus.is_none() && !is_regions {
             self.fix_elasticity(gravity, dt);
         } else {
             self.limit_stiffness_factors(dt);
@@ -97,14 +98,15 @@ impl Body {
 
     /// Returns the elastic law for steps of `dt` seconds.
     fn elastic_law(&self, dt: f64) -> ElasticLaw {
-        let (density, poisson_ratio) = (self.material.density, self.material.poisson_ratio());
-        ElasticLaw { density, cell_size: self.lattice.cell_size(), dt, poisson_ratio }
+        let (density, poisson_ratio) =
+            (self.settings.material.density, self.settings.material.poisson_ratio());
+        ElasticLaw { density, cell_size: self.shape.lattice.cell_size(), dt, poisson_ratio }
     }
 
     /// Returns alpha, the fraction of the distance to the goal position that a vertex covers in a step of `dt`
     /// seconds if its stiffness factor is 1.
     pub(crate) fn alpha(&self, dt: f64) -> f64 {
-        match (self.material.elasticity, self.youngs_modulus) {
+        match (self.settings.material.elasticity, self.settings.youngs_modulus) {
             (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt).min(self.greatest_alpha()),
             (_, Some(modulus)) => {
                 // Times the greatest factor it is at most the greatest one.
@@ -128,7 +130,7 @@ impl Body {
                 Softened { key: "frequency", specified: frequency, in_force, factor, needed_rate }
             }
             None => {
-                let specified = factor * self.youngs_modulus?;
+                let specified = factor * self.settings.youngs_modulus?;
                 let needed_rate = self.step_rate(self.half_width(), specified);
                 let greatest = self.elastic_law(dt).modulus(self.half_width(), self.greatest_alpha());
                 let in_force = specified.min(greatest);
@@ -140,7 +142,7 @@ impl Body {
 
     /// Returns the greatest alpha with which steps are stable: see [`ElasticLaw::greatest_alpha`].
     pub(super) fn greatest_alpha(&self) -> f64 {
-        ElasticLaw::greatest_alpha_of(self.material.poisson_ratio())
+        ElasticLaw::greatest_alpha_of(self.settings.material.poisson_ratio())
     }
 
     /// Returns the steps per period of a frequency at which alpha times the greatest stiffness factor is the greatest one.
@@ -163,9 +165,9 @@ impl Body {
     /// Returns Young's modulus that the body has in a simulation with this gravity, or `None` with the elasticity of
     /// regions.
     pub(crate) fn modulus_to_reach(&self, gravity: f64) -> Option<f64> {
-        let Material { elasticity, density, .. } = self.material;
+        let Material { elasticity, density, .. } = self.settings.material;
         match elasticity {
-            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.size, gravity)),
+            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.shape.size, gravity)),
             Elasticity::YoungsModulus(modulus) => Some(modulus),
             Elasticity::Regions { .. } => None,
         }
@@ -173,7 +175,7 @@ impl Body {
 
     /// Returns the frequency of the stiffness in Hz, if it is set as one.
     pub(crate) fn frequency(&self) -> Option<f64> {
-        match self.material.elasticity {
+        match self.settings.material.elasticity {
             Elasticity::Regions { stiffness: Stiffness::Frequency(frequency), .. } => Some(frequency),
             _ => None,
         }
@@ -181,15 +183,15 @@ impl Body {
 
     /// Returns the size L of the body in scene units, the cube root of its volume: see [`size_of`].
     pub(crate) fn size(&self) -> f64 {
-        self.size
+        self.shape.size
     }
 
     /// Returns Young's modulus of the material, or `None` if the elasticity is that of regions, or if the body has a
     /// preset and is not in a simulation.
     pub(crate) fn material_modulus(&self) -> Option<f64> {
-        match self.material.elasticity {
+        match self.settings.material.elasticity {
             Elasticity::YoungsModulus(modulus) => Some(modulus),
-            _ => self.youngs_modulus,
+            _ => self.settings.youngs_modulus,
         }
     }
 
@@ -199,7 +201,7 @@ impl Body {
             return;
         }
         self.carry_shapes(half_width);
-        self.matching.set_half_width(&self.lattice, &self.masses, half_width);
+        self.pipeline.matching.set_half_width(&self.shape.lattice, &self.shape.masses, half_width);
         self.state.fitted = false;
         self.forget_elastic_measures();
         self.rebuild_stages();
@@ -207,24 +209,24 @@ impl Body {
 
     /// Removes what was computed from the regions and their factors.
     pub(super) fn forget_elastic_measures(&mut self) {
-        (self.energy, self.state.energy_limit) = (None, None);
-        self.lowest_eigenvalue.take();
+        (self.pipeline.energy, self.state.energy_limit) = (None, None);
+        self.pipeline.lowest_eigenvalue.take();
     }
 
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
     /// The first call computes the mode. That of a broken body is the one of the whole body, because parts that hang by
     /// an edge, as a crack can leave them, swing freely.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
-        let Self { matching, stiffness_factors, .. } = self;
+        let Self { pipeline: Pipeline { matching, .. }, stiffness_factors, .. } = self;
         let greatest = stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force);
-        let eigenvalue = *self.lowest_eigenvalue.get_or_init(|| {
+        let eigenvalue = *self.pipeline.lowest_eigenvalue.get_or_init(|| {
             let (lattice, masses) = self.whole();
             // Without the larger masses of constrained vertices.
             let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
             let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
             matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));
-            matching.set_spreads(self.matching.regions.bulk != 0.0);
-            matching.set_bulk(self.matching.regions.bulk);
+            matching.set_spreads(self.pipeline.matching.regions.bulk != 0.0);
+            matching.set_bulk(self.pipeline.matching.regions.bulk);
             let damper = RegionDamper::new(&matching).with_bulk(&matching);
             let mut tracker =
                 MomentumTracker::new(&lattice, masses, &matching.layout, matching.cascade.tasks());
@@ -235,7 +237,7 @@ impl Body {
 
     /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
     fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
-        let rate = match self.material.damping() {
+        let rate = match self.settings.material.damping() {
             Damping::Rate(rate) => rate,
             Damping::Ratio(0.0) => 0.0,
             Damping::Ratio(ratio) => ratio * self.lowest_angular_frequency(dt, executor),

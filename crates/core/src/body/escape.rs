@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
 use super::leaving::Leaving;
+use super::parts::{Pipeline, Shape, Touch};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{BodyPoints, Colliders};
@@ -22,7 +23,7 @@ impl Body {
 
     /// Looks for components inside colliders where needed, and stores the state of the components that leave colliders.
     pub(super) fn begin_escapes(&mut self, context: &StepContext) {
-        let Self { contacts, momentum, state, .. } = self;
+        let Self { touch: Touch { contacts, .. }, pipeline: Pipeline { momentum, .. }, state, .. } = self;
         state.escapes.retain(|escape| !momentum.is_constrained(escape.component as usize));
         if state.escapes.searches {
             state.escapes.searches = false;
@@ -31,7 +32,13 @@ impl Body {
             }
             self.find_ways_out(context.colliders, context.interval, context.gravity);
         }
-        let Self { contacts, lattice, leaving, matching, state, .. } = self;
+        let Self {
+            touch: Touch { contacts, leaving, .. },
+            shape: Shape { lattice, .. },
+            pipeline: Pipeline { matching, .. },
+            state,
+            ..
+        } = self;
         let had_leaving = !leaving.is_empty();
         leaving.clear();
         if !had_leaving && state.escapes.list().is_empty() {
@@ -55,7 +62,14 @@ impl Body {
         // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
         // inside.
         let is_solid = self.surface().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
-        let Self { contacts: Some(contacts), lattice, masses, matching, momentum, state, .. } = self else {
+        let Self {
+            touch: Touch { contacts: Some(contacts), .. },
+            shape: Shape { lattice, masses, .. },
+            pipeline: Pipeline { matching, momentum, .. },
+            state,
+            ..
+        } = self
+        else {
             return;
         };
         let shapes: Vec<_> = colliders.before(interval, state.frame.body_frame()).collect();
@@ -86,7 +100,7 @@ impl Body {
 
     /// Moves the components that leave colliders: their positions before the step plus the translation of the step.
     pub(super) fn move_out(&mut self) {
-        let Self { leaving, state, .. } = self;
+        let Self { touch: Touch { leaving, .. }, state, .. } = self;
         if state.escapes.list().is_empty() {
             return;
         }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::parts::Pipeline;
 use super::reference::{BodyRef, DisplayContext};
 use super::soft_body::Body;
 use crate::dynamics::{Constraint, ConstraintError};
@@ -51,7 +52,7 @@ impl BodyRef<'_> {
 impl Body {
     fn force_of(&self, constraint: &Constraint, context: DisplayContext<'_>) -> HoldForce {
         let DisplayContext { gravity, dt, time, executor, .. } = context;
-        let Self { state, matching, .. } = self;
+        let Self { pipeline: Pipeline { matching, .. }, state, .. } = self;
         let slots = matching.layout.slots();
         let position = |vertex: u32| state.frame.to_world(state.local(slots[vertex as usize]));
         let vertices = constraint.vertices();
@@ -70,7 +71,7 @@ impl Body {
         let fitted = (&state.positions, &mut rotations, self.shapes());
         matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
-        let stiffness = self.alpha(dt) * self.cell_mass() * self.lattice.cell_size() / (dt * dt);
+        let stiffness = self.alpha(dt) * self.cell_mass() * self.shape.lattice.cell_size() / (dt * dt);
         let step = Interval { start: time, end: time + dt, dt };
         let in_step = constraint.in_step(step, executor);
         let moved = in_step.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
@@ -96,12 +97,16 @@ impl Body {
     /// Adds the reaction of the elastic damping: the momentum per time that it takes from the vertices that move
     /// freely. Nothing but the pins and handles can absorb it.
     fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, u32)) {
-        let Self { elastic_damping: Some(damper), constraints: Some(constraints), state, matching, .. } =
-            self
+        let Self {
+            pipeline: Pipeline { elastic_damping: Some(damper), matching, .. },
+            constraints: Some(constraints),
+            state,
+            ..
+        } = self
         else {
             return;
         };
-        let (damped, of_vertex) = (damper.damped(), &self.lattice.components().of_vertex);
+        let (damped, of_vertex) = (damper.damped(), &self.shape.lattice.components().of_vertex);
         // Only a step computes it.
         if damped.rigid.is_empty() {
             return;
@@ -122,7 +127,7 @@ impl Body {
             if own > 0.0 && !is_held[vertex as usize] {
                 let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
                 let change = damped.change(component, state.local(slot), velocity);
-                let force = self.mass_of(vertex) * self.lattice.cell_size() / dt * own / all * change;
+                let force = self.mass_of(vertex) * self.shape.lattice.cell_size() / dt * own / all * change;
                 add(force, vertex);
             }
         }

@@ -33,7 +33,7 @@ impl Body {
     /// Returns the ratio of the rest volume around each lattice vertex to that of the lattice, as of the last step: the
     /// product of the ratios of the body and of the zones. All are 1 before the first step.
     pub fn rest_volume_ratios(&self) -> Vec<f64> {
-        (0..self.lattice.len()).map(|vertex| self.rest_volume_ratio(vertex)).collect()
+        (0..self.shape.lattice.len()).map(|vertex| self.rest_volume_ratio(vertex)).collect()
     }
 
     fn rest_volume_ratio(&self, vertex: usize) -> f64 {
@@ -65,10 +65,10 @@ impl Body {
     /// Passes the ratios as of the last step to the shape matching.
     pub(super) fn pass_inflation(&mut self) {
         match &mut self.inflation {
-            None => self.matching.set_inflation(None),
+            None => self.pipeline.matching.set_inflation(None),
             Some(inflation) => {
-                inflation.measure_means(self.lattice.components(), &self.masses);
-                inflation.pass(|ratios| self.matching.set_inflation(ratios));
+                inflation.measure_means(self.shape.lattice.components(), &self.shape.masses);
+                inflation.pass(|ratios| self.pipeline.matching.set_inflation(ratios));
             }
         }
     }

@@ -21,16 +21,20 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_elasticity(&mut self, elasticity: Elasticity) -> Result<(), RangeError> {
-        let material = Material { elasticity, ..self.material };
+        let material = Material { elasticity, ..self.settings.material };
         material.validate()?;
         check_stiffness(&material, self.stiffness_factors.as_ref())?;
-        self.material = material;
+        self.settings.material = material;
         self.wake();
         // The default of the damping depends on the elasticity.
         self.update_elastic_damping();
-        self.youngs_modulus = None;
+        self.settings.youngs_modulus = None;
         self.update_shapes();
-        self.set_half_width(initial_half_width(&self.material, &self.lattice, self.extent));
+        self.set_half_width(initial_half_width(
+            &self.settings.material,
+            &self.shape.lattice,
+            self.shape.extent,
+        ));
         Ok(())
     }
 
@@ -41,11 +45,11 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_poisson_ratio(&mut self, poisson_ratio: Option<f64>) -> Result<(), RangeError> {
-        let material = Material { poisson_ratio, ..self.material };
+        let material = Material { poisson_ratio, ..self.settings.material };
         material.validate()?;
-        self.material = material;
+        self.settings.material = material;
         self.wake();
-        self.youngs_modulus = None;
+        self.settings.youngs_modulus = None;
         self.update_shapes();
         Ok(())
     }
@@ -54,9 +58,9 @@ impl Body {
     /// the body joined the simulation at the next step; the steps stay as long as they are. With the elasticity of regions,
     /// nothing else changes.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
-        self.material.accuracy = accuracy;
+        self.settings.material.accuracy = accuracy;
         self.wake();
-        self.youngs_modulus = None;
+        self.settings.youngs_modulus = None;
     }
 
     /// Sets the size of the regions, from the next step on: see [`Elasticity::with_region_size`].
@@ -65,7 +69,7 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_region_size(&mut self, size: RegionSize) -> Result<(), RangeError> {
-        self.set_elasticity(self.material.elasticity.with_region_size(size))
+        self.set_elasticity(self.settings.material.elasticity.with_region_size(size))
     }
 
     /// Sets the stiffness of the regions, from the next step on: see [`Elasticity::with_stiffness`].
@@ -74,7 +78,7 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
-        self.set_elasticity(self.material.elasticity.with_stiffness(stiffness))
+        self.set_elasticity(self.settings.material.elasticity.with_stiffness(stiffness))
     }
 
     /// Sets the damping of the elastic modes, from the next step on. A damping of zero removes the stage. `None` is
@@ -84,9 +88,9 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_damping(&mut self, damping: Option<Damping>) -> Result<(), RangeError> {
-        let material = Material { damping, ..self.material };
+        let material = Material { damping, ..self.settings.material };
         material.validate()?;
-        self.material = material;
+        self.settings.material = material;
         self.wake();
         self.update_elastic_damping();
         Ok(())
@@ -94,13 +98,13 @@ impl Body {
 
     /// Returns whether the body has the elastic-damping stage: for damping or rolling resistance.
     pub(super) fn needs_damping(&self) -> bool {
-        self.material.is_damped() || self.rolling_resistance() > 0.0
+        self.settings.material.is_damped() || self.rolling_resistance() > 0.0
     }
 
     /// Creates or removes the elastic-damping stage.
     pub(super) fn update_elastic_damping(&mut self) {
-        self.elastic_damping = self.needs_damping().then(ElasticDamper::default);
-        if self.elastic_damping.is_none() {
+        self.pipeline.elastic_damping = self.needs_damping().then(ElasticDamper::default);
+        if self.pipeline.elastic_damping.is_none() {
             self.state.supports.clear();
         }
     }
@@ -111,14 +115,14 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
-        let material = Material { region_damping, ..self.material };
+        let material = Material { region_damping, ..self.settings.material };
         material.validate()?;
-        self.material = material;
+        self.settings.material = material;
         self.wake();
-        self.region_damping = match self.region_damping.take() {
+        self.pipeline.region_damping = match self.pipeline.region_damping.take() {
             _ if !material.has_region_damping() => None,
             Some(stage) => Some(stage),
-            None => Some(RegionDamper::new(&self.matching)),
+            None => Some(RegionDamper::new(&self.pipeline.matching)),
         };
         Ok(())
     }
@@ -130,10 +134,10 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_density(&mut self, density: f64) -> Result<(), RangeError> {
-        let material = Material { density, ..self.material };
+        let material = Material { density, ..self.settings.material };
         material.validate()?;
-        check_cell_mass(&material, &self.lattice)?;
-        self.material = material;
+        check_cell_mass(&material, &self.shape.lattice)?;
+        self.settings.material = material;
         self.wake();
         Ok(())
     }

@@ -5,6 +5,7 @@
 //! | `touching` | options of the contact with other bodies |
 //! | `surface`, `piece_mesh` | the displayed mesh; how that of the pieces follows from that of the whole body |
 //! | `fracture_stage`, `leaving` | the stage of fracture; vertices that leave colliders |
+//! | `parts` | shape, settings, pipeline and contacts of a body |
 //! | `soft_body` | [`Body`]: its parts |
 //! | `values` | positions, velocities and other values of the vertices |
 //! | `samples` | the contact stage, and the samples of the surface |
@@ -43,6 +44,7 @@ mod hold_force;
 mod inflation;
 mod leaving;
 mod material;
+mod parts;
 mod piece_mesh;
 mod pieces;
 mod plan;

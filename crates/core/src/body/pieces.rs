@@ -25,7 +25,7 @@ impl Body {
     /// [`Lattice::components`](crate::lattice::Lattice::components). `None` for a bare lattice.
     pub fn piece_of_mesh_vertices(&self) -> Option<Vec<u32>> {
         let embedding = &self.surface()?.embedding;
-        let components = self.lattice.components();
+        let components = self.shape.lattice.components();
         let piece = |vertex| components.of_vertex[embedding.corners(vertex)[0] as usize];
         Some((0..embedding.len()).map(piece).collect())
     }
@@ -48,42 +48,42 @@ impl Body {
     /// Returns the displayed mesh; `None` for a bare lattice. After an event, the first call cuts the mesh of the whole
     /// body.
     pub(crate) fn surface(&self) -> Option<&Surface> {
-        self.surface.as_ref().map(|surface| surface.get_or_init(|| self.cut_surface()))
+        self.shape.surface.as_ref().map(|surface| surface.get_or_init(|| self.cut_surface()))
     }
 
     /// Returns the volume correction; `None` if it is off. After an event, the first call creates it.
     pub(crate) fn correction(&self) -> Option<&Correction> {
-        self.correction.get_or_init(|| self.pieces_correction()).as_ref()
+        self.shown.correction.get_or_init(|| self.pieces_correction()).as_ref()
     }
 
     /// Returns the measures for volume reports. The first call creates them.
     pub(crate) fn measures(&self) -> &VolumeMeasures {
         let surface = || self.surface().map(Surface::volume_surface);
-        self.measures.get_or_init(|| VolumeMeasures::new(&self.lattice, surface()))
+        self.shown.measures.get_or_init(|| VolumeMeasures::new(&self.shape.lattice, surface()))
     }
 
     /// Returns the measures for volume reports, if they were created.
     pub(crate) fn built_measures(&self) -> Option<&VolumeMeasures> {
-        self.measures.get()
+        self.shown.measures.get()
     }
 
     /// Creates the mesh of the pieces. If it has more vertices than a mesh can have, it is the mesh of the whole body.
     fn cut_surface(&self) -> Surface {
         let breaking = self.breaking.as_ref().expect("only breaking defers the mesh");
         let whole = breaking.whole.clone().expect("a body with a surface has a mesh");
-        let (mesh, embedding, pieces) = match breaking.fracture.cut_mesh(&whole, &self.lattice) {
+        let (mesh, embedding, pieces) = match breaking.fracture.cut_mesh(&whole, &self.shape.lattice) {
             Ok(CutMesh { mesh, hosts, origins, face_sources, cap_uvs, .. }) => {
-                let embedding = Embedding::in_cells(&self.lattice, mesh.vertices(), &hosts);
+                let embedding = Embedding::in_cells(&self.shape.lattice, mesh.vertices(), &hosts);
                 (mesh, embedding, Some(Box::new(PieceMesh { whole, origins, face_sources, cap_uvs })))
             }
             Err(_) => {
-                let embedding = Embedding::new(&self.lattice, whole.vertices());
+                let embedding = Embedding::new(&self.shape.lattice, whole.vertices());
                 (whole, embedding, None)
             }
         };
-        let embedding = match self.skin {
+        let embedding = match self.settings.skin {
             SkinKind::Linear => embedding,
-            SkinKind::Smooth => embedding.smoothed(&self.lattice),
+            SkinKind::Smooth => embedding.smoothed(&self.shape.lattice),
         };
         Surface { mesh, embedding, skin: Skin::default(), pieces }
     }
@@ -92,8 +92,8 @@ impl Body {
     /// cells is preserved.
     fn pieces_correction(&self) -> Option<Correction> {
         let surface = self.surface().map(Surface::volume_surface);
-        let create = |options: &VolumeOptions| Correction::new(&self.lattice, surface, options);
-        let cells = VolumeOptions { measure: Preservation::By(VolumeMeasure::Cells), ..self.volume };
-        create(&self.volume).or_else(|_| create(&cells)).unwrap_or_default()
+        let create = |options: &VolumeOptions| Correction::new(&self.shape.lattice, surface, options);
+        let cells = VolumeOptions { measure: Preservation::By(VolumeMeasure::Cells), ..self.settings.volume };
+        create(&self.settings.volume).or_else(|_| create(&cells)).unwrap_or_default()
     }
 }

@@ -10,8 +10,8 @@ impl Body {
     pub(crate) fn plan_of_step(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
-            lattice_bytes: self.lattice.memory()
-                + self.masses.bytes()
+            lattice_bytes: self.shape.lattice.memory()
+                + self.shape.masses.bytes()
                 + self.stiffness_factors.as_ref().map_or(0, StiffnessFactors::bytes),
             state_bytes: self.state.bytes(),
             stages: Vec::new(),

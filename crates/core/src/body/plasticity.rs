@@ -16,9 +16,9 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_plastic(&mut self, plastic: Option<Plasticity>) -> Result<(), RangeError> {
-        let material = Material { plastic, ..self.material };
+        let material = Material { plastic, ..self.settings.material };
         material.validate()?;
-        self.material = material;
+        self.settings.material = material;
         self.wake();
         self.update_shapes();
         Ok(())
@@ -26,20 +26,20 @@ impl Body {
 
     /// Creates or removes the plastic shapes, and the constants for them, for the volume term and for breaking.
     pub(super) fn update_shapes(&mut self) {
-        let is_plastic = self.material.plastic.is_some();
-        let bulk = bulk_of(self.material.poisson_ratio()) as f32;
-        if bulk != self.matching.regions.bulk {
-            self.matching.set_bulk(bulk);
+        let is_plastic = self.settings.material.plastic.is_some();
+        let bulk = bulk_of(self.settings.material.poisson_ratio()) as f32;
+        if bulk != self.pipeline.matching.regions.bulk {
+            self.pipeline.matching.set_bulk(bulk);
             self.state.energy_limit = None;
-            self.lowest_eigenvalue.take();
+            self.pipeline.lowest_eigenvalue.take();
         }
         let is_inflated = self.inflation.as_ref().is_some_and(Inflation::is_acting);
         let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0 || is_inflated;
-        if needs_spreads != self.matching.has_spreads() {
-            self.matching.set_spreads(needs_spreads);
+        if needs_spreads != self.pipeline.matching.has_spreads() {
+            self.pipeline.matching.set_spreads(needs_spreads);
         }
         if is_plastic != self.state.strains.is_some() {
-            let strains = is_plastic.then(|| Lanes::zeros(self.matching.layout.blocks()));
+            let strains = is_plastic.then(|| Lanes::zeros(self.pipeline.matching.layout.blocks()));
             // The first plastic shapes are the rest shapes, so that the fits stay the same.
             if std::mem::replace(&mut self.state.strains, strains).is_some() {
                 self.forget_fits();
@@ -51,8 +51,8 @@ impl Body {
     /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. If the regions are cells, it is the
     /// mean of those around the vertex. See [`Plasticity`].
     pub fn plastic_strain(&self) -> Vec<f64> {
-        let Some(strains) = &self.state.strains else { return vec![0.0; self.lattice.len()] };
-        let Matching { layout, regions, .. } = &self.matching;
+        let Some(strains) = &self.state.strains else { return vec![0.0; self.shape.lattice.len()] };
+        let Matching { layout, regions, .. } = &self.pipeline.matching;
         let strain = |slot: u32| symmetric(strains.get(slot)).norm();
         self.by_vertex(|slot| match self.half_width().is_cell() {
             false => strain(slot),
@@ -71,7 +71,7 @@ impl Body {
         let strain = |slot| {
             self.state.strains.as_ref().map_or_else(Matrix3::zeros, |strains| symmetric(strains.get(slot)))
         };
-        let (lattice, slots) = (&self.lattice, self.matching.layout.slots());
+        let (lattice, slots) = (&self.shape.lattice, self.pipeline.matching.layout.slots());
         let shape = |slot: u32| Matrix3::identity() + strain(slot);
         match self.half_width().is_cell() {
             false => self.by_vertex(shape),
@@ -98,7 +98,7 @@ impl Body {
         else {
             return;
         };
-        let (lattice, slots) = (&self.lattice, self.matching.layout.slots());
+        let (lattice, slots) = (&self.shape.lattice, self.pipeline.matching.layout.slots());
         let slot_of_cell = |cell| slots[lattice.first_corner(cell) as usize];
         let (cells, vertices) = (lattice.cells().len() as u32, lattice.len() as u32);
         let mut sums = vec![(Matrix3::zeros(), 0.0); if to_cells { cells } else { vertices } as usize];

@@ -6,6 +6,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::parts::Pipeline;
 use super::reference::BodyRef;
 use super::soft_body::Body;
 use crate::matching::{Purpose, Workspace};
@@ -43,7 +44,7 @@ impl Body {
 
     /// Sums a quantity over the vertices, of their mass, position and velocity.
     fn sum(&self, quantity: impl Fn(f64, Point3<f64>, Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
-        let vertices = (0..).zip(self.matching.layout.slots());
+        let vertices = (0..).zip(self.pipeline.matching.layout.slots());
         let quantities = vertices.map(|(vertex, &slot)| {
             let position = self.state.frame.to_world(self.state.local(slot));
             let velocity = self.state.frame.velocity_to_world(self.state.velocities.get(slot));
@@ -63,7 +64,7 @@ impl BodyRef<'_> {
     pub fn elastic_energy(self) -> Option<f64> {
         let context = self.context()?;
         let body = self.get();
-        let Body { matching, state, .. } = body;
+        let Body { pipeline: Pipeline { matching, .. }, state, .. } = body;
         let mut rotations = state.rotations.clone();
         let fitted = (&state.positions, &mut rotations, body.shapes());
         let mut workspace = Workspace::default();

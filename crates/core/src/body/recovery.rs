@@ -1,6 +1,7 @@
 //! Lets a tangled body return to its rest shape: see [`dynamics::recovery`](crate::dynamics).
 
 use super::context::StepContext;
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use crate::dynamics::{Constraints, is_tangled, most_steps, recover};
 
@@ -16,9 +17,14 @@ impl Body {
         }
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
-        let can_tangle = self.half_width().is_cell() || self.material.poisson_ratio() > 0.0;
+        let can_tangle = self.half_width().is_cell() || self.settings.material.poisson_ratio() > 0.0;
         let can_start = can_tangle && self.is_untouched();
-        let Self { lattice, matching, momentum, state, extent, .. } = self;
+        let Self {
+            shape: Shape { lattice, extent, .. },
+            pipeline: Pipeline { matching, momentum, .. },
+            state,
+            ..
+        } = self;
         let slots = matching.layout.slots();
         if state.recovery_steps == 0 && can_start && is_tangled(lattice, slots, state) {
             state.recovery_steps = most_steps(*extent, alpha);
@@ -34,7 +40,7 @@ impl Body {
 
     /// Returns whether the body is in one piece, and nothing touched or held it in the last step.
     fn is_untouched(&self) -> bool {
-        let Self { lattice, constraints, state, .. } = self;
+        let Self { shape: Shape { lattice, .. }, constraints, state, .. } = self;
         lattice.components().count == 1
             && !constraints.as_ref().is_some_and(Constraints::any_active)
             && state.supports.list().is_empty()

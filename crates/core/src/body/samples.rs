@@ -9,40 +9,40 @@ impl Body {
     /// samples.
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
-            self.contacts = None;
+            self.touch.contacts = None;
             self.state.supports.clear();
             return;
         }
-        let spacing = colliders.sample_spacing(self.lattice.cell_size());
-        if self.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
-            self.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
+        let spacing = colliders.sample_spacing(self.shape.lattice.cell_size());
+        if self.touch.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
+            self.touch.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
         }
     }
 
     /// Returns the contacts with colliders of the last step.
     pub(crate) fn pressures(&self) -> &[Pressure] {
-        self.contacts.as_ref().map_or(&[], Contacts::pressures)
+        self.touch.contacts.as_ref().map_or(&[], Contacts::pressures)
     }
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary
     /// of a bare lattice.
     pub(crate) fn create_samples(&self, spacing: f64) -> SampleCells {
-        let slots = self.matching.layout.slots();
+        let slots = self.pipeline.matching.layout.slots();
         match self.surface() {
             Some(Surface { mesh, embedding, pieces, .. }) => {
                 let samples = SampleCells::of_mesh_within(
                     spacing,
                     (mesh, pieces.as_ref().map(|_| embedding)),
-                    &self.lattice,
+                    &self.shape.lattice,
                     slots,
-                    &self.masses,
+                    &self.shape.masses,
                 );
                 match embedding.smoothing() {
                     None => samples,
-                    Some(_) => samples.smoothed(&self.lattice, slots, &self.masses),
+                    Some(_) => samples.smoothed(&self.shape.lattice, slots, &self.shape.masses),
                 }
             }
-            None => SampleCells::of_lattice_within(spacing, &self.lattice, slots, &self.masses),
+            None => SampleCells::of_lattice_within(spacing, &self.shape.lattice, slots, &self.shape.masses),
         }
     }
 }

@@ -29,14 +29,14 @@ impl Body {
     ///
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
-        let (count, pose) = (self.lattice.len(), self.pose_of(pose));
+        let (count, pose) = (self.shape.lattice.len(), self.pose_of(pose));
         let selected = match self.surface() {
             None => selection.lattice_vertices(self.lattice_at(pose), count, |vertex| [vertex]),
             Some(Surface { mesh, embedding, .. }) => {
                 let vertices = |point: u32| embedding.corners(point as usize);
                 match pose {
                     SelectionPose::Start => {
-                        let points = mesh.vertices().iter().map(|point| self.model_to_world * point);
+                        let points = mesh.vertices().iter().map(|point| self.shape.model_to_world * point);
                         selection.lattice_vertices(points, count, vertices)
                     }
                     SelectionPose::Now => {
@@ -58,7 +58,7 @@ impl Body {
     pub(super) fn lattice_at(&self, pose: SelectionPose) -> Vec<Point3<f64>> {
         match pose {
             SelectionPose::Start => {
-                (0..self.lattice.len() as u32).map(|vertex| self.start_of(vertex)).collect()
+                (0..self.shape.lattice.len() as u32).map(|vertex| self.start_of(vertex)).collect()
             }
             SelectionPose::Now => self.positions(),
         }
@@ -78,6 +78,6 @@ impl Body {
 
     /// Returns the position of a lattice vertex at frame 0, in world space.
     fn start_of(&self, vertex: u32) -> Point3<f64> {
-        self.model_to_world * self.lattice.rest_position(vertex)
+        self.shape.model_to_world * self.shape.lattice.rest_position(vertex)
     }
 }

@@ -1,5 +1,6 @@
 //! Changes settings between steps: volume correction, pins, handles, forces.
 
+use super::parts::Shape;
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
@@ -23,8 +24,8 @@ impl Body {
     pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
         let options = volume.into();
         let surface = self.surface().map(Surface::volume_surface);
-        self.correction = Correction::new(&self.lattice, surface, &options)?.into();
-        self.volume = options;
+        self.shown.correction = Correction::new(&self.shape.lattice, surface, &options)?.into();
+        self.settings.volume = options;
         Ok(())
     }
 
@@ -136,7 +137,7 @@ impl Body {
     /// Adds a pin or a handle.
     fn add(&mut self, constraint: Constraint) -> Result<(), Error> {
         self.wake();
-        let vertices = self.lattice.len();
+        let vertices = self.shape.lattice.len();
         self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
         Ok(())
     }
@@ -152,16 +153,18 @@ impl Body {
             return Err(ConstraintError::NoMesh.into());
         };
         let (value, limit) =
-            (animation.greatest_coordinate() * self.scale.greatest(), self.coordinate_limit());
+            (animation.greatest_coordinate() * self.shape.scale.greatest(), self.coordinate_limit());
         if value > limit {
             return Err(ConstraintError::AnimationTooFar { value, limit }.into());
         }
         let vertices = self.select(selection)?;
         let part = match selection {
             Selection::Vertices(_) => (0..mesh.vertices().len() as u32).collect(),
-            shape => shape.points_inside(mesh.vertices().iter().map(|point| self.model_to_world * point))?,
+            shape => {
+                shape.points_inside(mesh.vertices().iter().map(|point| self.shape.model_to_world * point))?
+            }
         };
-        let &Self { ref lattice, scale, model_to_world, .. } = self;
+        let &Self { shape: Shape { ref lattice, scale, model_to_world, .. }, .. } = self;
         let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };
         Ok(Constraint::following((selection, &part, vertices), window, (&body, animation))?)
     }
@@ -191,7 +194,7 @@ impl Body {
     /// A vertex out of range, or a force that is not finite or accelerates its vertex by more than 10^15
     /// cells/s^2. No force is then applied.
     pub fn apply_forces(&mut self, forces: &[(u32, [f64; 3])]) -> Result<(), Error> {
-        let count = self.lattice.len();
+        let count = self.shape.lattice.len();
         for &(vertex, force) in forces {
             if vertex as usize >= count {
                 return Err(SelectionError::VertexOutOfRange { vertex, count }.into());

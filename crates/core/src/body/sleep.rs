@@ -24,6 +24,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
@@ -109,7 +110,9 @@ impl Body {
 
     /// Returns whether a collider, a pin or a handle holds the body, or it is exactly still.
     pub(crate) fn has_own_support(&self) -> bool {
-        let Self { lattice, matching, momentum, state, .. } = self;
+        let Self {
+            shape: Shape { lattice, .. }, pipeline: Pipeline { matching, momentum, .. }, state, ..
+        } = self;
         let is_still = |&slot: &u32| state.velocities.get(slot) == [0.0; 3];
         !state.supports.list().is_empty()
             || (0..lattice.components().count).any(|component| momentum.is_constrained(component))
@@ -134,12 +137,12 @@ impl Body {
         // The place of a body that touches others is that in which they were searched.
         let can_stay =
             can_rest && !self.state.supports.list().is_empty() && self.state.touches.bodies().is_empty();
-        let limit = REST_DISTANCE.min(REST_SHARE * self.size / self.lattice.cell_size());
+        let limit = REST_DISTANCE.min(REST_SHARE * self.shape.size / self.shape.lattice.cell_size());
         let stay = match can_stay {
             true => Stay::Possible { check: context.is_frame_start.then_some(limit) },
             false => Stay::Impossible,
         };
-        let Self { matching, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, .. }, state, .. } = self;
         let signs = RestSigns { is_slow: is_at_rest, stay };
         state.track_rest(context.interval.dt, matching.layout.occupied(), signs);
     }
@@ -147,11 +150,11 @@ impl Body {
     /// Returns whether the body touches others, and is where it was when these contacts were searched.
     fn is_where_it_was_searched(&self) -> bool {
         let is_in_place = |contact: &BodyContact| contact.searched.is_in_place;
-        !self.state.touches.bodies().is_empty() && self.body_contact.as_ref().is_some_and(is_in_place)
+        !self.state.touches.bodies().is_empty() && self.touch.body_contact.as_ref().is_some_and(is_in_place)
     }
 
     fn fall_asleep(&mut self) {
-        let Self { matching, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, .. }, state, .. } = self;
         state.set_origin_velocity(matching.layout.slots(), Vector3::zeros());
         state.velocities.blocks_mut().iter_mut().flatten().for_each(|row| row.fill(0.0));
         state.momenta.fill(None);
@@ -167,10 +170,10 @@ impl Body {
     /// damping keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
     fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
-        let (size, cell_size) = (self.size, self.lattice.cell_size());
+        let (size, cell_size) = (self.shape.size, self.shape.lattice.cell_size());
         let speed = REST_SPEED * (size * effective_gravity(size, gravity)).sqrt() / cell_size;
         let keep = self.kept_fraction(dt, executor);
-        let rounding = f64::from(f32::EPSILON) * self.extent as f64 / 2.0;
+        let rounding = f64::from(f32::EPSILON) * self.shape.extent as f64 / 2.0;
         let noise = NOISE * self.alpha_of_stiffest(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
         speed.max(noise.min(GREATEST_NOISE * speed))
     }
@@ -179,7 +182,7 @@ impl Body {
     ///
     /// Most bodies in motion are recognized by one vertex, the first that was too fast in an earlier step.
     fn is_slow(&mut self, limit: f64) -> bool {
-        let Self { matching, state, fast_vertex, .. } = self;
+        let Self { pipeline: Pipeline { matching, fast_vertex, .. }, state, .. } = self;
         let slots = matching.layout.slots();
         let origin = state.frame.velocity();
         let is_fast = |&slot: &u32| {
@@ -201,7 +204,9 @@ impl Body {
 
     /// Returns whether each component has a constrained vertex, rests on a collider, or is exactly still.
     fn is_supported(&self) -> bool {
-        let Self { lattice, matching, momentum, state, .. } = self;
+        let Self {
+            shape: Shape { lattice, .. }, pipeline: Pipeline { matching, momentum, .. }, state, ..
+        } = self;
         let touched = state.touches.bodies();
         let is_held = |component: usize| {
             let first = touched.partition_point(|(found, _)| (*found as usize) < component);
@@ -225,7 +230,7 @@ impl Body {
     /// Returns whether something may move a body at rest in this step.
     fn is_disturbed(&self, context: &StepContext) -> bool {
         let Self { constraints, forces, .. } = self;
-        let acceleration = REST_FORCE * effective_gravity(self.size, context.gravity.norm());
+        let acceleration = REST_FORCE * effective_gravity(self.shape.size, context.gravity.norm());
         let tolerance = |vertex: u32| acceleration * self.mass_of(vertex);
         forces.as_ref().is_some_and(|forces| forces.move_a_body_at_rest(tolerance))
             || constraints.as_ref().is_some_and(|constraints| !constraints.is_static(context.interval))

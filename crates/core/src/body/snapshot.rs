@@ -46,18 +46,19 @@ impl Body {
             cracks: self.cracks(),
             state: self.state.clone(),
             constraints: self.constraints.clone(),
-            material: self.material,
-            youngs_modulus: self.youngs_modulus,
+            material: self.settings.material,
+            youngs_modulus: self.settings.youngs_modulus,
             half_width: self.half_width(),
             stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
             inflation: self.inflation.clone(),
-            volume: self.volume,
+            volume: self.settings.volume,
             forces: self.forces.clone(),
             displacements: self
+                .touch
                 .contacts
                 .as_ref()
                 .map_or_else(Vec::new, |contacts| contacts.all_displacements().to_vec()),
-            sides: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
+            sides: self.touch.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
         }
     }
 
@@ -82,8 +83,8 @@ impl Body {
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
     pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.apply_cracks(snapshot);
-        self.material = snapshot.material;
-        self.youngs_modulus = snapshot.youngs_modulus;
+        self.settings.material = snapshot.material;
+        self.settings.youngs_modulus = snapshot.youngs_modulus;
         self.set_half_width(snapshot.half_width);
         if snapshot.stiffness_factors.as_deref() != self.stiffness_factors() {
             let factors = snapshot.stiffness_factors.clone().map(StiffnessFactors::new).transpose()?;
@@ -91,20 +92,20 @@ impl Body {
         }
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
-        if snapshot.volume != self.volume {
-            if self.lattice.broken_joints().is_empty() {
+        if snapshot.volume != self.settings.volume {
+            if self.shape.lattice.broken_joints().is_empty() {
                 self.set_volume(snapshot.volume)?;
             } else {
                 // As after an event, it is created when it is needed.
-                self.volume = snapshot.volume;
-                self.correction = OnceLock::new();
+                self.settings.volume = snapshot.volume;
+                self.shown.correction = OnceLock::new();
             }
         }
         self.state = snapshot.state.clone();
         self.inflation = snapshot.inflation.clone();
         self.update_shapes();
         self.pass_inflation();
-        if self.body_contact.is_none() {
+        if self.touch.body_contact.is_none() {
             self.state.touches.forget_bodies();
         }
         self.measure_contact_bounds();
@@ -119,7 +120,7 @@ impl Body {
             self.track_constraints();
         }
         self.forces = snapshot.forces.clone();
-        if let Some(contacts) = &mut self.contacts {
+        if let Some(contacts) = &mut self.touch.contacts {
             contacts.set_displacements(&snapshot.displacements);
             contacts.clear_pressures();
             contacts.set_sides(&snapshot.sides);
@@ -136,10 +137,14 @@ impl Body {
         }
         let found = snapshot.state.positions.blocks().len();
         let Ok(other) = self.lattice_with(snapshot.cracks.as_ref()) else {
-            return Err(StateError::Lattice { body: body(), blocks: self.matching.layout.blocks(), found });
+            return Err(StateError::Lattice {
+                body: body(),
+                blocks: self.pipeline.matching.layout.blocks(),
+                found,
+            });
         };
         let (lattice, blocks) = match &other {
-            None => (&self.lattice, self.matching.layout.blocks()),
+            None => (&self.shape.lattice, self.pipeline.matching.layout.blocks()),
             Some(lattice) => (lattice, Layout::new(lattice).blocks()),
         };
         let components = lattice.components().count;
@@ -176,7 +181,7 @@ impl Body {
         volume: VolumeOptions,
         (lattice, is_other): (&Lattice, bool),
     ) -> Result<(), VolumeError> {
-        if volume == self.volume {
+        if volume == self.settings.volume {
             return Ok(());
         }
         // Pieces that the measure does not allow keep the volume of their cells.
@@ -206,7 +211,7 @@ impl Body {
         if let Some(modulus) = youngs_modulus {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
         }
-        let is_within = half_width.links() <= self.extent.max(1);
+        let is_within = half_width.links() <= self.shape.extent.max(1);
         in_range(
             "half_width",
             half_width.cells(),

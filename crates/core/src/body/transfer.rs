@@ -174,16 +174,16 @@ mod tests {
         let mut body = Body::from_lattice(lattice).material(material).build().unwrap();
         body.cut([2.0; 3], [1.0, 0.0, 0.0]).unwrap();
         assert_eq!(body.pieces(), 2);
-        let slots = body.matching.layout.slots().to_vec();
+        let slots = body.pipeline.matching.layout.slots().to_vec();
         let strains = body.state.strains.as_mut().unwrap();
-        for (&slot, &piece) in slots.iter().zip(&body.lattice.components().of_vertex) {
+        for (&slot, &piece) in slots.iter().zip(&body.shape.lattice.components().of_vertex) {
             let stretch = if piece == 0 { 1.5_f32 } else { 0.5 };
             strains.set(slot, [stretch - 1.0, 1.0 / stretch - 1.0, 0.0, 0.0, 0.0, 0.0]);
         }
         body.restore_cracks(None);
         assert_eq!(body.pieces(), 1);
         let strains = body.state.strains.as_ref().unwrap();
-        let shapes = body.matching.layout.slots().iter().map(|&slot| symmetric(strains.get(slot)));
+        let shapes = body.pipeline.matching.layout.slots().iter().map(|&slot| symmetric(strains.get(slot)));
         let determinants = shapes.map(|strain| (Matrix3::identity() + strain).determinant());
         assert!(determinants.clone().count() == 125);
         determinants.for_each(|determinant| assert!((determinant - 1.0).abs() < 1e-6, "{determinant}"));

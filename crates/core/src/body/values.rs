@@ -20,7 +20,7 @@ impl Body {
     /// A wrong number of positions, or a coordinate that is not finite or exceeds 10^15 cells.
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
-        self.state.set_world(self.matching.layout.slots(), positions);
+        self.state.set_world(self.pipeline.matching.layout.slots(), positions);
         self.measure_contact_bounds();
         self.wake();
         Ok(())
@@ -35,7 +35,7 @@ impl Body {
     /// Returns the corners of the bounding box of the positions, in cells from the origin of the body.
     pub(super) fn local_bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
         let far = Vector3::repeat(f64::INFINITY);
-        let positions = self.matching.layout.slots().iter().map(|&slot| self.state.local(slot));
+        let positions = self.pipeline.matching.layout.slots().iter().map(|&slot| self.state.local(slot));
         positions.fold((far, -far), |(low, high), position| (low.inf(&position), high.sup(&position)))
     }
 
@@ -51,7 +51,7 @@ impl Body {
     /// A wrong number of velocities, or a component that is not finite or exceeds 10^15 cells/s.
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
-        self.state.set_world_velocities(self.matching.layout.slots(), velocities);
+        self.state.set_world_velocities(self.pipeline.matching.layout.slots(), velocities);
         self.wake();
         Ok(())
     }
@@ -64,7 +64,7 @@ impl Body {
             UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
         };
         let mut rotations = Vec::new();
-        self.matching.rotations_at_vertices(&self.state.rotations, &mut rotations);
+        self.pipeline.matching.rotations_at_vertices(&self.state.rotations, &mut rotations);
         rotations.into_iter().map(matrix).collect()
     }
 
@@ -72,7 +72,7 @@ impl Body {
     /// share the vertex. The filled share of a cell is the part of it inside the mesh, at least 0.05. With an open mesh
     /// and for a bare lattice it is 1.
     pub fn masses(&self) -> Vec<f64> {
-        (0..self.lattice.len() as u32).map(|vertex| self.mass_of(vertex)).collect()
+        (0..self.shape.lattice.len() as u32).map(|vertex| self.mass_of(vertex)).collect()
     }
 
     /// Returns the masses of the vertices in the fits of the regions, one per vertex, in units of a full cell's mass.
@@ -80,12 +80,14 @@ impl Body {
     /// so the rigid motions of its regions follow it. Only the fits use these masses; [`Body::masses`] returns the
     /// others.
     pub fn fit_masses(&self) -> Vec<f64> {
-        self.by_vertex(|slot| self.matching.regions.weights.get(slot)[0].into())
+        self.by_vertex(|slot| self.pipeline.matching.regions.weights.get(slot)[0].into())
     }
 
     /// Returns the filled share of each cell: see [`Body::masses`].
     pub fn cell_shares(&self) -> Vec<f64> {
-        (0..self.lattice.cells().len() as u32).map(|cell| self.masses.share(cell).into()).collect()
+        (0..self.shape.lattice.cells().len() as u32)
+            .map(|cell| self.shape.masses.share(cell).into())
+            .collect()
     }
 
     /// Returns the goal positions g at the current positions, shape `(n, 3)`, without advancing time.
@@ -93,14 +95,14 @@ impl Body {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
         let fitted = (&self.state.positions, &mut rotations, self.shapes());
-        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
-        let goals = self.matching.goals(&workspace, &executor);
+        self.pipeline.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
+        let goals = self.pipeline.matching.goals(&workspace, &executor);
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
     }
 
     /// Checks the length of an array that a user passes.
     pub(super) fn check_length(&self, name: &'static str, count: usize) -> Result<(), ArrayError> {
-        let expected = self.lattice.len();
+        let expected = self.shape.lattice.len();
         if count == expected { Ok(()) } else { Err(ArrayError::Length { name, count, expected }) }
     }
 
@@ -128,5 +130,5 @@ impl Body {
 /// Returns the factors of the masses of the vertices in the fits while the vertices with `true` are constrained.
 #[cfg(feature = "internals")]
 pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
-    body.matching.regions.hold_factors(&body.matching.layout, constrained)
+    body.pipeline.matching.regions.hold_factors(&body.pipeline.matching.layout, constrained)
 }

@@ -24,10 +24,11 @@ impl Body {
     /// A wrong number of factors, a factor out of range, or a stiffness alpha per step whose product with the greatest
     /// factor exceeds 1. The factors are then unchanged.
     pub fn set_stiffness_factors(&mut self, factors: Option<&[f64]>) -> Result<(), Error> {
-        let factors = factors.map(|factors| checked_factors(factors, self.lattice.len())).transpose()?;
-        check_stiffness(&self.material, factors.as_ref())?;
+        let factors =
+            factors.map(|factors| checked_factors(factors, self.shape.lattice.len())).transpose()?;
+        check_stiffness(&self.settings.material, factors.as_ref())?;
         self.wake();
-        self.youngs_modulus = None;
+        self.settings.youngs_modulus = None;
         self.replace_stiffness_factors(factors);
         Ok(())
     }
@@ -60,7 +61,7 @@ impl Body {
     /// As [`apply_stiffness_factors`](Self::apply_stiffness_factors), for the same factors in a new shape matching.
     pub(super) fn pass_stiffness_factors(&mut self) {
         let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force(1.0));
-        self.matching.set_factors(in_force.as_deref());
+        self.pipeline.matching.set_factors(in_force.as_deref());
     }
 
     /// Returns the greatest stiffness factor in force.
@@ -104,7 +105,7 @@ impl Body {
         let shares = self.zone_shares(&zone.selection, pose)?;
         if factor != 1.0 || zone.inflate.is_none() {
             let mut factors =
-                self.stiffness_factors().map_or_else(|| vec![1.0; self.lattice.len()], <[f64]>::to_vec);
+                self.stiffness_factors().map_or_else(|| vec![1.0; self.shape.lattice.len()], <[f64]>::to_vec);
             for (value, &share) in factors.iter_mut().zip(&shares).filter(|(_, share)| **share > 0.0) {
                 *value *= factor.powf(share);
             }
@@ -124,10 +125,10 @@ impl Body {
         selection.validate()?;
         let pose = self.pose_of(pose);
         let points = self.lattice_at(pose);
-        let mut shares = vec![0.0; self.lattice.len()];
+        let mut shares = vec![0.0; self.shape.lattice.len()];
         if !matches!(selection, Selection::Vertices(_)) {
             for (point, share) in points.iter().zip(&mut shares) {
-                *share = (1.0 - selection.distance(point) / self.lattice.cell_size()).max(0.0);
+                *share = (1.0 - selection.distance(point) / self.shape.lattice.cell_size()).max(0.0);
             }
         }
         if shares.iter().all(|&share| share == 0.0) {

@@ -2,6 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::{Pipeline, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::RegionDamper;
@@ -70,7 +71,10 @@ impl Stage for ApplyConstraints {
 impl Body {
     /// Activates and deactivates pins and handles according to their time windows.
     fn begin_constraints(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
+        let Self { pipeline: Pipeline { matching, .. }, constraints: Some(constraints), state, .. } = self
+        else {
+            return;
+        };
         let state_slots = (&state.body_state(), matching.layout.slots());
         if constraints.begin(context.interval, state_slots, executor) {
             self.track_constraints();
@@ -79,7 +83,7 @@ impl Body {
 
     /// Updates which components have constrained vertices. The momenta of such components are not conserved.
     pub(in crate::body) fn track_constraints(&mut self) {
-        let Self { constraints, matching, momentum, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, momentum, .. }, constraints, state, .. } = self;
         match constraints {
             Some(constraints) => {
                 momentum.set_constrained(
@@ -100,7 +104,12 @@ impl Body {
     /// slip out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the
     /// fits use these masses, so that momenta and forces are those of the masses of the vertices.
     fn update_fit_masses(&mut self) {
-        let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
+        let Self {
+            shape: Shape { masses, .. },
+            pipeline: Pipeline { matching, momentum, region_damping, .. },
+            constraints,
+            ..
+        } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
         let factors = matching.regions.hold_factors(&matching.layout, constrained);
         let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
@@ -118,7 +127,11 @@ impl Body {
     /// Moves constrained vertices to the targets of their pins and handles.
     pub(in crate::body) fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
-            constraints.apply(context.interval, &mut self.state.body_state(), self.matching.layout.slots());
+            constraints.apply(
+                context.interval,
+                &mut self.state.body_state(),
+                self.pipeline.matching.layout.slots(),
+            );
         }
     }
 }

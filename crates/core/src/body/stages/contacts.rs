@@ -2,6 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::{Shape, Touch};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::contact::Contacts;
@@ -21,7 +22,7 @@ impl Stage for BeginContacts {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.contacts.is_some() || body.body_contact.is_some()
+        body.touch.contacts.is_some() || body.touch.body_contact.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -42,7 +43,7 @@ impl Stage for TouchBodies {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.body_contact.is_some()
+        body.touch.body_contact.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -71,7 +72,7 @@ impl Stage for TouchColliders {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.contacts.is_some()
+        body.touch.contacts.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -79,16 +80,16 @@ impl Stage for TouchColliders {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        body.contacts.as_ref().map_or_else(Default::default, |contacts| {
+        body.touch.contacts.as_ref().map_or_else(Default::default, |contacts| {
             (format!("{} samples", contacts.samples().count()), contacts.bytes())
         })
     }
 
     fn follow(&self, body: &mut Body, parents: &Parents) {
-        if let Some(before) = body.contacts.take() {
+        if let Some(before) = body.touch.contacts.take() {
             let mut contacts = Contacts::within(before.spacing(), body.create_samples(before.spacing()));
-            contacts.continue_from(&before, &parents.first, &body.lattice);
-            body.contacts = Some(contacts);
+            contacts.continue_from(&before, &parents.first, &body.shape.lattice);
+            body.touch.contacts = Some(contacts);
         }
     }
 }
@@ -98,7 +99,7 @@ impl Body {
     pub(in crate::body) fn begin_contacts(&mut self, context: &StepContext) {
         self.begin_body_contact();
         self.begin_escapes(context);
-        if let Some(contacts) = &mut self.contacts {
+        if let Some(contacts) = &mut self.touch.contacts {
             contacts.begin(&self.state.velocities);
         }
     }
@@ -118,7 +119,7 @@ impl Body {
     /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
     fn finish_alone(&mut self, context: &StepContext) {
         let unit = self.impulse_unit() / context.interval.dt;
-        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        let Self { touch: Touch { contacts: Some(contacts), .. }, state, .. } = self else { return };
         contacts.begin_with(|key| state.touches.force(key) / unit);
         contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
     }
@@ -126,23 +127,23 @@ impl Body {
     /// Stores the forces of the contacts with colliders after a step of `dt` seconds in which no body was touched.
     pub(in crate::body) fn keep_contact_forces(&mut self, dt: f64) {
         let unit = self.impulse_unit() / dt;
-        if self.body_contact.is_some() {
+        if self.touch.body_contact.is_some() {
             self.state.touches.clear();
         }
-        let pressures = self.contacts.iter().flat_map(|contacts| contacts.pressures());
+        let pressures = self.touch.contacts.iter().flat_map(|contacts| contacts.pressures());
         self.state.touches.set_forces(pressures.map(|pressure| pressure.force(unit)));
     }
 
     /// Returns the unit of the impulses of contacts with colliders, in scene units.
     pub(in crate::body) fn impulse_unit(&self) -> f64 {
-        self.cell_mass() * self.lattice.cell_size()
+        self.cell_mass() * self.shape.lattice.cell_size()
     }
 
     /// Moves components out of colliders in which they began, and finds the contacts with colliders.
     pub(in crate::body) fn detect_contacts(&mut self, context: &StepContext) {
         self.move_out();
         let is_asleep = self.is_asleep();
-        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        let Self { touch: Touch { contacts: Some(contacts), .. }, state, .. } = self else { return };
         if context.is_frame_start && !is_asleep {
             contacts.clear_displacements();
         }
@@ -153,11 +154,16 @@ impl Body {
     /// Invalidates the momenta of the components that touched colliders, which the next step measures, and stores what
     /// supports the body.
     fn finish_contacts(&mut self, context: &StepContext) {
-        let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
+        let Self {
+            touch: Touch { contacts: Some(contacts), .. }, shape: Shape { lattice, .. }, state, ..
+        } = self
+        else {
+            return;
+        };
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
         }
-        if self.elastic_damping.is_some() || context.sleep {
+        if self.pipeline.elastic_damping.is_some() || context.sleep {
             state.supports.set(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
                 |pressure| {
                     let component = lattice.components().of_vertex[pressure.vertex as usize];

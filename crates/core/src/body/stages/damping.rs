@@ -2,6 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::{Pipeline, Settings};
 use crate::body::soft_body::Body;
 use crate::dynamics::{Damping, ElasticDamper, RegionDamper, RegionDamping};
 use crate::matching::{Purpose, Shapes};
@@ -16,7 +17,7 @@ impl Stage for DampRegions {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.region_damping.is_some()
+        body.pipeline.region_damping.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -24,16 +25,16 @@ impl Stage for DampRegions {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        let detail = match body.material.region_damping {
+        let detail = match body.settings.material.region_damping {
             RegionDamping::PerStep(fraction) => format!("{fraction} per step"),
             RegionDamping::Rate(rate) => format!("{rate} per second"),
         };
-        (detail, body.region_damping.as_ref().map_or(0, RegionDamper::bytes))
+        (detail, body.pipeline.region_damping.as_ref().map_or(0, RegionDamper::bytes))
     }
 
     fn rebuild(&self, body: &mut Body) {
-        let is_damped = body.material.has_region_damping();
-        body.region_damping = is_damped.then(|| RegionDamper::new(&body.matching));
+        let is_damped = body.settings.material.has_region_damping();
+        body.pipeline.region_damping = is_damped.then(|| RegionDamper::new(&body.pipeline.matching));
     }
 }
 
@@ -46,7 +47,7 @@ impl Stage for DampModes {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.elastic_damping.is_some()
+        body.pipeline.elastic_damping.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -54,18 +55,18 @@ impl Stage for DampModes {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        let detail = match body.material.damping() {
+        let detail = match body.settings.material.damping() {
             Damping::Ratio(0.0) | Damping::Rate(0.0) => {
                 format!("rolling resistance {}", body.rolling_resistance())
             }
             Damping::Ratio(ratio) => format!("ratio {ratio} of the lowest mode"),
             Damping::Rate(rate) => format!("{rate} per second"),
         };
-        (detail, body.elastic_damping.as_ref().map_or(0, ElasticDamper::bytes))
+        (detail, body.pipeline.elastic_damping.as_ref().map_or(0, ElasticDamper::bytes))
     }
 
     fn rebuild(&self, body: &mut Body) {
-        body.elastic_damping = body.needs_damping().then(ElasticDamper::default);
+        body.pipeline.elastic_damping = body.needs_damping().then(ElasticDamper::default);
     }
 }
 
@@ -77,7 +78,12 @@ impl Body {
     /// constrained vertices.
     fn damp(&mut self, context: &StepContext, executor: &Executor) {
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
+        let Self {
+            pipeline: Pipeline { region_damping: Some(region_damping), matching, workspace, .. },
+            settings: Settings { material, .. },
+            state,
+            ..
+        } = self
         else {
             return;
         };
@@ -96,8 +102,14 @@ impl Body {
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let keep = self.kept_fraction(dt, executor);
-        let (size, rolling) = (self.size / self.lattice.cell_size(), self.rolling_resistance());
-        let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
+        let (size, rolling) = (self.shape.size / self.shape.lattice.cell_size(), self.rolling_resistance());
+        let Self {
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
+            constraints,
+            state,
+            ..
+        } = self
+        else {
             return;
         };
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);

@@ -2,6 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::{Pipeline, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::Forces;
@@ -29,7 +30,7 @@ impl Stage for ApplyForces {
 
     fn follow(&self, body: &mut Body, parents: &Parents) {
         if let Some(forces) = &mut body.forces {
-            forces.transfer(&parents.pairs(), &body.masses);
+            forces.transfer(&parents.pairs(), &body.shape.masses);
         }
     }
 }
@@ -38,7 +39,16 @@ impl Body {
     /// Applies external forces: v += h f/m and x += h² f/m. Removes the stage when it has no more data.
     pub(super) fn apply_external_forces(&mut self, context: &StepContext) {
         let cell_mass = self.cell_mass();
-        let Self { forces: Some(forces), lattice, masses, matching, state, .. } = self else { return };
+        let Self {
+            shape: Shape { lattice, masses, .. },
+            pipeline: Pipeline { matching, .. },
+            forces: Some(forces),
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
         let mass = |vertex: u32| cell_mass * f64::from(masses[vertex as usize]);
         let timing = (context.interval, context.is_frame_start);
         forces.apply(timing, (lattice, matching.layout.slots()), mass, state);

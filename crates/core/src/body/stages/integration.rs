@@ -2,6 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::Advance;
 use crate::parallel::Executor;
@@ -23,7 +24,7 @@ impl Stage for Integrate {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        (format!("{} lattice vertices, f32", body.lattice.len()), 0)
+        (format!("{} lattice vertices, f32", body.shape.lattice.len()), 0)
     }
 }
 
@@ -31,7 +32,7 @@ impl Body {
     /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
     /// the positions: x += h v.
     fn integrate(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { matching, momentum, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
         let advance = Advance { occupied, components, corrections, dt: context.interval.dt };

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
+use crate::body::parts::{Pipeline, Settings, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::{Accelerate, EnergyLimiter};
@@ -28,20 +29,25 @@ impl Stage for MatchShapes {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        let limiter = body.energy.as_ref();
+        let limiter = body.pipeline.energy.as_ref();
         let plastic = if body.state.strains.is_some() { ", plastic shapes" } else { "" };
         let suffix = if limiter.is_some() { ", energy limiter" } else { "" };
-        let (width, blocks) = (body.half_width(), body.matching.layout.blocks());
-        let bytes = body.matching.bytes() + body.workspace.bytes() + limiter.map_or(0, EnergyLimiter::bytes);
+        let (width, blocks) = (body.half_width(), body.pipeline.matching.layout.blocks());
+        let bytes = body.pipeline.matching.bytes()
+            + body.pipeline.workspace.bytes()
+            + limiter.map_or(0, EnergyLimiter::bytes);
         let sums = "window sums along x, y, z, SIMD blocks";
         (format!("half-width {width}, {sums}: {blocks}{plastic}{suffix}"), bytes)
     }
 
     fn rebuild(&self, body: &mut Body) {
         // Small bodies use the buffers of the threads of their simulation.
-        body.workspace =
-            if body.is_one_task() { Workspace::default() } else { body.matching.cascade.workspace() };
-        (body.energy, body.state.energy_limit) = (None, None);
+        body.pipeline.workspace = if body.is_one_task() {
+            Workspace::default()
+        } else {
+            body.pipeline.matching.cascade.workspace()
+        };
+        (body.pipeline.energy, body.state.energy_limit) = (None, None);
         body.pass_stiffness_factors();
     }
 
@@ -56,14 +62,14 @@ impl Body {
     /// Returns whether the blocks of eight lattice vertices fit into one chunk. A step then runs on one
     /// thread.
     pub(crate) fn is_one_task(&self) -> bool {
-        self.matching.layout.blocks() <= CHUNK
+        self.pipeline.matching.layout.blocks() <= CHUNK
     }
 
     /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single
     /// task.
     pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
         let small = bodies.iter().filter(|body| body.is_one_task());
-        workspaces.reserve(threads, small.map(|body| body.matching.cascade.sizes()));
+        workspaces.reserve(threads, small.map(|body| body.pipeline.matching.cascade.sizes()));
     }
 
     /// Accelerates the vertices towards their goal positions: v += alpha (g - x)/h + h a.
@@ -81,13 +87,9 @@ impl Body {
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let stiffness = self.is_armed().then(|| (self.modulus_in_force(dt), self.greatest_factor()));
         let Self {
-            matching,
-            workspace,
-            momentum,
-            energy,
-            elastic_damping,
-            lattice,
-            material,
+            pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, .. },
+            shape: Shape { lattice, .. },
+            settings: Settings { material, .. },
             state,
             breaking,
             ..
@@ -115,7 +117,7 @@ impl Body {
             Some(gradients) => matching.fit_and_measure(workspace, executor, fitted, gradients),
             None => matching.fit(workspace, executor, fitted, None, Purpose::Vertices),
         };
-        self.unconverged += unconverged;
+        self.pipeline.unconverged += unconverged;
         state.fitted = true;
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));

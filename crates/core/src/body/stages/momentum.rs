@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::stage::{BodyStep, Stage};
+use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::{Constraints, MomentumTracker};
 use crate::parallel::Executor;
@@ -25,19 +26,20 @@ impl Stage for TrackMomentum {
 
     fn describe(&self, body: &Body) -> (String, usize) {
         let components = body.state.momenta.len();
-        (format!("momenta in f64, connected components: {components}"), body.momentum.bytes())
+        (format!("momenta in f64, connected components: {components}"), body.pipeline.momentum.bytes())
     }
 
     fn rebuild(&self, body: &mut Body) {
-        let (layout, cascade) = (&body.matching.layout, &body.matching.cascade);
-        body.momentum = MomentumTracker::new(&body.lattice, &body.masses, layout, cascade.tasks());
+        let (layout, cascade) = (&body.pipeline.matching.layout, &body.pipeline.matching.cascade);
+        body.pipeline.momentum =
+            MomentumTracker::new(&body.shape.lattice, &body.shape.masses, layout, cascade.tasks());
     }
 }
 
 impl Body {
     /// Returns whether the body is free: it has no active constraint and no contact stage.
     pub(super) fn is_free(&self) -> bool {
-        self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
+        self.touch.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
     }
 
     /// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and
@@ -48,7 +50,7 @@ impl Body {
     /// of its center of mass. The origin of a body that is not free has velocity zero.
     fn track_momentum(&mut self, executor: &Executor) {
         let is_free = self.is_free();
-        let Self { matching, momentum, state, .. } = self;
+        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
         let slots = matching.layout.slots();
         if !is_free {
             state.set_origin_velocity(slots, Vector3::zeros());

@@ -1,0 +1,106 @@
+//! The parts of a body.
+
+use std::sync::OnceLock;
+
+use nalgebra::Isometry3;
+
+use super::leaving::Leaving;
+use super::surface::Surface;
+use super::touching::TouchingOptions;
+use crate::contact::Contacts;
+use crate::contact::bodies::BodyContact;
+use crate::dynamics::{ElasticDamper, EnergyLimiter, Material, MomentumTracker, RegionDamper};
+use crate::lattice::{Lattice, Masses};
+use crate::matching::{HalfWidth, Matching, Workspace};
+use crate::mesh::Scale;
+use crate::skin::SkinKind;
+use crate::volume::{Correction, VolumeMeasures, VolumeOptions};
+
+/// What the body is made of: its lattice and its mesh. Only fracture changes it.
+#[derive(Debug)]
+pub(super) struct Shape {
+    pub(super) lattice: Lattice,
+    /// Mass of each vertex in units of a full cell's mass.
+    pub(super) masses: Masses,
+    /// `None` for a bare lattice. Computed when it is needed: see `pieces`.
+    pub(super) surface: Option<OnceLock<Surface>>,
+    /// Scale of the given mesh or lattice.
+    pub(super) scale: Scale,
+    /// Transform from the model's frame to world space at frame 0.
+    pub(super) model_to_world: Isometry3<f64>,
+    /// Largest extent of the lattice along an axis, in cells.
+    pub(super) extent: usize,
+    /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
+    pub(super) size: f64,
+}
+
+/// What a user has set.
+#[derive(Debug)]
+pub(super) struct Settings {
+    pub(super) material: Material,
+    pub(super) skin: SkinKind,
+    pub(super) volume: VolumeOptions,
+    pub(super) touching: TouchingOptions,
+    /// Whether parts of the body touch each other that are connected.
+    pub(super) has_self_contact: bool,
+    /// Young's modulus of the material, fixed when the body joined a simulation. `None` with the elasticity of
+    /// regions, and outside a simulation.
+    pub(super) youngs_modulus: Option<f64>,
+}
+
+/// What the shape matching and the damping derive from the shape, the material and the half-width of the regions.
+#[derive(Debug)]
+pub(super) struct Pipeline {
+    pub(super) matching: Matching,
+    /// Not used if the body is a single task: see [`StepContext::workspaces`](super::StepContext::workspaces).
+    pub(super) workspace: Workspace,
+    pub(super) momentum: MomentumTracker,
+    /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.
+    pub(super) energy: Option<EnergyLimiter>,
+    pub(super) region_damping: Option<RegionDamper>,
+    pub(super) elastic_damping: Option<ElasticDamper>,
+    /// The eigenvalue of the lowest elastic mode: see `dynamics::lowest_mode`. Computed when it is needed.
+    pub(super) lowest_eigenvalue: OnceLock<f64>,
+    /// A vertex that was faster than the limit of sleep.
+    pub(super) fast_vertex: usize,
+    /// See [`Body::unconverged_rotations`].
+    pub(super) unconverged: usize,
+}
+
+/// The data of contacts.
+#[derive(Debug)]
+pub(super) struct Touch {
+    pub(super) contacts: Option<Contacts>,
+    /// Present in a simulation in which the body can touch bodies.
+    pub(super) body_contact: Option<BodyContact>,
+    /// Vertices of components that leave colliders in the current step: see `escape`.
+    pub(super) leaving: Vec<Leaving>,
+}
+
+/// What the display derives from the shape.
+#[derive(Debug)]
+pub(super) struct Shown {
+    /// Computed when it is needed: see `pieces`.
+    pub(super) correction: OnceLock<Option<Correction>>,
+    /// Built by the first volume report.
+    pub(super) measures: OnceLock<VolumeMeasures>,
+}
+
+impl Pipeline {
+    /// Creates the shape matching and the momentum tracker of a body with regions of a half-width. The other stages are
+    /// [built](super::stages::Stage::rebuild) later.
+    pub(super) fn new(lattice: &Lattice, masses: &Masses, half_width: HalfWidth) -> Self {
+        let matching = Matching::new(lattice, masses, half_width);
+        Self {
+            momentum: MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks()),
+            matching,
+            workspace: Workspace::default(),
+            energy: None,
+            region_damping: None,
+            elastic_damping: None,
+            lowest_eigenvalue: OnceLock::new(),
+            fast_vertex: 0,
+            unconverged: 0,
+        }
+    }
+}
