@@ -44,18 +44,19 @@
 //! number of regions that contain the vertex; a is gravity; alpha and d are the stiffness and the region
 //! damping per step; superscript 0 marks values in the rest pose, such as x⁰:
 //!
-//! 1. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m.
-//! 2. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
+//! 1. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
 //!    mean of the rigid velocities of the n regions at the vertex (Rivers & James 2007, section 5).
-//! 3. **Damping** ([`Damping`], module `dynamics::elastic_damping`): v = r + exp(-2 c h) (v - r), where r is the
+//! 2. **Damping** ([`Damping`], module `dynamics::elastic_damping`): v = r + exp(-2 c h) (v - r), where r is the
 //!    reference motion of the connected component, a rigid motion, and c the decay rate of the elastic modes.
-//! 4. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
+//! 3. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
 //!    weighted by m/n, and the rotation R of Σ m/n (x - c)(x⁰ - c⁰)ᵀ ([`rotations()`]); for each vertex the
 //!    goal position g, the mean of R (x⁰ - c⁰) + c over the n regions (Rivers & James 2007, Eqs. (5) and
-//!    (6)). The sums over regions are window sums along x, y and z.
-//! 5. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
+//!    (6)). The sums over regions are window sums along x, y and z. A tangled body follows its rest shape as a whole
+//!    (module `dynamics::recovery`).
+//! 4. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
 //!    Eq. (9)), then x += h v. The linear and angular momenta of connected components without constrained
 //!    vertices are tracked in f64, and the velocities are corrected to them (module `dynamics::momentum`).
+//! 5. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m and x += h² f/m.
 //! 6. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
 //!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
 //!    samples that are still inside a collider are pushed out.

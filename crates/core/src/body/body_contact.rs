@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::context::StepContext;
-use super::parts::{Pipeline, Shape, Touch};
+use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::contact::bodies::{
@@ -47,9 +47,9 @@ impl Body {
         // The touches of another simulation would name other bodies.
         self.state.touches = Touches::default();
         if !enabled {
-            self.touch.body_contact = None;
-        } else if self.touch.body_contact.is_none() {
-            self.touch.body_contact = Some(BodyContact::new());
+            self.contact.body_contact = None;
+        } else if self.contact.body_contact.is_none() {
+            self.contact.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
     }
@@ -57,7 +57,7 @@ impl Body {
     /// Creates or removes the data of contact with bodies if it is missing or not needed any more, and keeps it
     /// otherwise.
     pub(crate) fn update_body_contact(&mut self, enabled: bool) {
-        if self.touch.body_contact.is_some() != enabled {
+        if self.contact.body_contact.is_some() != enabled {
             let with_itself = self.settings.has_self_contact;
             self.set_body_contact(enabled, with_itself);
         }
@@ -65,8 +65,8 @@ impl Body {
 
     /// Creates the data of contact with bodies again: the surface of the body changed.
     pub(super) fn renew_body_contact(&mut self) {
-        if self.touch.body_contact.take().is_some() {
-            self.touch.body_contact = Some(BodyContact::new());
+        if self.contact.body_contact.take().is_some() {
+            self.contact.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
     }
@@ -79,8 +79,8 @@ impl Body {
     /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
     /// bodies.
     pub(crate) fn create_contact_surface(&mut self) {
-        if self.touch.body_contact.is_some() && self.surface_of_contact().is_none() {
-            self.touch.body_contact = None;
+        if self.contact.body_contact.is_some() && self.surface_of_contact().is_none() {
+            self.contact.body_contact = None;
             self.state.touches = Touches::default();
         }
     }
@@ -88,7 +88,7 @@ impl Body {
     /// Stores the velocities before the step, for contact with bodies.
     pub(super) fn begin_body_contact(&mut self) {
         let Self {
-            touch: Touch { body_contact, .. },
+            contact: ContactData { body_contact, .. },
             shape: Shape { lattice, .. },
             pipeline: Pipeline { matching, .. },
             state,
@@ -103,12 +103,12 @@ impl Body {
     /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
     /// none.
     pub(crate) fn surface_of_contact(&self) -> Option<&ContactSurface> {
-        self.touch.body_contact.as_ref()?.surface_or(|| self.contact_surface())
+        self.contact.body_contact.as_ref()?.surface_or(|| self.contact_surface())
     }
 
     /// Returns the box in which the body has been since it was measured last; `None` if the body can touch none.
     pub(crate) fn contact_bounds(&self) -> Option<Bounds> {
-        self.touch.body_contact.as_ref().map(BodyContact::bounds)
+        self.contact.body_contact.as_ref().map(BodyContact::bounds)
     }
 
     /// Returns whether parts of the body touch each other that are connected.
@@ -119,7 +119,7 @@ impl Body {
     /// Measures the boxes of the positions and velocities, by which near bodies are found.
     pub(crate) fn measure_contact_bounds(&mut self) {
         let Self {
-            touch: Touch { body_contact, .. },
+            contact: ContactData { body_contact, .. },
             shape: Shape { lattice, .. },
             pipeline: Pipeline { matching, .. },
             state,
@@ -135,7 +135,7 @@ impl Body {
     /// can touch none. A simulation creates the samples when another body is near for the first time; before, this
     /// function creates them each time.
     pub fn contact_samples(&self) -> Option<usize> {
-        let contact = self.touch.body_contact.as_ref()?;
+        let contact = self.contact.body_contact.as_ref()?;
         match contact.created_surface() {
             Some(surface) => Some(surface.sample_count()),
             None => self.contact_surface().map(|surface| surface.sample_count()),
@@ -154,7 +154,7 @@ impl Body {
     /// are no samples before another body is near.
     pub(super) fn planned_body_contact(&self) -> Option<(Option<usize>, usize)> {
         let samples = |contact: &BodyContact| contact.created_surface().map(ContactSurface::sample_count);
-        self.touch.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
+        self.contact.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
     }
 
     /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on
@@ -179,7 +179,7 @@ impl Body {
         self.create_contact_surface();
         if self.is_asleep() {
             self.begin_contacts(context);
-            if let Some(contacts) = &mut self.touch.contacts {
+            if let Some(contacts) = &mut self.contact.contacts {
                 contacts.keep_pressures();
             }
         }
@@ -187,7 +187,12 @@ impl Body {
         self.apply_constraints(context);
         self.detect_contacts(context);
         let is_asleep = self.is_asleep();
-        let Self { pipeline: Pipeline { matching, .. }, touch: Touch { body_contact, .. }, state, .. } = self;
+        let Self {
+            pipeline: Pipeline { matching, .. },
+            contact: ContactData { body_contact, .. },
+            state,
+            ..
+        } = self;
         if let Some(contact) = body_contact {
             let occupied = matching.layout.occupied();
             let mut motion = || state.searched_motion(occupied, SEARCH_DISTANCE, is_alone);
@@ -221,7 +226,7 @@ impl Body {
         let dt = context.interval.dt;
         self.add_momenta(island, index, executor);
         let Self {
-            touch: Touch { contacts, .. },
+            contact: ContactData { contacts, .. },
             shape: Shape { lattice, .. },
             pipeline: Pipeline { matching, .. },
             state,
@@ -247,7 +252,7 @@ impl Body {
         state.energy_limit = None;
         self.restore_momenta(executor);
         let unit = self.impulse_unit() / dt;
-        let Self { touch: Touch { contacts, .. }, state, .. } = self;
+        let Self { contact: ContactData { contacts, .. }, state, .. } = self;
         let touched = island.pairs_of(index).flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
             sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
@@ -298,7 +303,12 @@ impl Body {
         }
         let (frame, cell_size) = (self.state.frame, self.shape.lattice.cell_size());
         let impulse_unit = self.cell_mass() * cell_size;
-        let Self { touch: Touch { body_contact, .. }, pipeline: Pipeline { momentum, .. }, state, .. } = self;
+        let Self {
+            contact: ContactData { body_contact, .. },
+            pipeline: Pipeline { momentum, .. },
+            state,
+            ..
+        } = self;
         let Some(contact) = body_contact else { return };
         let changes = &mut contact.momentum_changes;
         changes.clear();
@@ -341,12 +351,12 @@ impl TouchingBody for Body {
             constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
             touches_itself: self.settings.has_self_contact,
             state: &self.state,
-            contact: self.touch.body_contact.as_ref()?,
+            contact: self.contact.body_contact.as_ref()?,
             properties: SurfaceProperties {
                 friction: self.settings.touching.friction,
                 restitution: self.settings.touching.restitution,
             },
-            contacts: self.touch.contacts.as_ref(),
+            contacts: self.contact.contacts.as_ref(),
         })
     }
 

@@ -271,10 +271,10 @@ impl Body {
         breaking.fracture.prepare(&lattice, &matching.layout);
 
         self.state = transfer(&self.state, &parents, (&self.pipeline.matching, &matching), &lattice);
-        self.shown.correction = OnceLock::new();
-        self.shown.measures = OnceLock::new();
+        self.display.correction = OnceLock::new();
+        self.display.measures = OnceLock::new();
         self.pipeline.fast_vertex = 0;
-        self.touch.leaving.clear();
+        self.contact.leaving.clear();
         self.shape.lattice = lattice;
         self.shape.masses = masses;
         self.pipeline.matching = matching;

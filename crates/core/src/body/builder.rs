@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
-use super::parts::{Pipeline, Settings, Shape, Shown, Touch};
+use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
 use super::touching::TouchingOptions;
@@ -433,13 +433,13 @@ impl BodyBuilder {
             },
             state,
             pipeline,
-            touch: Touch { contacts: None, body_contact: None, leaving: Vec::new() },
+            contact: ContactData { contacts: None, body_contact: None, leaving: Vec::new() },
             constraints: None,
             forces: None,
             inflation: None,
             stiffness_factors: None,
             breaking: None,
-            shown: Shown { correction, measures: OnceLock::new() },
+            display: DisplayData { correction, measures: OnceLock::new() },
         };
         body.update_shapes();
         body.rebuild_stages();

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
 use super::leaving::Leaving;
-use super::parts::{Pipeline, Shape, Touch};
+use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{BodyPoints, Colliders};
@@ -23,7 +23,9 @@ impl Body {
 
     /// Looks for components inside colliders where needed, and stores the state of the components that leave colliders.
     pub(super) fn begin_escapes(&mut self, context: &StepContext) {
-        let Self { touch: Touch { contacts, .. }, pipeline: Pipeline { momentum, .. }, state, .. } = self;
+        let Self {
+            contact: ContactData { contacts, .. }, pipeline: Pipeline { momentum, .. }, state, ..
+        } = self;
         state.escapes.retain(|escape| !momentum.is_constrained(escape.component as usize));
         if state.escapes.searches {
             state.escapes.searches = false;
@@ -33,7 +35,7 @@ impl Body {
             self.find_ways_out(context.colliders, context.interval, context.gravity);
         }
         let Self {
-            touch: Touch { contacts, leaving, .. },
+            contact: ContactData { contacts, leaving, .. },
             shape: Shape { lattice, .. },
             pipeline: Pipeline { matching, .. },
             state,
@@ -63,7 +65,7 @@ impl Body {
         // inside.
         let is_solid = self.surface().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
         let Self {
-            touch: Touch { contacts: Some(contacts), .. },
+            contact: ContactData { contacts: Some(contacts), .. },
             shape: Shape { lattice, masses, .. },
             pipeline: Pipeline { matching, momentum, .. },
             state,
@@ -100,7 +102,7 @@ impl Body {
 
     /// Moves the components that leave colliders: their positions before the step plus the translation of the step.
     pub(super) fn move_out(&mut self) {
-        let Self { touch: Touch { leaving, .. }, state, .. } = self;
+        let Self { contact: ContactData { leaving, .. }, state, .. } = self;
         if state.escapes.list().is_empty() {
             return;
         }

@@ -25,7 +25,6 @@
 //! | `body_contact` | contact with other bodies |
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
-//! | `recovery` | lets a tangled body return to its rest shape |
 //! | `stages` | the stages of a step, in order |
 //! | `step` | runs them |
 //! | `plan` | describes the stages and their memory |
@@ -50,7 +49,6 @@ mod pieces;
 mod plan;
 mod plasticity;
 mod quantities;
-mod recovery;
 mod reference;
 mod samples;
 mod select;

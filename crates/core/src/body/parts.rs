@@ -16,7 +16,7 @@ use crate::mesh::Scale;
 use crate::skin::SkinKind;
 use crate::volume::{Correction, VolumeMeasures, VolumeOptions};
 
-/// What the body is made of: its lattice and its mesh. Only fracture changes it.
+/// The lattice and the mesh of a body. Only fracture changes them.
 #[derive(Debug)]
 pub(super) struct Shape {
     pub(super) lattice: Lattice,
@@ -34,7 +34,7 @@ pub(super) struct Shape {
     pub(super) size: f64,
 }
 
-/// What a user has set.
+/// The settings of a body: those of the user, and those that its simulation derives from them.
 #[derive(Debug)]
 pub(super) struct Settings {
     pub(super) material: Material,
@@ -48,14 +48,14 @@ pub(super) struct Settings {
     pub(super) youngs_modulus: Option<f64>,
 }
 
-/// What the shape matching and the damping derive from the shape, the material and the half-width of the regions.
+/// The data that stages derive from the shape, the material and the half-width of the regions.
 #[derive(Debug)]
 pub(super) struct Pipeline {
     pub(super) matching: Matching,
     /// Not used if the body is a single task: see [`StepContext::workspaces`](super::StepContext::workspaces).
     pub(super) workspace: Workspace,
     pub(super) momentum: MomentumTracker,
-    /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.
+    /// Built when the body is free (see `stages`) and Newton's method for a rotation first does not converge.
     pub(super) energy: Option<EnergyLimiter>,
     pub(super) region_damping: Option<RegionDamper>,
     pub(super) elastic_damping: Option<ElasticDamper>,
@@ -63,13 +63,15 @@ pub(super) struct Pipeline {
     pub(super) lowest_eigenvalue: OnceLock<f64>,
     /// A vertex that was faster than the limit of sleep.
     pub(super) fast_vertex: usize,
-    /// See [`Body::unconverged_rotations`].
+    /// See `Body::unconverged_rotations`.
     pub(super) unconverged: usize,
+    /// The rotations of the last step that did not converge.
+    pub(super) unconverged_in_step: usize,
 }
 
 /// The data of contacts.
 #[derive(Debug)]
-pub(super) struct Touch {
+pub(super) struct ContactData {
     pub(super) contacts: Option<Contacts>,
     /// Present in a simulation in which the body can touch bodies.
     pub(super) body_contact: Option<BodyContact>,
@@ -77,9 +79,9 @@ pub(super) struct Touch {
     pub(super) leaving: Vec<Leaving>,
 }
 
-/// What the display derives from the shape.
+/// The data that the display derives from the shape.
 #[derive(Debug)]
-pub(super) struct Shown {
+pub(super) struct DisplayData {
     /// Computed when it is needed: see `pieces`.
     pub(super) correction: OnceLock<Option<Correction>>,
     /// Built by the first volume report.
@@ -101,6 +103,7 @@ impl Pipeline {
             lowest_eigenvalue: OnceLock::new(),
             fast_vertex: 0,
             unconverged: 0,
+            unconverged_in_step: 0,
         }
     }
 }

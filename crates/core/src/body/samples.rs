@@ -9,19 +9,19 @@ impl Body {
     /// samples.
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
-            self.touch.contacts = None;
+            self.contact.contacts = None;
             self.state.supports.clear();
             return;
         }
         let spacing = colliders.sample_spacing(self.shape.lattice.cell_size());
-        if self.touch.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
-            self.touch.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
+        if self.contact.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
+            self.contact.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
         }
     }
 
     /// Returns the contacts with colliders of the last step.
     pub(crate) fn pressures(&self) -> &[Pressure] {
-        self.touch.contacts.as_ref().map_or(&[], Contacts::pressures)
+        self.contact.contacts.as_ref().map_or(&[], Contacts::pressures)
     }
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary

@@ -150,7 +150,7 @@ impl Body {
     /// Returns whether the body touches others, and is where it was when these contacts were searched.
     fn is_where_it_was_searched(&self) -> bool {
         let is_in_place = |contact: &BodyContact| contact.searched.is_in_place;
-        !self.state.touches.bodies().is_empty() && self.touch.body_contact.as_ref().is_some_and(is_in_place)
+        !self.state.touches.bodies().is_empty() && self.contact.body_contact.as_ref().is_some_and(is_in_place)
     }
 
     fn fall_asleep(&mut self) {

@@ -54,11 +54,11 @@ impl Body {
             volume: self.settings.volume,
             forces: self.forces.clone(),
             displacements: self
-                .touch
+                .contact
                 .contacts
                 .as_ref()
                 .map_or_else(Vec::new, |contacts| contacts.all_displacements().to_vec()),
-            sides: self.touch.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
+            sides: self.contact.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
         }
     }
 
@@ -98,14 +98,14 @@ impl Body {
             } else {
                 // As after an event, it is created when it is needed.
                 self.settings.volume = snapshot.volume;
-                self.shown.correction = OnceLock::new();
+                self.display.correction = OnceLock::new();
             }
         }
         self.state = snapshot.state.clone();
         self.inflation = snapshot.inflation.clone();
         self.update_shapes();
         self.pass_inflation();
-        if self.touch.body_contact.is_none() {
+        if self.contact.body_contact.is_none() {
             self.state.touches.forget_bodies();
         }
         self.measure_contact_bounds();
@@ -120,7 +120,7 @@ impl Body {
             self.track_constraints();
         }
         self.forces = snapshot.forces.clone();
-        if let Some(contacts) = &mut self.touch.contacts {
+        if let Some(contacts) = &mut self.contact.contacts {
             contacts.set_displacements(&snapshot.displacements);
             contacts.clear_pressures();
             contacts.set_sides(&snapshot.sides);

@@ -1,7 +1,7 @@
 //! The body, and what its parts are.
 
 use super::fracture_stage::Breaking;
-use super::parts::{Pipeline, Settings, Shape, Shown, Touch};
+use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
 use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
 use crate::lattice::Lattice;
@@ -27,7 +27,7 @@ pub struct Body {
     pub(super) settings: Settings,
     pub(super) state: State,
     pub(super) pipeline: Pipeline,
-    pub(super) touch: Touch,
+    pub(super) contact: ContactData,
     pub(super) constraints: Option<Constraints>,
     pub(super) forces: Option<Forces>,
     /// `None` if all rest volumes are those of the mesh and stay so.
@@ -36,7 +36,7 @@ pub struct Body {
     pub(super) stiffness_factors: Option<StiffnessFactors>,
     /// Present in a body that can break or was cut.
     pub(super) breaking: Option<Box<Breaking>>,
-    pub(super) shown: Shown,
+    pub(super) display: DisplayData,
 }
 
 impl Body {
@@ -82,7 +82,7 @@ impl Body {
 
     /// Returns the contact stage; `None` if there is no collider, or before the first step.
     pub(crate) fn contacts(&self) -> Option<&Contacts> {
-        self.touch.contacts.as_ref()
+        self.contact.contacts.as_ref()
     }
 
     /// Returns the external forces; `None` if there have been none.

@@ -32,7 +32,7 @@ impl Body {
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         let is_in_island = matches!(part, BodyContactPart::InIsland { .. });
         if self.is_asleep() && !is_in_island {
-            if let Some(contacts) = &mut self.touch.contacts {
+            if let Some(contacts) = &mut self.contact.contacts {
                 contacts.restore_pressures();
             }
             return;

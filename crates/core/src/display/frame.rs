@@ -1,4 +1,4 @@
-//! What an evaluation reads.
+//! The input of an evaluation.
 
 use crate::body::BodyRef;
 use crate::parallel::Executor;

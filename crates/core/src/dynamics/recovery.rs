@@ -5,7 +5,8 @@
 //! they span what is twisted. So a body of which many cells are inside out at once follows the widest region of all, the
 //! whole body, until its vertices are near their places: a vertex at x has the velocity of the rigid
 //! motion of the body, plus β (g - x)/h with its goal g = c + R (x⁰ - c⁰) by the rotation R that fits the body best
-//! (Müller et al. 2005, section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) = 0 at
+//! (Müller et al. 2005, section 3.3). Plastic shapes and inflation have no part in this goal; the cells bring them back. The
+//! second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) = 0 at
 //! the best rotation.
 
 use nalgebra::{Matrix3, Vector3};
@@ -15,19 +16,23 @@ use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
 use crate::state::State;
 
-/// A body is tangled if more than this share of its cells are inside out. The cells of a pressed body are not: at the
-/// worst 1 % of them, in scenes that press bodies to half their height.
+/// A body is tangled if more than this share of its cells are inside out. A choice: a body that plates press has some of its
+/// cells inside out at most, and one whose vertices are at random places about half of them.
 const TANGLED_SHARE: f64 = 0.25;
 
-/// Greatest β: the share of the way to its goal that a vertex moves in a step.
+/// Greatest β: the share of the distance to its goal that a vertex moves in a step. A choice.
 const GREATEST_RATE: f64 = 0.1;
 
-/// Greatest distance in cells that a vertex moves in a step, as a multiple of √α with the stiffness α of the step. The
-/// kinetic energy of a vertex is then at most a sixteenth of α/(2h²), and a cell inside out has at least that energy.
+/// Greatest distance in cells that a vertex moves in a step, as a multiple of √α with the stiffness α of the step. The kinetic
+/// energy of a unit of mass is then at most α/(32 h²). In a cell that is inside out it has an elastic energy of at least
+/// α/(2 h²) times its mean squared distance from a rigid shape, so that a recovery takes energy.
 const GREATEST_DISTANCE: f64 = 0.25;
 
 /// Distance in cells of the farthest vertex to its goal at which the recovery ends. No cell can then be inside out.
 const NEAR: f64 = 0.25;
+
+/// Greatest number of steps of a recovery.
+const MOST_STEPS: f64 = 1e6;
 
 /// Returns whether a body is tangled.
 pub(crate) fn is_tangled(lattice: &Lattice, slots: &[u32], state: &State) -> bool {
@@ -40,15 +45,16 @@ pub(crate) fn is_tangled(lattice: &Lattice, slots: &[u32], state: &State) -> boo
         };
         Matrix3::from_columns(&[column(0), column(1), column(2)]).determinant() < 0.0
     };
-    let count = lattice.cells().len();
-    let inside_out = (0..count as u32).filter(is_inside_out).count();
-    inside_out as f64 > TANGLED_SHARE * count as f64
+    let count = lattice.cells().len() as u32;
+    let limit = (TANGLED_SHARE * f64::from(count)) as usize;
+    // Ends at the first cell beyond the limit.
+    (0..count).filter(is_inside_out).nth(limit).is_some()
 }
 
 /// Returns the number of steps after which a recovery ends even if something keeps the vertices from their goals: four
-/// times as many as the farthest vertex needs, which is at most `extent` cells away in most tangles.
+/// times as many as a vertex needs for `extent` cells.
 pub(crate) fn most_steps(extent: usize, alpha: f64) -> u32 {
-    4 * (64 + (extent as f64 / (GREATEST_DISTANCE * alpha.sqrt())) as u32)
+    (4.0 * (64.0 + extent as f64 / (GREATEST_DISTANCE * alpha.sqrt()))).min(MOST_STEPS) as u32
 }
 
 /// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns whether the

@@ -146,6 +146,11 @@ impl Touches {
         found.map_or_else(|_| Vector3::zeros(), |index| self.forces[index].force.into())
     }
 
+    /// Returns whether the body was touched in the last step.
+    pub(crate) fn has_forces(&self) -> bool {
+        !self.forces.is_empty()
+    }
+
     /// Returns the keys of the forces.
     #[cfg(test)]
     pub(crate) fn keys(&self) -> impl Iterator<Item = ContactKey> {

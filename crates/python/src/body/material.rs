@@ -33,15 +33,15 @@ pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
     let damping_rate = settings.number("damping_rate")?.map(Damping::Rate);
     let fraction = settings.number("region_damping")?.map(RegionDamping::PerStep);
     let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
-    Ok(Material {
-        elasticity,
-        poisson_ratio: settings.number("poisson_ratio")?,
-        accuracy: settings.read("accuracy", accuracy)?.unwrap_or_default(),
-        damping: ratio.or(damping_rate),
-        region_damping: fraction.or(rate).unwrap_or(default.region_damping),
-        density: settings.number("density")?.unwrap_or(default.density),
-        plastic: settings.read("plastic", read_plastic)?.flatten(),
-    })
+    let mut material = default;
+    material.elasticity = elasticity;
+    material.poisson_ratio = settings.number("poisson_ratio")?;
+    material.accuracy = settings.read("accuracy", accuracy)?.unwrap_or_default();
+    material.damping = ratio.or(damping_rate);
+    material.region_damping = fraction.or(rate).unwrap_or(default.region_damping);
+    material.density = settings.number("density")?.unwrap_or(default.density);
+    material.plastic = settings.read("plastic", read_plastic)?.flatten();
+    Ok(material)
 }
 
 /// Reads the name of a material.

@@ -91,8 +91,8 @@ impl ErrorEvaluator {
                 }
                 if is_sampled(frame, frames, GOAL_SAMPLES) && visits <= budget.goals {
                     let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase)
-                        .with_masses(motion.fit_masses(body))
-                        .with_poisson_ratio(model.material().poisson_ratio());
+                        .with_material_of(model)
+                        .with_masses(motion.fit_masses(body));
                     let motions = naive.motions(&positions(body));
                     goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);
                 }

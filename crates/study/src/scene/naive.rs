@@ -49,8 +49,8 @@ impl<'a> NaiveBody<'a> {
     ) -> Result<Self, Error> {
         let masses = relative_masses(body);
         let naive = Naive::new(body.lattice(), body.half_width(), regions)
+            .with_material_of(body)
             .with_masses(masses.clone())
-            .with_poisson_ratio(body.material().poisson_ratio())
             .listed();
         let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
         let material = body.material();

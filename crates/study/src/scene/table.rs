@@ -42,13 +42,14 @@ const MOTION: [Column; 12] = [
 ];
 
 const VERTICES: Column = ("n", 6, |point| point.lattice_vertices.to_string());
-const HALF_WIDTH: Column = ("w", 2, |point| point.half_width.to_string());
+const HALF_WIDTH: Column = ("w", 3, |point| point.half_width.to_string());
 const SUBSTEPS: Column = ("k", 2, |point| point.substeps.to_string());
 
 /// Sections of the main table: the axes of their points, and their headings.
-const SECTIONS: [(&[Axis], &str); 4] = [
+const SECTIONS: [(&[Axis], &str); 5] = [
     (&[Axis::Base, Axis::Resolution], "lattices and methods; the radius of the regions is constant"),
     (&[Axis::Substeps], "steps per frame; frequency and damping rate are constant"),
+    (&[Axis::Regions], "half-width and steps of the same material"),
     (&[Axis::HalfWidth], "half-width on the lattice of the scene: another material"),
     (&[Axis::Sums], "naive sums in f64, on one thread"),
 ];

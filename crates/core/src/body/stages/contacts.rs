@@ -2,7 +2,7 @@
 
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
-use crate::body::parts::{Shape, Touch};
+use crate::body::parts::{ContactData, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::contact::Contacts;
@@ -22,7 +22,7 @@ impl Stage for BeginContacts {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.touch.contacts.is_some() || body.touch.body_contact.is_some()
+        body.contact.contacts.is_some() || body.contact.body_contact.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -43,7 +43,7 @@ impl Stage for TouchBodies {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.touch.body_contact.is_some()
+        body.contact.body_contact.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -72,7 +72,7 @@ impl Stage for TouchColliders {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        body.touch.contacts.is_some()
+        body.contact.contacts.is_some()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
@@ -80,16 +80,16 @@ impl Stage for TouchColliders {
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
-        body.touch.contacts.as_ref().map_or_else(Default::default, |contacts| {
+        body.contact.contacts.as_ref().map_or_else(Default::default, |contacts| {
             (format!("{} samples", contacts.samples().count()), contacts.bytes())
         })
     }
 
     fn follow(&self, body: &mut Body, parents: &Parents) {
-        if let Some(before) = body.touch.contacts.take() {
+        if let Some(before) = body.contact.contacts.take() {
             let mut contacts = Contacts::within(before.spacing(), body.create_samples(before.spacing()));
             contacts.continue_from(&before, &parents.first, &body.shape.lattice);
-            body.touch.contacts = Some(contacts);
+            body.contact.contacts = Some(contacts);
         }
     }
 }
@@ -99,7 +99,7 @@ impl Body {
     pub(in crate::body) fn begin_contacts(&mut self, context: &StepContext) {
         self.begin_body_contact();
         self.begin_escapes(context);
-        if let Some(contacts) = &mut self.touch.contacts {
+        if let Some(contacts) = &mut self.contact.contacts {
             contacts.begin(&self.state.velocities);
         }
     }
@@ -119,7 +119,7 @@ impl Body {
     /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
     fn finish_alone(&mut self, context: &StepContext) {
         let unit = self.impulse_unit() / context.interval.dt;
-        let Self { touch: Touch { contacts: Some(contacts), .. }, state, .. } = self else { return };
+        let Self { contact: ContactData { contacts: Some(contacts), .. }, state, .. } = self else { return };
         contacts.begin_with(|key| state.touches.force(key) / unit);
         contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
     }
@@ -127,10 +127,10 @@ impl Body {
     /// Stores the forces of the contacts with colliders after a step of `dt` seconds in which no body was touched.
     pub(in crate::body) fn keep_contact_forces(&mut self, dt: f64) {
         let unit = self.impulse_unit() / dt;
-        if self.touch.body_contact.is_some() {
+        if self.contact.body_contact.is_some() {
             self.state.touches.clear();
         }
-        let pressures = self.touch.contacts.iter().flat_map(|contacts| contacts.pressures());
+        let pressures = self.contact.contacts.iter().flat_map(|contacts| contacts.pressures());
         self.state.touches.set_forces(pressures.map(|pressure| pressure.force(unit)));
     }
 
@@ -143,7 +143,7 @@ impl Body {
     pub(in crate::body) fn detect_contacts(&mut self, context: &StepContext) {
         self.move_out();
         let is_asleep = self.is_asleep();
-        let Self { touch: Touch { contacts: Some(contacts), .. }, state, .. } = self else { return };
+        let Self { contact: ContactData { contacts: Some(contacts), .. }, state, .. } = self else { return };
         if context.is_frame_start && !is_asleep {
             contacts.clear_displacements();
         }
@@ -155,7 +155,10 @@ impl Body {
     /// supports the body.
     fn finish_contacts(&mut self, context: &StepContext) {
         let Self {
-            touch: Touch { contacts: Some(contacts), .. }, shape: Shape { lattice, .. }, state, ..
+            contact: ContactData { contacts: Some(contacts), .. },
+            shape: Shape { lattice, .. },
+            state,
+            ..
         } = self
         else {
             return;

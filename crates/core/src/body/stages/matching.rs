@@ -24,8 +24,7 @@ impl Stage for MatchShapes {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        let unconverged = body.match_shapes(step.context, step.executor);
-        body.recover(step.context, unconverged);
+        body.pipeline.unconverged_in_step = body.match_shapes(step.context, step.executor);
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
@@ -41,12 +40,11 @@ impl Stage for MatchShapes {
     }
 
     fn rebuild(&self, body: &mut Body) {
-        // Small bodies use the buffers of the threads of their simulation.
-        body.pipeline.workspace = if body.is_one_task() {
-            Workspace::default()
-        } else {
-            body.pipeline.matching.cascade.workspace()
-        };
+        // Frees the buffers before it allocates others. Small bodies use those of the threads of their simulation.
+        body.pipeline.workspace = Workspace::default();
+        if !body.is_one_task() {
+            body.pipeline.workspace = body.pipeline.matching.cascade.workspace();
+        }
         (body.pipeline.energy, body.state.energy_limit) = (None, None);
         body.pass_stiffness_factors();
     }

@@ -22,12 +22,13 @@
 //!
 //! | file | stages |
 //! |---|---|
-//! | `stage` | [`Stage`]: what a stage is |
+//! | `stage` | [`Stage`]: the trait of the stages |
 //! | `constraints` | pins and handles |
 //! | `inflation` | ratios of rest volumes |
 //! | `momentum` | the momenta of free components |
 //! | `damping` | region damping and the damping of the elastic modes |
 //! | `matching` | shape matching |
+//! | `recovery` | the return of a tangled body to its rest shape |
 //! | `fracture` | the joints that break |
 //! | `integration` | the advance of the positions |
 //! | `forces` | external forces |
@@ -42,6 +43,7 @@ mod inflation;
 mod integration;
 mod matching;
 mod momentum;
+mod recovery;
 mod stage;
 
 use self::constraints::{ApplyConstraints, BeginConstraints};
@@ -53,6 +55,7 @@ use self::inflation::UpdateInflation;
 use self::integration::Integrate;
 use self::matching::MatchShapes;
 use self::momentum::TrackMomentum;
+use self::recovery::Recover;
 pub(super) use self::stage::{BodyStep, Stage};
 
 /// The stages up to the damping, whose reference motions bodies that press on each other have in common.
@@ -78,9 +81,10 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     &BeginContacts,
     // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions that contain the
     // vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and then the plastic shapes S
-    // flow. dynamics::integration: v += alpha (g - x)/h + h a. dynamics::recovery: a tangled body follows its rest shape
-    // as a whole.
+    // flow. dynamics::integration: v += alpha (g - x)/h + h a.
     &MatchShapes,
+    // dynamics::recovery: v = r + beta (g - x)/h of a tangled body, with its rigid motion r and its goals g as a whole.
+    &Recover,
     // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching measured.
     // The joints that exceed their limits break at the end of the step.
     &FindBreaking,
@@ -102,8 +106,8 @@ pub(super) const FINISH: &[&dyn Stage] = &[
     &ApplyConstraints,
 ];
 
-/// Returns the stages in execution order. A step runs them, the plan prints them with their memory, and changes of the
-/// lattice, of the regions and of the material go through them.
+/// Returns the stages in execution order. A step runs them, the plan prints them with their memory, and
+/// changes of the lattice and of the regions go through them.
 pub(super) fn stages() -> impl Iterator<Item = &'static dyn Stage> {
     BEGIN.iter().chain(ADVANCE).chain(FINISH).copied()
 }

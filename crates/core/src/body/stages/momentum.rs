@@ -39,7 +39,7 @@ impl Stage for TrackMomentum {
 impl Body {
     /// Returns whether the body is free: it has no active constraint and no contact stage.
     pub(super) fn is_free(&self) -> bool {
-        self.touch.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
+        self.contact.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
     }
 
     /// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and

@@ -32,10 +32,10 @@ impl Mark {
     pub(super) const NAMED: [(Self, &str); 6] = [
         (Self::Circle, "lattices, coarse to fine"),
         (Self::Triangle, "other steps per frame"),
-        (Self::Cross, "other half-width: another material"),
-        (Self::Plus, "same material, other half-width and steps"),
+        (Self::Cross, "half-width: new material"),
+        (Self::Plus, "half-width, same material"),
         (Self::Square, "naive sums"),
-        (Self::Diamond, "naive sums, breadth-first regions"),
+        (Self::Diamond, "naive, breadth-first"),
     ];
 
     /// Returns the mark of a point.

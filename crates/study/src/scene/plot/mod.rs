@@ -63,7 +63,7 @@ fn page(report: &Report, svg: &mut String) -> Drawn {
 /// Width of a legend entry of a method, in pixels.
 const METHOD: i32 = 160;
 /// Width of a legend entry of a mark, in pixels.
-const MARK: i32 = 232;
+const MARK: i32 = 192;
 
 /// Draws the legend at the bottom of the page, `top` pixels from the top.
 fn legend(page: &Area<'_>, top: i32) -> Drawn {
