@@ -1,6 +1,7 @@
 //! Runs the frame loop of a job: advances the simulation, evaluates and writes each body, and saves
 //! checkpoints.
 
+use std::cell::OnceCell;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -10,12 +11,12 @@ use super::deviation::{CrushRecord, Softened, VolumeRecord, VolumeRemedy};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
-use super::output::{Output, Surface};
+use super::output::Output;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
-use crate::frames::{Pieces, SetAside};
+use crate::frames::{BodyFrame, Pieces, SetAside};
 use supple::{Display, Simulation};
 
 /// The output files of a job.
@@ -158,24 +159,24 @@ impl<'a> Running<'a> {
             let mut evaluated = display.evaluate(body);
             evaluated.surface_into(&mut self.positions, normals);
             let write_start = Instant::now();
-            let needs_volume = self.stats.is_some() || self.output.needs_volumes();
-            let volume = needs_volume.then(|| evaluated.volume_report());
             self.output.convert(&mut self.positions, &mut self.normals);
             let pieces = Pieces::of(&body, self.inputs[index].source());
-            let surface = Surface { positions: &self.positions, normals: &self.normals, pieces };
-            let records = &mut self.checkpoint.frames;
-            self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
+            let (positions, normals) = (&self.positions[..], &self.normals[..]);
+            let (displayed, volumes) = (&evaluated, OnceCell::new());
+            let frame = BodyFrame { number, positions, normals, pieces, displayed, volumes };
+            self.output.push_body(index, &frame, &mut self.checkpoint.frames)?;
             self.volumes[index].add(number, evaluated.corrections());
             self.crushes[index].add(evaluated.untangling());
-            if let (Some(_), Some(volume)) = (&self.stats, volume) {
+            if self.stats.is_some() {
+                let volume = frame.volumes();
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
                 let times = Times { step, write, display: evaluated.times() };
                 let touching = Touching::of(index, &body, &contacts);
-                rows.push(Row::new(number, simulation.time(), &body, &volume, times, touching));
+                rows.push(Row::new(number, simulation.time(), &body, volume, times, touching));
             }
         }
-        self.output.write_run(simulation, &mut self.checkpoint.frames)?;
+        self.output.finish_frame(simulation, &mut self.checkpoint.frames)?;
         self.written += 1;
         match &mut self.stats {
             Some(stats) => stats.append_rows(&rows),

@@ -1,12 +1,11 @@
 //! Records a simulation that a program advances.
 
+use std::cell::OnceCell;
 use std::path::Path;
 
-use super::output::{Output, Surface};
-use crate::frames::{Format, OutputError, PageWriter, Pieces, Record, Sequence, Source, StageWriter};
-use crate::html::Header;
+use super::output::Output;
+use crate::frames::{BodyFrame, Format, FrameRun, OutputError, Pieces, Record, Sequence, Source};
 use crate::space::{FileSpace, Up};
-use crate::usd::StageDescription;
 use supple::{Body, Display, Simulation};
 
 /// Axes, units and rate of a recording.
@@ -68,26 +67,17 @@ impl Recording {
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
         let sequence = Sequence { directory, name: name.to_owned(), format, first: 0, every: 1, last: 0 };
         let from = Up::of_gravity(simulation.gravity());
-        let space = FileSpace::new(from, options.up.unwrap_or(from), options.scale);
-        let fps = options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt());
+        let run = FrameRun {
+            simulation,
+            sources: simulation.bodies().iter().filter_map(source).collect(),
+            name: name.to_owned(),
+            fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
+            space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
+            meters_per_unit: options.meters_per_unit,
+            kept: None,
+        };
         sequence.remove_existing()?;
-        let mut output = Output::new(simulation.bodies().len(), space);
-        if format == Format::Html {
-            let (header, arrays) = Header::new(simulation, name, fps, 0, 1, space);
-            output.page = Some((0, PageWriter::create(sequence, &header, &arrays)?));
-        } else {
-            let description = StageDescription {
-                directory: sequence.directory.clone(),
-                space,
-                meters_per_unit: options.meters_per_unit,
-                fps,
-                first: 0,
-                every: 1,
-            };
-            let sources = simulation.bodies().iter().filter_map(source);
-            let stage = StageWriter::open(&sequence, simulation, sources, description, None)?;
-            output.stage = Some((0, stage));
-        }
+        let output = Output::open(vec![sequence], &run)?;
         Ok(Self { output, next: 0, displays: Vec::new(), positions: Vec::new() })
     }
 
@@ -114,13 +104,13 @@ impl Recording {
             positions.resize(body.mesh().map_or(0, |mesh| mesh.vertices().len()), [0.0; 3]);
             let mut evaluated = display.evaluate(body);
             evaluated.surface_into(positions, None);
-            let volume = output.needs_volumes().then(|| evaluated.volume_report());
             output.convert(positions, &mut []);
             let pieces = source(&body).and_then(|source| Pieces::of(&body, source));
-            let surface = Surface { positions, normals: &[], pieces };
-            output.write_body(*next, index, &surface, &evaluated, volume.as_ref(), &mut records)?;
+            let (number, volumes) = (*next, OnceCell::new());
+            let frame = BodyFrame { number, positions, normals: &[], pieces, displayed: &evaluated, volumes };
+            output.push_body(index, &frame, &mut records)?;
         }
-        output.write_run(simulation, &mut records)?;
+        output.finish_frame(simulation, &mut records)?;
         *next += 1;
         Ok(())
     }
