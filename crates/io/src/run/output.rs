@@ -1,11 +1,16 @@
-//! The frame files of a run: the sinks of each body, and those of files with all bodies.
+//! The frame files of a run: evaluates its bodies, and writes them to the sinks of each body and of all bodies.
 
+use std::cell::OnceCell;
 use std::path::PathBuf;
+use std::time::Instant;
 
-use supple::Simulation;
+use supple::{Display, Simulation};
 
+use super::prepare::Input;
 use crate::file::sync_files;
-use crate::frames::{BodyFrame, Format, FrameRun, FrameSink, OutputError, Record, Sequence, open_sink};
+use crate::frames::{
+    BodyFrame, Format, FrameRun, FrameSink, OutputError, Pieces, Record, Sequence, Source, open_sink,
+};
 use crate::space::FileSpace;
 
 /// A sink and the index of its sequence.
@@ -20,6 +25,12 @@ pub(super) struct Output {
     run: Vec<Sink>,
     /// Coordinates of the files.
     space: FileSpace,
+    /// Evaluated surfaces, one per body.
+    displays: Vec<Display>,
+    /// Positions of the body that is being written, one per mesh vertex.
+    positions: Vec<[f32; 3]>,
+    /// Normals of the body that is being written, one per mesh vertex; empty if no sink needs them.
+    normals: Vec<[f32; 3]>,
 }
 
 impl Output {
@@ -40,41 +51,44 @@ impl Output {
         }
         with_all_bodies.sort_by_key(|(format, _)| *format as u8);
         let of_run = with_all_bodies.into_iter().map(|(_, sink)| sink).collect();
-        Ok(Self { bodies, run: of_run, space: run.space })
+        let (displays, positions, normals) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { bodies, run: of_run, space: run.space, displays, positions, normals })
     }
 
-    /// Returns whether a file of a body needs normals.
-    pub(super) fn needs_normals(&self, body: usize) -> bool {
-        self.bodies[body].iter().chain(&self.run).any(|(_, sink)| sink.needs_normals())
-    }
-
-    /// Converts an evaluated surface to the coordinates of the files.
-    pub(super) fn convert(&self, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
-        self.space.convert_positions(positions);
-        self.space.convert_directions(normals);
-    }
-
-    /// Adds the body with the index `body` to the frame, and appends the records of complete frames to those of their
-    /// sequences.
-    pub(super) fn push_body(
+    /// Evaluates and writes the frame `number` of all bodies, and appends its records to those of their sequences.
+    /// `inputs`: one per body, or empty if the inputs are the meshes of the bodies. After each body, calls `written` with
+    /// its index, its frame, and the time at which its surface was evaluated.
+    pub(super) fn write(
         &mut self,
-        body: usize,
-        frame: &BodyFrame<'_>,
-        records: &mut [Vec<Record>],
-    ) -> Result<(), OutputError> {
-        for (sequence, sink) in self.bodies[body].iter_mut().chain(&mut self.run) {
-            records[*sequence].extend(sink.push_body(frame)?);
-        }
-        Ok(())
-    }
-
-    /// Completes the frame after all bodies, and appends its records.
-    pub(super) fn finish_frame(
-        &mut self,
+        number: u64,
         simulation: &Simulation,
+        inputs: &[Input],
         records: &mut [Vec<Record>],
+        mut written: impl FnMut(usize, &BodyFrame<'_>, Instant),
     ) -> Result<(), OutputError> {
-        for (sequence, sink) in &mut self.run {
+        let Self { bodies, run, space, displays, positions, normals } = self;
+        displays.resize_with(simulation.bodies().len(), Display::new);
+        for (index, display) in displays.iter_mut().enumerate() {
+            let body = simulation.body(index);
+            let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
+            let needs_normals = bodies[index].iter().chain(&*run).any(|(_, sink)| sink.needs_normals());
+            positions.resize(vertices, [0.0; 3]);
+            normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
+            let mut displayed = display.evaluate(body);
+            displayed.surface_into(positions, needs_normals.then_some(&mut normals[..]));
+            let evaluated = Instant::now();
+            space.convert_positions(positions);
+            space.convert_directions(normals);
+            let source = inputs.get(index).map(Input::source).or(body.whole_mesh().map(Source::Mesh));
+            let pieces = source.and_then(|source| Pieces::of(&body, source));
+            let (displayed, volumes) = (&displayed, OnceCell::new());
+            let frame = BodyFrame { number, positions, normals, pieces, displayed, volumes };
+            for (sequence, sink) in bodies[index].iter_mut().chain(&mut *run) {
+                records[*sequence].extend(sink.push_body(&frame)?);
+            }
+            written(index, &frame, evaluated);
+        }
+        for (sequence, sink) in run {
             records[*sequence].extend(sink.finish_frame(simulation)?);
         }
         Ok(())

@@ -1,12 +1,11 @@
 //! Records a simulation that a program advances.
 
-use std::cell::OnceCell;
 use std::path::Path;
 
 use super::output::Output;
-use crate::frames::{BodyFrame, Format, FrameRun, OutputError, Pieces, Record, Sequence, Source};
+use crate::frames::{Format, FrameRun, OutputError, Sequence, Source};
 use crate::space::{FileSpace, Up};
-use supple::{Body, Display, Simulation};
+use supple::Simulation;
 
 /// Axes, units and rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,10 +35,6 @@ pub struct Recording {
     output: Output,
     /// Number of the next frame.
     next: u64,
-    /// Evaluated surfaces, one per body.
-    displays: Vec<Display>,
-    /// Positions of the body that is being written, one per mesh vertex.
-    positions: Vec<[f32; 3]>,
 }
 
 impl Recording {
@@ -69,7 +64,11 @@ impl Recording {
         let from = Up::of_gravity(simulation.gravity());
         let run = FrameRun {
             simulation,
-            sources: simulation.bodies().iter().filter_map(source).collect(),
+            sources: simulation
+                .bodies()
+                .iter()
+                .filter_map(|body| body.whole_mesh().map(Source::Mesh))
+                .collect(),
             name: name.to_owned(),
             fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
             space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
@@ -78,7 +77,7 @@ impl Recording {
         };
         sequence.remove_existing()?;
         let output = Output::open(vec![sequence], &run)?;
-        Ok(Self { output, next: 0, displays: Vec::new(), positions: Vec::new() })
+        Ok(Self { output, next: 0 })
     }
 
     /// Returns the number of frames so far.
@@ -92,26 +91,9 @@ impl Recording {
     ///
     /// If the frame cannot be written. The earlier frames stay valid.
     pub fn write(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
-        self.write_bodies(simulation).inspect_err(|_| self.output.discard())
-    }
-
-    fn write_bodies(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
-        let Self { output, next, displays, positions } = self;
-        let mut records: [Vec<Record>; 1] = [Vec::new()];
-        displays.resize_with(simulation.bodies().len(), Display::new);
-        for (index, display) in displays.iter_mut().enumerate() {
-            let body = simulation.body(index);
-            positions.resize(body.mesh().map_or(0, |mesh| mesh.vertices().len()), [0.0; 3]);
-            let mut evaluated = display.evaluate(body);
-            evaluated.surface_into(positions, None);
-            output.convert(positions, &mut []);
-            let pieces = source(&body).and_then(|source| Pieces::of(&body, source));
-            let (number, volumes) = (*next, OnceCell::new());
-            let frame = BodyFrame { number, positions, normals: &[], pieces, displayed: &evaluated, volumes };
-            output.push_body(index, &frame, &mut records)?;
-        }
-        output.finish_frame(simulation, &mut records)?;
-        *next += 1;
+        let written = self.output.write(self.next, simulation, &[], &mut [Vec::new()], |_, _, _| {});
+        written.inspect_err(|_| self.output.discard())?;
+        self.next += 1;
         Ok(())
     }
 
@@ -124,9 +106,4 @@ impl Recording {
         self.output.sync()?;
         self.output.finish()
     }
-}
-
-/// Returns the input of a body that has a mesh: the mesh of the whole body.
-fn source(body: &Body) -> Option<Source<'_>> {
-    body.whole_mesh().map(Source::Mesh)
 }
