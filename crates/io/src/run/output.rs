@@ -37,22 +37,27 @@ impl Output {
     /// Opens the files of `sequences`. Those with one body are, for each format, in the order of the bodies.
     pub(super) fn open(sequences: Vec<Sequence>, run: &FrameRun<'_>) -> Result<Self, OutputError> {
         let mut bodies: Vec<Vec<Sink>> = run.sources.iter().map(|_| Vec::new()).collect();
-        let mut with_all_bodies: Vec<(Format, Sink)> = Vec::new();
+        let mut of_run: Vec<(Format, Sink)> = Vec::new();
         let mut body = 0;
         for (index, sequence) in sequences.into_iter().enumerate() {
             let format = sequence.format;
             let sink = (index, open_sink(sequence, body, run)?);
             if format.is_per_run() {
-                with_all_bodies.push((format, sink));
+                of_run.push((format, sink));
             } else {
                 bodies[body].push(sink);
                 body = (body + 1) % bodies.len();
             }
         }
-        with_all_bodies.sort_by_key(|(format, _)| *format as u8);
-        let of_run = with_all_bodies.into_iter().map(|(_, sink)| sink).collect();
-        let (displays, positions, normals) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { bodies, run: of_run, space: run.space, displays, positions, normals })
+        of_run.sort_by_key(|(format, _)| *format as u8);
+        Ok(Self {
+            bodies,
+            run: of_run.into_iter().map(|(_, sink)| sink).collect(),
+            space: run.space,
+            displays: Vec::new(),
+            positions: Vec::new(),
+            normals: Vec::new(),
+        })
     }
 
     /// Evaluates and writes the frame `number` of all bodies, and appends its records to those of their sequences.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::output::Output;
 use crate::frames::{Format, FrameRun, OutputError, Sequence, Source};
 use crate::space::{FileSpace, Up};
-use supple::Simulation;
+use supple::{Body, Simulation};
 
 /// Axes, units and rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,11 +64,7 @@ impl Recording {
         let from = Up::of_gravity(simulation.gravity());
         let run = FrameRun {
             simulation,
-            sources: simulation
-                .bodies()
-                .iter()
-                .filter_map(|body| body.whole_mesh().map(Source::Mesh))
-                .collect(),
+            sources: simulation.bodies().iter().filter_map(Body::whole_mesh).map(Source::Mesh).collect(),
             name: name.to_owned(),
             fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
             space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
