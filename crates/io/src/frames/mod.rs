@@ -21,7 +21,7 @@
 //! file of a refined mesh in the same way.
 //!
 //! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of
-//! their own until the run ends.
+//! their own until the run ends. A run uses the three through the trait `FrameSink`, and `open` opens the one of a format.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`, and `single_file` for files with all
@@ -40,6 +40,7 @@ mod number;
 mod obj;
 mod obj_context;
 mod obj_pieces;
+mod open;
 mod page;
 mod page_data;
 mod pc2;
@@ -53,6 +54,7 @@ mod record;
 mod refined;
 mod sequence;
 mod single_file;
+mod sink;
 mod source;
 mod stage;
 mod writer;
@@ -61,13 +63,13 @@ pub use error::OutputError;
 pub use format::{Format, Formats, UnknownFormat};
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
-pub(crate) use page::PageWriter;
+pub(crate) use open::open_sink;
 pub use pieces::Pieces;
 pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
 pub(crate) use refined::refined;
 pub use sequence::Sequence;
+pub(crate) use sink::{BodyFrame, FrameRun, FrameSink};
 pub use source::Source;
-pub(crate) use stage::{StageWriter, is_complete};
 pub use writer::FrameWriter;

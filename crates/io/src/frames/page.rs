@@ -13,6 +13,7 @@ use super::page_data::{self, Data, DataFrames, data_path};
 use super::pieces::Pieces;
 use super::record::{Compare, Record};
 use super::single_file::{changed, too_short};
+use super::sink::{BodyFrame, FrameRun, FrameSink};
 use super::{OutputError, Sequence};
 use crate::file::{self, is_link, write_durably};
 use crate::html::{
@@ -23,8 +24,10 @@ use crate::space::FileSpace;
 
 /// A page that is being written, as `NAME.html.data`.
 #[derive(Debug)]
-pub(crate) struct PageWriter {
+pub(super) struct PageWriter {
     sequence: Sequence,
+    /// Coordinates of the page.
+    space: FileSpace,
     data: Data,
     frame: FrameBuilder,
     /// Number of the bodies that were added to the frame.
@@ -36,65 +39,70 @@ pub(crate) struct PageWriter {
 }
 
 impl PageWriter {
-    /// Starts a page.
-    pub(crate) fn create(sequence: Sequence, header: &Header, arrays: &[u8]) -> Result<Self, OutputError> {
+    /// Starts a page, or continues a finished or unfinished one after the frames that `run` keeps, and removes later
+    /// frames.
+    pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let &FrameRun { simulation, ref name, fps, space, kept, .. } = run;
+        let (header, arrays) = Header::new(simulation, name, fps, sequence.first, sequence.every, space);
         let path = data_path(&sequence);
-        let mut data = page_data::create(&path, header, arrays)?;
-        data.truncate(0).map_err(OutputError::io("write", &path))?;
-        Ok(Self::open(sequence, data))
+        let (mut data, written) = match kept {
+            None => (page_data::create(&path, &header, &arrays)?, BTreeMap::new()),
+            Some(samples) => resume(&sequence, &header, samples)?,
+        };
+        data.truncate(kept.unwrap_or(0)).map_err(OutputError::io("write", &path))?;
+        let (frame, bodies, broken) = (FrameBuilder::default(), 0, BTreeMap::new());
+        Ok(Self { sequence, space, data, frame, bodies, written, broken })
     }
+}
 
-    /// Continues a finished or unfinished page after its first `samples` frames, and removes later frames. `header`
-    /// describes the run; the page keeps its own description. Changes nothing if the page cannot be continued.
-    pub(crate) fn resume(sequence: Sequence, header: &Header, samples: u64) -> Result<Self, OutputError> {
-        check_link(&sequence)?;
-        let path = data_path(&sequence);
-        let page = sequence.path(0);
-        let invalid = |reason: String| OutputError::Cache { path: page.clone(), reason };
-        if !path.exists() {
-            page_data::create_from(&path, &mut read_run(&page)?)?;
-        }
-        let mut data = page_data::open(&path)?;
-        if data.layout != Layout::new(header) {
-            return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
-        }
-        let complete = data.complete();
-        if complete < samples {
-            return Err(invalid(too_short(complete, samples)));
-        }
-        let mut written = BTreeMap::new();
-        if samples > 0 {
-            let last = data.read_frame(samples - 1).map_err(OutputError::io("read", &path))?;
-            let broken = data.layout.broken(&last);
-            let broken = broken.ok_or_else(|| invalid("the last frame to keep was changed".to_owned()))?;
-            written.extend(broken.iter().map(|broken| (broken.body, broken.identity)));
-        }
-        data.truncate(samples).map_err(OutputError::io("write", &path))?;
-        Ok(Self { written, ..Self::open(sequence, data) })
+/// Opens the data of a finished or unfinished page that continues after its first `samples` frames. `header` describes
+/// the run; the page keeps its own description. Changes nothing if the page cannot be continued. Also returns the bodies
+/// that are broken in the last of the `samples` frames, with the identity of their pieces.
+fn resume(
+    sequence: &Sequence,
+    header: &Header,
+    samples: u64,
+) -> Result<(Data, BTreeMap<usize, u64>), OutputError> {
+    check_link(sequence)?;
+    let path = data_path(sequence);
+    let page = sequence.path(0);
+    let invalid = |reason: String| OutputError::Cache { path: page.clone(), reason };
+    if !path.exists() {
+        page_data::create_from(&path, &mut read_run(&page)?)?;
     }
-
-    fn open(sequence: Sequence, data: Data) -> Self {
-        let (written, broken) = (BTreeMap::new(), BTreeMap::new());
-        Self { sequence, data, frame: FrameBuilder::default(), bodies: 0, written, broken }
+    let mut data = page_data::open(&path)?;
+    if data.layout != Layout::new(header) {
+        return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
     }
+    let complete = data.complete();
+    if complete < samples {
+        return Err(invalid(too_short(complete, samples)));
+    }
+    let mut written = BTreeMap::new();
+    if samples > 0 {
+        let last = data.read_frame(samples - 1).map_err(OutputError::io("read", &path))?;
+        let broken = data.layout.broken(&last);
+        let broken = broken.ok_or_else(|| invalid("the last frame to keep was changed".to_owned()))?;
+        written.extend(broken.iter().map(|broken| (broken.body, broken.identity)));
+    }
+    Ok((data, written))
+}
 
-    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, its volumes at rest, before and
-    /// after the correction, and its pieces if it is broken.
-    pub(crate) fn push_body(
-        &mut self,
-        frame: u64,
-        positions: &[[f32; 3]],
-        lattice: impl Iterator<Item = [f64; 3]>,
-        volumes: [f64; 3],
-        pieces: Option<&Pieces<'_>>,
-    ) -> Result<(), OutputError> {
-        check_finite(frame, positions)?;
+impl FrameSink for PageWriter {
+    /// Adds the positions of the mesh and its lattice, its volumes at rest, before and after the correction, and its
+    /// pieces.
+    fn push_body(&mut self, body: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
+        let &BodyFrame { number, positions, pieces, displayed, .. } = body;
+        let space = self.space;
+        check_finite(number, positions)?;
+        let lattice = displayed.positions().map(|point| space.position(point.into()));
         let lattice: Vec<[f32; 3]> = lattice.map(|point| point.map(|number| number as f32)).collect();
-        check_finite(frame, &lattice)?;
-        self.frame.push_volumes(volumes);
+        check_finite(number, &lattice)?;
+        let volumes = body.volumes();
+        self.frame.push_volumes([volumes.rest, volumes.before, volumes.after].map(|v| space.volume(v)));
         self.frame.push_mesh(positions);
         self.frame.push_lattice(&lattice);
-        if let Some(&Pieces { identity, mesh, origin, lattice: of_body, .. }) = pieces {
+        if let Some(Pieces { identity, mesh, origin, lattice: of_body, .. }) = pieces {
             let broken = BrokenBody { body: self.bodies, identity, points: [positions.len(), lattice.len()] };
             let is_new = self.written.get(&broken.body) != Some(&broken.identity);
             let topology = is_new.then(|| Topology::new(mesh, origin.face_sources(), of_body));
@@ -102,12 +110,13 @@ impl PageWriter {
             self.broken.insert(broken.body, broken.identity);
         }
         self.bodies += 1;
-        Ok(())
+        Ok(None)
     }
 
-    /// Writes the frame with the added bodies and the colliders, in the coordinates `space`, and returns its record. If
-    /// this fails, truncates the file after the previous frame.
-    pub(crate) fn write(&mut self, simulation: &Simulation, space: FileSpace) -> Result<Record, OutputError> {
+    /// Writes the frame with the added bodies and the colliders. If this fails, truncates the file after the previous
+    /// frame.
+    fn finish_frame(&mut self, simulation: &Simulation) -> Result<Option<Record>, OutputError> {
+        let space = self.space;
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
             let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
@@ -125,39 +134,40 @@ impl PageWriter {
         self.data.append(frame).map_err(OutputError::io("write", &data_path(&self.sequence)))?;
         self.written = std::mem::take(&mut self.broken);
         self.bodies = 0;
-        Ok(Record::of(frame))
+        Ok(Some(Record::of(frame)))
     }
 
-    /// Forgets the bodies that were added to the frame.
-    pub(crate) fn discard(&mut self) {
+    fn discard(&mut self) {
         self.frame = FrameBuilder::default();
         self.broken.clear();
         self.bodies = 0;
     }
 
-    /// Returns the path of the file while frames are written.
-    pub(crate) fn path(&self) -> PathBuf {
-        data_path(&self.sequence)
+    fn take_unsynced(&mut self) -> Vec<PathBuf> {
+        vec![data_path(&self.sequence)]
     }
 
-    /// Writes the page, and removes the data.
-    pub(crate) fn finish(self) -> Result<(), OutputError> {
-        let path = self.sequence.path(0);
-        let data_path = self.path();
-        let mut runs = [Run {
-            header: self.data.page_header(),
-            arrays: self.data.arrays.clone(),
-            frames: Box::new(DataFrames::open(&data_path, &self.data)?),
-        }];
-        let write = |file: &mut File| {
-            let mut out = BufWriter::new(file);
-            write_page(&mut out, &mut runs)?;
-            out.flush()
-        };
-        write_durably(&path, write).map_err(OutputError::io("write", &path))?;
-        drop((runs, self.data));
-        fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
+    fn finish(self: Box<Self>) -> Result<(), OutputError> {
+        complete(&self.sequence, self.data)
     }
+}
+
+/// Writes the page of its data, and removes the data.
+fn complete(sequence: &Sequence, data: Data) -> Result<(), OutputError> {
+    let (path, data_path) = (sequence.path(0), data_path(sequence));
+    let mut runs = [Run {
+        header: data.page_header(),
+        arrays: data.arrays.clone(),
+        frames: Box::new(DataFrames::open(&data_path, &data)?),
+    }];
+    let write = |file: &mut File| {
+        let mut out = BufWriter::new(file);
+        write_page(&mut out, &mut runs)?;
+        out.flush()
+    };
+    write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+    drop((runs, data));
+    fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
 }
 
 /// Reads the only run of a page.
@@ -251,5 +261,5 @@ pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), Outp
     check_link(sequence)?;
     let mut data = page_data::open(&data_path)?;
     data.truncate(records.len() as u64).map_err(OutputError::io("write", &data_path))?;
-    PageWriter::open(sequence.clone(), data).finish()
+    complete(sequence, data)
 }

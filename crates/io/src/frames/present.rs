@@ -56,13 +56,15 @@ pub(crate) fn check(
 }
 
 /// Gives the unfinished file of a sequence that has all frames its final form and name, without the frames after
-/// `records`. A USD stage needs the simulation for this; see [`is_complete`](super::is_complete).
-pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+/// `records`. Returns false if this needs the simulation.
+pub(crate) fn finish(sequence: &Sequence, records: &[Record], compare: Compare) -> Result<bool, OutputError> {
     match sequence.format {
-        Format::Pc2 => pc2::finish(sequence, records),
-        Format::Html => page::finish(sequence, records),
-        Format::Usd | Format::Obj | Format::Ply => Ok(()),
+        Format::Pc2 => pc2::finish(sequence, records)?,
+        Format::Html => page::finish(sequence, records)?,
+        Format::Usd => return stage::is_complete(sequence, records, compare),
+        Format::Obj | Format::Ply => {}
     }
+    Ok(true)
 }
 
 /// Returns an error if the existing file of a sequence is a link, which would have to be followed to continue it.

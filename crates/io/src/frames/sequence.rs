@@ -34,9 +34,10 @@ impl Sequence {
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
-        self.directory.join(match format {
-            Format::Pc2 | Format::Usd | Format::Html => format!("{name}.{format}"),
-            Format::Obj | Format::Ply => format!("{name}_{frame:0width$}.{format}"),
+        self.directory.join(if format.is_per_sequence() {
+            format!("{name}.{format}")
+        } else {
+            format!("{name}_{frame:0width$}.{format}")
         })
     }
 

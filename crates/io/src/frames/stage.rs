@@ -11,9 +11,9 @@ use supple::Simulation;
 use super::broken_surface::BrokenSurface;
 use super::error::check_finite;
 use super::normal_transform::NormalTransform;
-use super::pieces::Pieces;
 use super::record::{Compare, Record};
 use super::single_file::{check_frames, too_short};
+use super::sink::{BodyFrame, FrameRun, FrameSink};
 use super::{OutputError, Sequence, Source};
 use crate::file::{create_part, part_path};
 use crate::usd::{BodyInput, CONTENTS, FRAMES, PiecesBuilder, Places, Stage, StageDescription, head};
@@ -23,7 +23,7 @@ const SIGNATURE: usize = 16;
 
 /// A stage that is being written.
 #[derive(Debug)]
-pub(crate) struct StageWriter {
+pub(super) struct StageWriter {
     path: PathBuf,
     file: File,
     stage: Stage,
@@ -49,16 +49,13 @@ pub(crate) struct StageWriter {
 }
 
 impl StageWriter {
-    /// Starts a stage, or continues a finished or unfinished one after its first `kept` frames. Changes nothing if it
-    /// cannot be continued. `sources` has one entry per body.
-    pub(crate) fn open<'a>(
-        sequence: &Sequence,
-        simulation: &Simulation,
-        sources: impl Iterator<Item = Source<'a>>,
-        description: StageDescription,
-        kept: Option<u64>,
-    ) -> Result<Self, OutputError> {
-        let sources: Vec<Source<'a>> = sources.collect();
+    /// Starts a stage, or continues a finished or unfinished one after the frames that `run` keeps. Changes nothing if
+    /// it cannot be continued.
+    pub(super) fn open(sequence: &Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let &FrameRun { simulation, ref sources, fps, space, meters_per_unit, kept, .. } = run;
+        let &Sequence { first, every, .. } = sequence;
+        let directory = sequence.directory.clone();
+        let description = StageDescription { directory, space, meters_per_unit, fps, first, every };
         let stage = Stage::new(simulation, sources.iter().copied().map(input), description);
         let path = sequence.path(0);
         let mut places = Places::none();
@@ -108,23 +105,20 @@ impl StageWriter {
             directions: Vec::new(),
         })
     }
+}
 
-    /// Adds the next body to frame `frame`: the positions of its mesh, in the coordinates of the file, and its pieces
-    /// if it is broken.
+impl FrameSink for StageWriter {
+    /// Adds the positions of the mesh and its pieces.
     ///
     /// # Panics
     /// If there is not one position per vertex of the mesh.
-    pub(crate) fn push_body(
-        &mut self,
-        frame: u64,
-        positions: &[[f32; 3]],
-        pieces: Option<&Pieces<'_>>,
-    ) -> Result<(), OutputError> {
+    fn push_body(&mut self, body: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
+        let &BodyFrame { number, positions, ref pieces, .. } = body;
         let Self { stage, normals, bodies, corners, directions, broken, written, added, .. } = self;
         let surface = &stage.bodies()[*bodies];
-        let vertices = pieces.map_or(surface.points(), |pieces| pieces.mesh.vertices().len());
+        let vertices = pieces.as_ref().map_or(surface.points(), |pieces| pieces.mesh.vertices().len());
         assert_eq!(positions.len(), vertices, "there is one position per mesh vertex");
-        check_finite(frame, positions)?;
+        check_finite(number, positions)?;
         let mut transform = normals[*bodies].as_ref();
         if let Some(pieces) = pieces {
             if broken.get(bodies).is_none_or(|broken| broken.identity != pieces.identity) {
@@ -148,12 +142,12 @@ impl StageWriter {
         });
         stage.push_body(&mut self.frame, whole, positions, vn);
         *bodies += 1;
-        Ok(())
+        Ok(None)
     }
 
-    /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the
-    /// file after the previous frame.
-    pub(crate) fn write(&mut self, simulation: &Simulation) -> Result<Record, OutputError> {
+    /// Writes the frame with the added bodies and the colliders. If this fails, truncates the file after the previous
+    /// frame.
+    fn finish_frame(&mut self, simulation: &Simulation) -> Result<Option<Record>, OutputError> {
         self.stage.push_colliders(&mut self.frame, simulation);
         debug_assert_eq!(
             self.frame.len() as u64,
@@ -174,25 +168,23 @@ impl StageWriter {
         self.written = added;
         self.frames += 1;
         self.end += bytes;
-        Ok(record)
+        Ok(Some(record))
     }
 
-    /// Forgets the bodies that were added to the frame.
-    pub(crate) fn discard(&mut self) {
+    fn discard(&mut self) {
         self.frame.clear();
         self.pieces.clear();
         self.added.clear();
         self.bodies = 0;
     }
 
-    /// Returns the path of the file while frames are written.
-    pub(crate) fn part_path(&self) -> PathBuf {
-        part_path(&self.path)
+    fn take_unsynced(&mut self) -> Vec<PathBuf> {
+        vec![part_path(&self.path)]
     }
 
     /// Completes the stage, and gives the file its final name when it is on disk.
-    pub(crate) fn finish(self) -> Result<(), OutputError> {
-        let Self { path, file, stage, frames, .. } = self;
+    fn finish(self: Box<Self>) -> Result<(), OutputError> {
+        let Self { path, file, stage, frames, .. } = *self;
         drop(file);
         let part = part_path(&path);
         let complete = || {
@@ -222,7 +214,7 @@ fn truncate(file: &mut File, end: u64) -> std::io::Result<()> {
 }
 
 /// Returns whether a stage with the frames of `records` has its final name and its structure.
-pub(crate) fn is_complete(
+pub(super) fn is_complete(
     sequence: &Sequence,
     records: &[Record],
     compare: Compare,

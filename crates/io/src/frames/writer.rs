@@ -13,9 +13,9 @@ use super::pieces::Pieces;
 use super::plain::PlainObj;
 use super::ply::Ply;
 use super::record::{Record, Recorder};
+use super::sink::{BodyFrame, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence, Source};
-use crate::file::{sync_files, write_atomically};
-use supple::Executor;
+use crate::file::write_atomically;
 
 /// Writes the frames of one body.
 ///
@@ -28,7 +28,7 @@ pub struct FrameWriter {
     /// The texts of the pieces of a broken body, and the identity of the pieces.
     pieces: Option<(u64, Kind)>,
     buffer: Vec<u8>,
-    /// Numbers of the frames whose files [`FrameWriter::sync_all`] flushes to disk.
+    /// Numbers of the frames whose files are not flushed to disk yet.
     unsynced: Vec<u64>,
 }
 
@@ -86,7 +86,8 @@ impl FrameWriter {
     pub fn resume(sequence: Sequence, source: Source<'_>, next: u64) -> Result<Self, OutputError> {
         let existing = Self::prepare(&sequence, source)?;
         existing.remove_parts()?;
-        Self::open(sequence, source, Some(next))
+        let kept = sequence.frames_before(next);
+        Self::open(sequence, source, Some(kept))
     }
 
     /// Creates the directory, checks that no input is replaced, and lists the existing files of the sequence.
@@ -105,13 +106,19 @@ impl FrameWriter {
         Listing::read(sequence)
     }
 
+    /// Opens the writer of a body of a run, which formats OBJ frames of an OBJ file with the threads of the simulation.
+    /// The bytes do not depend on the threads.
+    pub(super) fn of_run(sequence: Sequence, body: usize, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let mut writer = Self::open(sequence, run.sources[body], run.kept)?;
+        if let Kind::Obj(template) = &mut writer.kind {
+            template.set_executor(run.simulation.executor());
+        }
+        Ok(writer)
+    }
+
     /// Opens a writer in a directory that exists and in which no files are in the way. Continues the sequence
-    /// at frame `next`, or starts a sequence if `next` is `None`.
-    pub(crate) fn open(
-        sequence: Sequence,
-        source: Source<'_>,
-        next: Option<u64>,
-    ) -> Result<Self, OutputError> {
+    /// after its first `kept` frames, or starts a sequence if `kept` is `None`.
+    fn open(sequence: Sequence, source: Source<'_>, kept: Option<u64>) -> Result<Self, OutputError> {
         let directory = &sequence.directory;
         let kind = match (sequence.format, source) {
             (Format::Obj, Source::Mesh(mesh)) => Kind::Plain(PlainObj::new(mesh)),
@@ -123,9 +130,9 @@ impl FrameWriter {
             (Format::Pc2, source) => {
                 let points = CachedPoints::new(source);
                 let count = points.points.len() as u32;
-                let cache = match next {
+                let cache = match kept {
                     None => PointCache::create(&sequence, count)?,
-                    Some(next) => PointCache::resume(&sequence, count, sequence.frames_before(next))?,
+                    Some(kept) => PointCache::resume(&sequence, count, kept)?,
                 };
                 Kind::Cache(cache, points)
             }
@@ -138,13 +145,6 @@ impl FrameWriter {
             buffer: Vec::new(),
             unsynced: Vec::new(),
         })
-    }
-
-    /// Sets the threads that format OBJ frames of an OBJ file. The bytes do not depend on the threads.
-    pub(crate) fn set_executor(&mut self, executor: &Executor) {
-        if let Kind::Obj(template) = &mut self.kind {
-            template.set_executor(executor);
-        }
     }
 
     /// Returns whether [`FrameWriter::write`] uses the normals. If it does not, they may be empty.
@@ -192,7 +192,7 @@ impl FrameWriter {
 
     /// As [`FrameWriter::write`], or as [`FrameWriter::write_pieces`] if `pieces` is given. Returns the record of the
     /// frame.
-    pub(crate) fn write_recorded(
+    fn write_recorded(
         &mut self,
         frame: u64,
         positions: &[[f32; 3]],
@@ -242,22 +242,6 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on
-    /// disk. Their names are on disk when the directory is synchronized too.
-    pub(crate) fn sync_all<'a>(
-        writers: impl Iterator<Item = &'a mut Self>,
-        others: impl Iterator<Item = PathBuf>,
-    ) -> Result<(), OutputError> {
-        let mut paths: Vec<PathBuf> = others.collect();
-        for Self { sequence, kind, unsynced, .. } in writers {
-            match kind {
-                Kind::Cache(cache, _) => paths.push(cache.part_path()),
-                _ => paths.extend(unsynced.drain(..).map(|frame| sequence.path(frame))),
-            }
-        }
-        sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
-    }
-
     /// Ends the sequence: renames a point cache to its final name. Without this call the cache stays a
     /// `.part` file, which can be resumed.
     ///
@@ -268,6 +252,28 @@ impl FrameWriter {
             Kind::Cache(cache, _) => cache.finish(),
             _ => Ok(()),
         }
+    }
+}
+
+impl FrameSink for FrameWriter {
+    fn needs_normals(&self) -> bool {
+        self.needs_normals()
+    }
+
+    fn push_body(&mut self, body: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
+        let &BodyFrame { number, positions, normals, ref pieces, .. } = body;
+        self.write_recorded(number, positions, normals, pieces.as_ref()).map(Some)
+    }
+
+    fn take_unsynced(&mut self) -> Vec<PathBuf> {
+        match &self.kind {
+            Kind::Cache(cache, _) => vec![cache.part_path()],
+            _ => self.unsynced.drain(..).map(|frame| self.sequence.path(frame)).collect(),
+        }
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), OutputError> {
+        (*self).finish()
     }
 }
 

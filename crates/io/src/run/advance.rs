@@ -1,5 +1,4 @@
-//! Runs the frame loop of a job: advances the simulation, evaluates and writes each body, and saves
-//! checkpoints.
+//! Runs the frame loop of a job: advances the simulation, writes frames and statistics, and saves checkpoints.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,13 +9,13 @@ use super::deviation::{CrushRecord, Softened, VolumeRecord, VolumeRemedy};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
-use super::output::{Output, Surface};
+use super::output::Output;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
-use crate::frames::{Pieces, SetAside};
-use supple::{Display, Simulation};
+use crate::frames::SetAside;
+use supple::Simulation;
 
 /// The output files of a job.
 pub(super) struct Files {
@@ -50,13 +49,6 @@ pub(super) struct Running<'a> {
     /// Volume errors of the frames written so far, one record per body.
     volumes: Vec<VolumeRecord>,
     crushes: Vec<CrushRecord>,
-    /// Evaluated surfaces, one per body.
-    displays: Vec<Display>,
-    /// Positions of the body that is being written, one per mesh vertex.
-    positions: Vec<[f32; 3]>,
-    /// Normals of the body that is being written, one per mesh vertex; empty if its writer does not need
-    /// them.
-    normals: Vec<[f32; 3]>,
 }
 
 impl<'a> Running<'a> {
@@ -84,9 +76,6 @@ impl<'a> Running<'a> {
             written: 0,
             volumes: Vec::new(),
             crushes: Vec::new(),
-            displays: Vec::new(),
-            positions: Vec::new(),
-            normals: Vec::new(),
         }
     }
 
@@ -141,43 +130,28 @@ impl<'a> Running<'a> {
 
     /// Writes frame `frame`, counted from 0, of every body, and one row of statistics per body.
     fn write_frame(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        let Self { output, stats, checkpoint, volumes, crushes, inputs, .. } = self;
+        let (number, bodies) = (self.job.number(frame), simulation.bodies().len());
         let step_time = std::mem::take(&mut self.step_time);
-        let number = self.job.number(frame);
         let mut rows = Vec::new();
-        let contacts = if self.stats.is_some() { simulation.contacts() } else { Vec::new() };
-        self.displays.resize_with(simulation.bodies().len(), Display::new);
-        self.volumes.resize_with(simulation.bodies().len(), VolumeRecord::default);
-        self.crushes.resize_with(simulation.bodies().len(), CrushRecord::default);
-        for (index, display) in self.displays.iter_mut().enumerate() {
-            let body = simulation.body(index);
-            let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
-            let needs_normals = self.output.needs_normals(index);
-            self.positions.resize(vertices, [0.0; 3]);
-            self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
-            let normals = needs_normals.then_some(&mut self.normals[..]);
-            let mut evaluated = display.evaluate(body);
-            evaluated.surface_into(&mut self.positions, normals);
-            let write_start = Instant::now();
-            let needs_volume = self.stats.is_some() || self.output.needs_volumes();
-            let volume = needs_volume.then(|| evaluated.volume_report());
-            self.output.convert(&mut self.positions, &mut self.normals);
-            let pieces = Pieces::of(&body, self.inputs[index].source());
-            let surface = Surface { positions: &self.positions, normals: &self.normals, pieces };
-            let records = &mut self.checkpoint.frames;
-            self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
-            self.volumes[index].add(number, evaluated.corrections());
-            self.crushes[index].add(evaluated.untangling());
-            if let (Some(_), Some(volume)) = (&self.stats, volume) {
-                let write = write_start.elapsed();
-                let step = step_time.div_f64(simulation.bodies().len() as f64);
-                let times = Times { step, write, display: evaluated.times() };
+        let contacts = if stats.is_some() { simulation.contacts() } else { Vec::new() };
+        volumes.resize_with(bodies, VolumeRecord::default);
+        crushes.resize_with(bodies, CrushRecord::default);
+        output.write(number, simulation, inputs, &mut checkpoint.frames, |index, frame, evaluated| {
+            let displayed = frame.displayed;
+            volumes[index].add(number, displayed.corrections());
+            crushes[index].add(displayed.untangling());
+            if stats.is_some() {
+                let body = simulation.body(index);
+                let volumes = frame.volumes();
+                let step = step_time.div_f64(bodies as f64);
+                let times = Times { step, write: evaluated.elapsed(), display: displayed.times() };
                 let touching = Touching::of(index, &body, &contacts);
-                rows.push(Row::new(number, simulation.time(), &body, &volume, times, touching));
+                rows.push(Row::new(number, simulation.time(), &body, volumes, times, touching));
             }
-        }
-        self.output.write_run(simulation, &mut self.checkpoint.frames)?;
+        })?;
         self.written += 1;
-        match &mut self.stats {
+        match stats {
             Some(stats) => stats.append_rows(&rows),
             None => Ok(()),
         }

@@ -1,190 +1,120 @@
-//! The frame files of a job: a writer for each body and format, and the USD stage and the page of the run.
+//! The frame files of a run: evaluates its bodies, and writes them to the sinks of each body and of all bodies.
 
-use supple::{Displayed, Simulation, VolumeReport};
+use std::cell::OnceCell;
+use std::path::PathBuf;
+use std::time::Instant;
 
-use super::job::Job;
-use super::prepare::{Input, Prepared};
-use crate::frames::{Format, FrameWriter, OutputError, PageWriter, Pieces, Record, Sequence, StageWriter};
-use crate::html::Header;
+use supple::{Display, Simulation};
+
+use super::prepare::Input;
+use crate::file::sync_files;
+use crate::frames::{
+    BodyFrame, Format, FrameRun, FrameSink, OutputError, Pieces, Record, Sequence, Source, open_sink,
+};
 use crate::space::FileSpace;
-use crate::usd::StageDescription;
 
-/// The open frame files of a job.
+/// A sink and the index of its sequence.
+type Sink = (usize, Box<dyn FrameSink>);
+
+/// The open frame files of a run.
 #[derive(Debug)]
 pub(super) struct Output {
-    /// For each body, its writers and the indices of their sequences.
-    bodies: Vec<Vec<(usize, FrameWriter)>>,
-    /// The USD stage and the index of its sequence.
-    pub(super) stage: Option<(usize, StageWriter)>,
-    /// The page and the index of its sequence.
-    pub(super) page: Option<(usize, PageWriter)>,
+    /// For each body, the sinks of its files.
+    bodies: Vec<Vec<Sink>>,
+    /// The sinks of the files with all bodies, in the order of the formats.
+    run: Vec<Sink>,
     /// Coordinates of the files.
     space: FileSpace,
-}
-
-/// The evaluated surface of a body.
-pub(super) struct Surface<'a> {
-    /// Positions, one per mesh vertex.
-    pub(super) positions: &'a [[f32; 3]],
-    /// Normals, one per mesh vertex; empty if [`Output::needs_normals`] is false.
-    pub(super) normals: &'a [[f32; 3]],
-    /// The pieces of a broken body.
-    pub(super) pieces: Option<Pieces<'a>>,
+    /// Evaluated surfaces, one per body.
+    displays: Vec<Display>,
+    /// Positions of the body that is being written, one per mesh vertex.
+    positions: Vec<[f32; 3]>,
+    /// Normals of the body that is being written, one per mesh vertex; empty if no sink needs them.
+    normals: Vec<[f32; 3]>,
 }
 
 impl Output {
-    /// No files, for a number of bodies.
-    pub(super) fn new(bodies: usize, space: FileSpace) -> Self {
-        Self { bodies: (0..bodies).map(|_| Vec::new()).collect(), stage: None, page: None, space }
-    }
-
-    /// Opens the files, which continue at frame number `next`, or start a sequence if `next` is `None`.
-    pub(super) fn open(job: &Job, prepared: &Prepared, next: Option<u64>) -> Result<Self, OutputError> {
-        let simulation = &prepared.simulation;
-        let space = job.space();
-        let mut output = Self::new(prepared.inputs.len(), space);
+    /// Opens the files of `sequences`. Those with one body are, for each format, in the order of the bodies.
+    pub(super) fn open(sequences: Vec<Sequence>, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let mut bodies: Vec<Vec<Sink>> = run.sources.iter().map(|_| Vec::new()).collect();
+        let mut of_run: Vec<(Format, Sink)> = Vec::new();
         let mut body = 0;
-        for (index, sequence) in job.sequences().into_iter().enumerate() {
-            if sequence.format == Format::Usd {
-                let kept = next.map(|next| sequence.frames_before(next));
-                output.stage = Some((index, open_stage(job, prepared, &sequence, kept)?));
-                continue;
+        for (index, sequence) in sequences.into_iter().enumerate() {
+            let format = sequence.format;
+            let sink = (index, open_sink(sequence, body, run)?);
+            if format.is_per_run() {
+                of_run.push((format, sink));
+            } else {
+                bodies[body].push(sink);
+                body = (body + 1) % bodies.len();
             }
-            if sequence.format == Format::Html {
-                let (name, fps) = (job.name(), job.fps());
-                let (header, arrays) =
-                    Header::new(simulation, &name, fps, sequence.first, sequence.every, space);
-                let page = match next {
-                    None => PageWriter::create(sequence, &header, &arrays)?,
-                    Some(next) => {
-                        let frames = sequence.frames_before(next);
-                        PageWriter::resume(sequence, &header, frames)?
-                    }
-                };
-                output.page = Some((index, page));
-                continue;
-            }
-            let mut writer = FrameWriter::open(sequence, prepared.inputs[body].source(), next)?;
-            writer.set_executor(simulation.executor());
-            output.bodies[body].push((index, writer));
-            body = (body + 1) % prepared.inputs.len();
         }
-        Ok(output)
+        of_run.sort_by_key(|(format, _)| *format as u8);
+        Ok(Self {
+            bodies,
+            run: of_run.into_iter().map(|(_, sink)| sink).collect(),
+            space: run.space,
+            displays: Vec::new(),
+            positions: Vec::new(),
+            normals: Vec::new(),
+        })
     }
 
-    /// Completes the USD stage of an earlier run after its first `frames` frames.
-    pub(super) fn complete_stage(job: &Job, prepared: &Prepared, frames: u64) -> Result<(), OutputError> {
-        let stages = job.sequences().into_iter().filter(|sequence| sequence.format == Format::Usd);
-        for sequence in stages {
-            open_stage(job, prepared, &sequence, Some(frames))?.finish()?;
-        }
-        Ok(())
-    }
-
-    /// Returns whether a file of a body needs normals.
-    pub(super) fn needs_normals(&self, body: usize) -> bool {
-        self.bodies[body].iter().any(|(_, writer)| writer.needs_normals())
-    }
-
-    /// Returns whether volume reports are needed.
-    pub(super) fn needs_volumes(&self) -> bool {
-        self.page.is_some()
-    }
-
-    /// Converts an evaluated surface to the coordinates of the files.
-    pub(super) fn convert(&self, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
-        self.space.convert_positions(positions);
-        self.space.convert_directions(normals);
-    }
-
-    /// Writes a frame of a body, converted by [`Output::convert`], and appends the records of its files to those of
-    /// their sequences. The stage and the page take part of the frame, and the page `volume` if it is given.
-    pub(super) fn write_body(
+    /// Evaluates and writes the frame `number` of all bodies, and appends its records to those of their sequences.
+    /// `inputs`: one per body, or empty if the inputs are the meshes of the bodies. After each body, calls `written` with
+    /// its index, its frame, and the time at which its surface was evaluated.
+    pub(super) fn write(
         &mut self,
         number: u64,
-        body: usize,
-        surface: &Surface<'_>,
-        evaluated: &Displayed<'_>,
-        volume: Option<&VolumeReport>,
-        records: &mut [Vec<Record>],
-    ) -> Result<(), OutputError> {
-        for (sequence, writer) in &mut self.bodies[body] {
-            records[*sequence].push(writer.write_recorded(
-                number,
-                surface.positions,
-                surface.normals,
-                surface.pieces.as_ref(),
-            )?);
-        }
-        if let Some((_, stage)) = &mut self.stage {
-            stage.push_body(number, surface.positions, surface.pieces.as_ref())?;
-        }
-        let space = self.space;
-        if let (Some((_, page)), Some(volume)) = (&mut self.page, volume) {
-            let volumes = [volume.rest, volume.before, volume.after].map(|volume| space.volume(volume));
-            let lattice = evaluated.positions().map(|position| space.position(position.into()));
-            page.push_body(number, surface.positions, lattice, volumes, surface.pieces.as_ref())?;
-        }
-        Ok(())
-    }
-
-    /// Writes the frame of the stage and of the page after all bodies, and appends their records.
-    pub(super) fn write_run(
-        &mut self,
         simulation: &Simulation,
+        inputs: &[Input],
         records: &mut [Vec<Record>],
+        mut written: impl FnMut(usize, &BodyFrame<'_>, Instant),
     ) -> Result<(), OutputError> {
-        if let Some((sequence, stage)) = &mut self.stage {
-            records[*sequence].push(stage.write(simulation)?);
+        let Self { bodies, run, space, displays, positions, normals } = self;
+        displays.resize_with(simulation.bodies().len(), Display::new);
+        for (index, display) in displays.iter_mut().enumerate() {
+            let body = simulation.body(index);
+            let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
+            let needs_normals = bodies[index].iter().chain(&*run).any(|(_, sink)| sink.needs_normals());
+            positions.resize(vertices, [0.0; 3]);
+            normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
+            let mut displayed = display.evaluate(body);
+            displayed.surface_into(positions, needs_normals.then_some(&mut normals[..]));
+            let evaluated = Instant::now();
+            space.convert_positions(positions);
+            space.convert_directions(normals);
+            let source = inputs.get(index).map(Input::source).or(body.whole_mesh().map(Source::Mesh));
+            let pieces = source.and_then(|source| Pieces::of(&body, source));
+            let (displayed, volumes) = (&displayed, OnceCell::new());
+            let frame = BodyFrame { number, positions, normals, pieces, displayed, volumes };
+            for (sequence, sink) in bodies[index].iter_mut().chain(&mut *run) {
+                records[*sequence].extend(sink.push_body(&frame)?);
+            }
+            written(index, &frame, evaluated);
         }
-        if let Some((sequence, page)) = &mut self.page {
-            records[*sequence].push(page.write(simulation, self.space)?);
+        for (sequence, sink) in run {
+            records[*sequence].extend(sink.finish_frame(simulation)?);
         }
         Ok(())
     }
 
-    /// Forgets the bodies of a frame that is not complete.
+    /// Removes the bodies of a frame that is not complete.
     pub(super) fn discard(&mut self) {
-        if let Some((_, stage)) = &mut self.stage {
-            stage.discard();
-        }
-        if let Some((_, page)) = &mut self.page {
-            page.discard();
-        }
+        self.run.iter_mut().for_each(|(_, sink)| sink.discard());
     }
 
-    /// Returns when the contents of all written frames are on disk.
+    /// Returns when the contents of all written frames are on disk. Their names are on disk when the directory is
+    /// synchronized too.
     pub(super) fn sync(&mut self) -> Result<(), OutputError> {
-        let writers = self.bodies.iter_mut().flatten().map(|(_, writer)| writer);
-        let stage = self.stage.as_ref().map(|(_, stage)| stage.part_path());
-        let page = self.page.as_ref().map(|(_, page)| page.path());
-        FrameWriter::sync_all(writers, stage.into_iter().chain(page))
+        let sinks = self.run.iter_mut().chain(self.bodies.iter_mut().flatten());
+        let paths: Vec<PathBuf> = sinks.flat_map(|(_, sink)| sink.take_unsynced()).collect();
+        sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
     }
 
     /// Gives all files their final form and names.
     pub(super) fn finish(&mut self) -> Result<(), OutputError> {
-        let writers = self.bodies.drain(..).flatten();
-        writers.map(|(_, writer)| writer).try_for_each(FrameWriter::finish)?;
-        self.stage.take().map_or(Ok(()), |(_, stage)| stage.finish())?;
-        self.page.take().map_or(Ok(()), |(_, page)| page.finish())
+        let sinks = self.bodies.drain(..).flatten().chain(self.run.drain(..));
+        sinks.map(|(_, sink)| sink).try_for_each(FrameSink::finish)
     }
-}
-
-/// Starts the USD stage of a job, or continues it after its first `kept` frames.
-fn open_stage(
-    job: &Job,
-    prepared: &Prepared,
-    sequence: &Sequence,
-    kept: Option<u64>,
-) -> Result<StageWriter, OutputError> {
-    let description = StageDescription {
-        directory: sequence.directory.clone(),
-        space: job.space(),
-        meters_per_unit: job.scene.output.meters_per_unit,
-        fps: job.fps(),
-        first: sequence.first,
-        every: sequence.every,
-    };
-    let sources = prepared.inputs.iter().map(Input::source);
-    StageWriter::open(sequence, &prepared.simulation, sources, description, kept)
 }

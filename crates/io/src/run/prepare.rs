@@ -143,10 +143,8 @@ fn read_colliders(
             Some(document) => document.clone(),
             None => Arc::new(Document::read(&path).map_err(file)?),
         };
-        let part = document.part(None).map_err(file)?;
-        let mesh = CollisionMesh::new(part.mesh().clone());
-        let mesh =
-            mesh.map_err(|source| RunError::ColliderMesh { key: key(), path: path.clone(), source })?;
+        let mesh = CollisionMesh::new(document.mesh(None).map_err(file)?)
+            .map_err(|source| RunError::ColliderMesh { key: key(), path: path.clone(), source })?;
         meshes.insert(path, mesh.clone());
         Ok(mesh)
     };

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use super::output::{Output, Surface};
-use crate::frames::{Format, OutputError, PageWriter, Pieces, Record, Sequence, Source, StageWriter};
-use crate::html::Header;
+use super::output::Output;
+use crate::frames::{Format, FrameRun, OutputError, Sequence, Source};
 use crate::space::{FileSpace, Up};
-use crate::usd::StageDescription;
-use supple::{Body, Display, Simulation};
+use supple::{Body, Simulation};
 
 /// Axes, units and rate of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,10 +35,6 @@ pub struct Recording {
     output: Output,
     /// Number of the next frame.
     next: u64,
-    /// Evaluated surfaces, one per body.
-    displays: Vec<Display>,
-    /// Positions of the body that is being written, one per mesh vertex.
-    positions: Vec<[f32; 3]>,
 }
 
 impl Recording {
@@ -68,27 +62,18 @@ impl Recording {
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
         let sequence = Sequence { directory, name: name.to_owned(), format, first: 0, every: 1, last: 0 };
         let from = Up::of_gravity(simulation.gravity());
-        let space = FileSpace::new(from, options.up.unwrap_or(from), options.scale);
-        let fps = options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt());
+        let run = FrameRun {
+            simulation,
+            sources: simulation.bodies().iter().filter_map(Body::whole_mesh).map(Source::Mesh).collect(),
+            name: name.to_owned(),
+            fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
+            space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
+            meters_per_unit: options.meters_per_unit,
+            kept: None,
+        };
         sequence.remove_existing()?;
-        let mut output = Output::new(simulation.bodies().len(), space);
-        if format == Format::Html {
-            let (header, arrays) = Header::new(simulation, name, fps, 0, 1, space);
-            output.page = Some((0, PageWriter::create(sequence, &header, &arrays)?));
-        } else {
-            let description = StageDescription {
-                directory: sequence.directory.clone(),
-                space,
-                meters_per_unit: options.meters_per_unit,
-                fps,
-                first: 0,
-                every: 1,
-            };
-            let sources = simulation.bodies().iter().filter_map(source);
-            let stage = StageWriter::open(&sequence, simulation, sources, description, None)?;
-            output.stage = Some((0, stage));
-        }
-        Ok(Self { output, next: 0, displays: Vec::new(), positions: Vec::new() })
+        let output = Output::open(vec![sequence], &run)?;
+        Ok(Self { output, next: 0 })
     }
 
     /// Returns the number of frames so far.
@@ -102,26 +87,9 @@ impl Recording {
     ///
     /// If the frame cannot be written. The earlier frames stay valid.
     pub fn write(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
-        self.write_bodies(simulation).inspect_err(|_| self.output.discard())
-    }
-
-    fn write_bodies(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
-        let Self { output, next, displays, positions } = self;
-        let mut records: [Vec<Record>; 1] = [Vec::new()];
-        displays.resize_with(simulation.bodies().len(), Display::new);
-        for (index, display) in displays.iter_mut().enumerate() {
-            let body = simulation.body(index);
-            positions.resize(body.mesh().map_or(0, |mesh| mesh.vertices().len()), [0.0; 3]);
-            let mut evaluated = display.evaluate(body);
-            evaluated.surface_into(positions, None);
-            let volume = output.needs_volumes().then(|| evaluated.volume_report());
-            output.convert(positions, &mut []);
-            let pieces = source(&body).and_then(|source| Pieces::of(&body, source));
-            let surface = Surface { positions, normals: &[], pieces };
-            output.write_body(*next, index, &surface, &evaluated, volume.as_ref(), &mut records)?;
-        }
-        output.write_run(simulation, &mut records)?;
-        *next += 1;
+        let written = self.output.write(self.next, simulation, &[], &mut [Vec::new()], |_, _, _| {});
+        written.inspect_err(|_| self.output.discard())?;
+        self.next += 1;
         Ok(())
     }
 
@@ -134,9 +102,4 @@ impl Recording {
         self.output.sync()?;
         self.output.finish()
     }
-}
-
-/// Returns the input of a body that has a mesh: the mesh of the whole body.
-fn source(body: &Body) -> Option<Source<'_>> {
-    body.whole_mesh().map(Source::Mesh)
 }

@@ -8,7 +8,7 @@ use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
 use crate::frames::{
-    Compare, Format, Listing, Present, Record, Recorder, Renames, check, check_link, finish, is_complete,
+    Compare, Listing, Present, Record, Recorder, Renames, Sequence, check, check_link, finish,
 };
 use supple::SimulationState;
 
@@ -19,11 +19,9 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
-    /// All frames exist, but the USD stage lacks its structure, which follows this many frames: the simulation is
-    /// needed to write it.
-    Unfinished(u64),
-    /// Nothing to do, because all frames exist.
-    Finished,
+    /// All frames exist. The files of these sequences, with their numbers of frames, lack their final form, which needs
+    /// the simulation.
+    Finished(Vec<(Sequence, u64)>),
 }
 
 /// An earlier run that can be continued.
@@ -72,15 +70,13 @@ impl Job {
             _ => None,
         };
         if frame >= last_frame {
-            let mut start = Start::Finished;
-            for (sequence, records) in sequences.iter().zip(&saved.checkpoint.frames) {
-                if sequence.format != Format::Usd {
-                    finish(sequence, records)?;
-                } else if !is_complete(sequence, records, compare)? {
-                    start = Start::Unfinished(records.len() as u64);
+            let mut unfinished = Vec::new();
+            for (sequence, records) in sequences.into_iter().zip(&saved.checkpoint.frames) {
+                if !finish(&sequence, records, compare)? {
+                    unfinished.push((sequence, records.len() as u64));
                 }
             }
-            return Ok(start);
+            return Ok(Start::Finished(unfinished));
         }
         sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;

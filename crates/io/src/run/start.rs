@@ -10,12 +10,12 @@ use super::job::Job;
 use super::lock::Lock;
 use super::observer::{Note, Observer};
 use super::output::Output;
-use super::prepare::Prepared;
+use super::prepare::{Input, Prepared};
 use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
-use crate::frames::{Listing, SetAside};
+use crate::frames::{FrameRun, Listing, SetAside, open_sink};
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -43,14 +43,16 @@ impl Job {
             lock = Some(Lock::acquire(&self.directory)?);
             start = self.choose_start(&settings, observer)?;
         }
-        if matches!(start, Start::Finished) {
+        if matches!(&start, Start::Finished(unfinished) if unfinished.is_empty()) {
             return Ok(self.already_finished(job_start));
         }
 
         let prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
-        if let Start::Unfinished(frames) = start {
-            Output::complete_stage(self, &prepared, frames)?;
+        if let Start::Finished(unfinished) = start {
+            for (sequence, frames) in unfinished {
+                open_sink(sequence, 0, &self.frame_run(&prepared, Some(frames)))?.finish()?;
+            }
             return Ok(self.already_finished(job_start));
         }
         let _lock = match lock {
@@ -62,6 +64,19 @@ impl Job {
             _ => self.start_fresh(prepared, settings)?,
         };
         running.run(job_start, observer)
+    }
+
+    /// Returns the run whose files are opened, which keep `kept` frames.
+    fn frame_run<'a>(&self, prepared: &'a Prepared, kept: Option<u64>) -> FrameRun<'a> {
+        FrameRun {
+            simulation: &prepared.simulation,
+            sources: prepared.inputs.iter().map(Input::source).collect(),
+            name: self.name(),
+            fps: self.fps(),
+            space: self.space(),
+            meters_per_unit: self.scene.output.meters_per_unit,
+            kept,
+        }
     }
 
     /// Creates the output directory and acquires its lock.
@@ -79,7 +94,6 @@ impl Job {
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
         let aside = existing.set_aside(&sequences)?;
-        let output = Output::open(self, &prepared, None)?;
         let checkpoint = Checkpoint {
             settings,
             level: supple::simd_level().to_string(),
@@ -87,6 +101,7 @@ impl Job {
             frames: vec![Vec::new(); sequences.len()],
             stats: None,
         };
+        let output = Output::open(sequences, &self.frame_run(&prepared, None))?;
         Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
 
@@ -115,7 +130,8 @@ impl Job {
         };
         listing.remove_parts()?;
         renames.apply()?;
-        let output = Output::open(self, &prepared, Some(self.number(frame) + 1))?;
+        let kept = u64::from(frame / self.every) + 1;
+        let output = Output::open(self.sequences(), &self.frame_run(&prepared, Some(kept)))?;
         observer.note(&Note::Resumed { frame });
         let files = Files { output, stats, aside: SetAside::default() };
         Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
