@@ -41,7 +41,7 @@ def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
 @pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 def test_the_stage_of_the_contributing_page_can_be_added():
     diff = re.search(r"^```diff\n(.*?)^```", (ROOT / "CONTRIBUTING.md").read_text(), re.MULTILINE | re.DOTALL).group(1)
-    assert diff.count("diff --git") == 3, "its file, the list, one setting"
+    assert diff.count("diff --git") == 4, "its file, the list, one setting, its key in scenes"
     subprocess.run(["git", "apply", "--check"], input=diff, text=True, cwd=ROOT, check=True)
 
 
