@@ -182,7 +182,7 @@ pub use volume::{
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::body::hold_factors;
+    pub use crate::body::constraint_factors;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
     pub use crate::dynamics::{Constraint, Constraints};
     pub use crate::lattice::Embedding;

@@ -79,11 +79,11 @@ impl Body {
             let slot = slots[vertex as usize];
             let mass = self.mass_of(vertex);
             // The regions act on the vertex with its mass in the fits.
-            let pull = stiffness * matching.regions.pull(slot);
+            let strength = stiffness * matching.regions.goal_strength(slot);
             let distance = Vector3::from(goals.get(slot).map(f64::from)) - state.local(slot);
             let velocity = state.frame.velocity_to_world(state.velocities.get(slot));
             let acceleration = (motion / dt - velocity) / dt;
-            add((acceleration - gravity) * mass - distance * pull, vertex);
+            add((acceleration - gravity) * mass - distance * strength, vertex);
         }
         self.add_damping(constraint, dt, &mut add);
         result

@@ -79,4 +79,4 @@ pub use soft_body::Body;
 pub(crate) use surface::Surface;
 pub use touching::TouchingOptions;
 #[cfg(feature = "internals")]
-pub use values::hold_factors;
+pub use values::constraint_factors;

@@ -77,9 +77,9 @@ pub(super) struct Touch {
     pub(super) leaving: Vec<Leaving>,
 }
 
-/// What the display derives from the shape.
+/// Data that the display derives from the shape.
 #[derive(Debug)]
-pub(super) struct Shown {
+pub(super) struct DisplayData {
     /// Computed when it is needed: see `pieces`.
     pub(super) correction: OnceLock<Option<Correction>>,
     /// Built by the first volume report.

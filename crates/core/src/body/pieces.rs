@@ -53,18 +53,18 @@ impl Body {
 
     /// Returns the volume correction; `None` if it is off. After an event, the first call creates it.
     pub(crate) fn correction(&self) -> Option<&Correction> {
-        self.shown.correction.get_or_init(|| self.pieces_correction()).as_ref()
+        self.display_data.correction.get_or_init(|| self.pieces_correction()).as_ref()
     }
 
     /// Returns the measures for volume reports. The first call creates them.
     pub(crate) fn measures(&self) -> &VolumeMeasures {
         let surface = || self.surface().map(Surface::volume_surface);
-        self.shown.measures.get_or_init(|| VolumeMeasures::new(&self.shape.lattice, surface()))
+        self.display_data.measures.get_or_init(|| VolumeMeasures::new(&self.shape.lattice, surface()))
     }
 
     /// Returns the measures for volume reports, if they were created.
     pub(crate) fn built_measures(&self) -> Option<&VolumeMeasures> {
-        self.shown.measures.get()
+        self.display_data.measures.get()
     }
 
     /// Creates the mesh of the pieces. If it has more vertices than a mesh can have, it is the mesh of the whole body.

@@ -6,11 +6,12 @@ use super::soft_body::Body;
 use crate::dynamics::{Constraints, is_tangled, most_steps, recover};
 
 impl Body {
-    /// Starts a recovery if the body is tangled, and sets the velocities of a step of a recovery. `unconverged` is the number
-    /// of regions for whose rotation Newton's method did not converge in this step; without any, the body is not tangled.
+    /// Starts a recovery if the body is tangled, and sets the velocities of a step of a recovery. `unconverged` is
+    /// the number of regions for whose rotation Newton's method did not converge in this step; without any, the body
+    /// is not tangled.
     ///
-    /// Only a body of cells or with a Poisson's ratio recovers, in one piece and if nothing touches or holds it. Wide regions
-    /// without a volume term return by themselves.
+    /// Only a body of cells or with a Poisson's ratio recovers, in one piece and if nothing touches or holds it. Wide
+    /// regions without a volume term return by themselves.
     pub(super) fn recover(&mut self, context: &StepContext, unconverged: usize) {
         if self.state.recovery_steps == 0 && unconverged == 0 {
             return;

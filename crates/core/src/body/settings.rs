@@ -24,7 +24,7 @@ impl Body {
     pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
         let options = volume.into();
         let surface = self.surface().map(Surface::volume_surface);
-        self.shown.correction = Correction::new(&self.shape.lattice, surface, &options)?.into();
+        self.display_data.correction = Correction::new(&self.shape.lattice, surface, &options)?.into();
         self.settings.volume = options;
         Ok(())
     }

@@ -6,10 +6,10 @@
 //! limit is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero.
 //! A component that is exactly still needs no support.
 //!
-//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second, and one that
-//! rests on colliders alone if no vertex moved by more than the lesser of this and a thousandth of L, as of the beginnings of
-//! frames: where edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high
-//! speeds.
+//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second, and one
+//! that rests on colliders alone if no vertex moved by more than the lesser of this and a thousandth of L, as of the
+//! beginnings of frames: where edges are squeezed, contacts come and go, and single vertices jump to and fro by small
+//! distances at high speeds.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
@@ -38,7 +38,8 @@ const REST_TIME: f64 = 0.5;
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
 
-/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders, unless [`REST_SHARE`] is less.
+/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders, unless [`REST_SHARE`]
+/// is less.
 const REST_DISTANCE: f64 = 0.02;
 
 /// Greatest distance of a vertex from its place in half a second of rest on colliders, as a fraction of L.

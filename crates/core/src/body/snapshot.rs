@@ -98,7 +98,7 @@ impl Body {
             } else {
                 // As after an event, it is created when it is needed.
                 self.settings.volume = snapshot.volume;
-                self.shown.correction = OnceLock::new();
+                self.display_data.correction = OnceLock::new();
             }
         }
         self.state = snapshot.state.clone();

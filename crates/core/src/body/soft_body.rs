@@ -1,7 +1,7 @@
 //! The body, and what its parts are.
 
 use super::fracture_stage::Breaking;
-use super::parts::{Pipeline, Settings, Shape, Shown, Touch};
+use super::parts::{DisplayData, Pipeline, Settings, Shape, Touch};
 use crate::contact::Contacts;
 use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
 use crate::lattice::Lattice;
@@ -36,7 +36,7 @@ pub struct Body {
     pub(super) stiffness_factors: Option<StiffnessFactors>,
     /// Present in a body that can break or was cut.
     pub(super) breaking: Option<Box<Breaking>>,
-    pub(super) shown: Shown,
+    pub(super) display_data: DisplayData,
 }
 
 impl Body {

@@ -129,6 +129,6 @@ impl Body {
 
 /// Returns the factors of the masses of the vertices in the fits while the vertices with `true` are constrained.
 #[cfg(feature = "internals")]
-pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
-    body.pipeline.matching.regions.hold_factors(&body.pipeline.matching.layout, constrained)
+pub fn constraint_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
+    body.pipeline.matching.regions.constraint_factors(&body.pipeline.matching.layout, constrained)
 }

@@ -44,14 +44,14 @@ impl Correcting {
         body_limits: &mut BodyLimits,
     ) {
         let Self { workspace, rotations, external_forces, components, .. } = self;
-        let DisplayedLattice { deformed, corrected, trust, .. } = lattice;
+        let DisplayedLattice { deformed, corrected, slope_weights, .. } = lattice;
         let (body, executor) = (frame.body, &frame.executor);
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces.extend(
             body.context().into_iter().flat_map(|context| external_forces_on(body.get(), context.dt)),
         );
-        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
+        correction.solve(workspace, executor, deformed, rotations, external_forces, slope_weights.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         if let Some(surroundings) = surroundings(body) {
             correction.limit_at_obstacles(
@@ -74,8 +74,9 @@ impl Correcting {
         correction: &Correction,
         lattice: &DisplayedLattice,
     ) {
-        let DisplayedLattice { corrected, trust, .. } = lattice;
-        let reports = correction.replace(&mut self.workspace, &frame.executor, corrected, trust.values());
+        let DisplayedLattice { corrected, slope_weights, .. } = lattice;
+        let reports =
+            correction.replace(&mut self.workspace, &frame.executor, corrected, slope_weights.values());
         self.components.clear();
         self.components.extend_from_slice(reports);
     }

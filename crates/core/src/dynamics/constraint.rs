@@ -143,9 +143,9 @@ impl Constraint {
         self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
-    /// Returns when and how far a handle with keyframes moves its vertices in the step in which it becomes active, beyond
-    /// where they are: the time in seconds and a distance in scene units. `radius`: distance from the center at which the
-    /// rotation counts. `None` for pins and animations.
+    /// Returns when and how far a handle with keyframes moves its vertices in the step in which it becomes active,
+    /// beyond where they are: the time in seconds and a distance in scene units. `radius`: distance from the center
+    /// at which the rotation counts. `None` for pins and animations.
     pub fn jump(&self, radius: f64) -> Option<(f64, f64)> {
         let time = self.window.start;
         let pose = self.motion.as_ref()?.euler_pose(time);

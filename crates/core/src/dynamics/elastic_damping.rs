@@ -9,18 +9,19 @@
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
 //! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by
-//! the way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
-//! reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the reference
-//! motion does not take part; at the limit it does, in the direction of the deflection. So a body that rolls or slides
-//! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one
-//! that sways is damped after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection),
-//! and a long way in one direction lowers it again, so that oscillations over short ways are damped most.
+//! the displacement: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the
+//! motion last reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the
+//! reference motion does not take part; at the limit it does, in the direction of the deflection. So a body that
+//! rolls or slides is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of
+//! its size, and one that sways is damped after each reversal. A reversal doubles the limit, up to
+//! [`GREATEST_LIMIT`](super::deflection), and a long displacement in one direction lowers it again, so that
+//! oscillations over short displacements are damped most.
 //!
-//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies ahead, by a
-//! fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for soft bodies Greenwood
-//! et al. 1961). The torque is at most that fraction times the radius times the normal force, and at most as great as stops the
-//! rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of the distances of the contacts from their
-//! center: the lattice resolves no smaller ones.
+//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies
+//! ahead, by a fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for
+//! soft bodies Greenwood et al. 1961). The torque is at most that fraction times the radius times the normal force,
+//! and at most as great as stops the rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of
+//! the distances of the contacts from their center: the lattice resolves no smaller ones.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -99,8 +100,8 @@ impl ElasticDamper {
 
     /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
     ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), `size` the size of
-    /// the body in cells, and `rolling` the coefficient of rolling resistance.
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), `size`
+    /// the size of the body in cells, and `rolling` the coefficient of rolling resistance.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
@@ -247,7 +248,7 @@ fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: 
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
     // A torque alone: how the velocity of the center follows is up to friction.
     let turned = mobility.turn(axis);
-    let radius = (support.spread + 0.25).sqrt();
+    let radius = (support.squared_radius + 0.25).sqrt();
     // Without a mean normal, no force presses.
     let torque = coefficient * radius * support.impulse * normal.norm();
     // About the axis, the component is stopped at most: no work is done.
@@ -289,8 +290,8 @@ mod tests {
 
     use super::*;
 
-    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a body
-    /// whose moments of inertia couple the axes.
+    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a
+    /// body whose moments of inertia couple the axes.
     #[test]
     fn rolling_resistance_takes_energy_and_no_angular_momentum_about_the_normal() {
         let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);

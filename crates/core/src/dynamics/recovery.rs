@@ -1,12 +1,12 @@
 //! Returns a tangled body to its rest shape.
 //!
-//! A body that starts tangled, with vertices at random places for example, can come to rest in itself: twisted, with no cell
-//! inside out, and in equilibrium, so that nothing in a cell shows it. The wider the regions the rarer this is, because
-//! they span what is twisted. So a body of which many cells are inside out at once follows the widest region of all, the
-//! whole body, until its vertices are near their places: a vertex at x has the velocity of the rigid
-//! motion of the body, plus β (g - x)/h with its goal g = c + R (x⁰ - c⁰) by the rotation R that fits the body best
-//! (Müller et al. 2005, section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) = 0 at
-//! the best rotation.
+//! A body that starts tangled, with vertices at random places for example, can come to rest in itself: twisted, with
+//! no cell inside out, and in equilibrium, so that nothing in a cell shows it. The wider the regions the rarer this
+//! is, because they span what is twisted. So a body of which many cells are inside out at once follows the widest
+//! region of all, the whole body, until its vertices are near their places: a vertex at x has the velocity of the
+//! rigid motion of the body, plus β (g - x)/h with its goal g = c + R (x⁰ - c⁰) by the rotation R that fits the body
+//! best (Müller et al. 2005, section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) =
+//! 0 at the best rotation.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -19,7 +19,7 @@ use crate::state::State;
 /// worst 1 % of them, in scenes that press bodies to half their height.
 const TANGLED_SHARE: f64 = 0.25;
 
-/// Greatest β: the share of the way to its goal that a vertex moves in a step.
+/// Greatest β: the share of the distance to its goal that a vertex moves in a step.
 const GREATEST_RATE: f64 = 0.1;
 
 /// Greatest distance in cells that a vertex moves in a step, as a multiple of √α with the stiffness α of the step. The
@@ -51,11 +51,11 @@ pub(crate) fn most_steps(extent: usize, alpha: f64) -> u32 {
     4 * (64 + (extent as f64 / (GREATEST_DISTANCE * alpha.sqrt())) as u32)
 }
 
-/// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns whether the
-/// vertices are near their goals.
+/// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns
+/// whether the vertices are near their goals.
 ///
-/// `measured` is the state of the component with the velocities of the step, `weights` has the mass of each vertex in its
-/// first row, and `slots` the slot of each vertex.
+/// `measured` is the state of the component with the velocities of the step, `weights` has the mass of each vertex in
+/// its first row, and `slots` the slot of each vertex.
 pub(crate) fn recover(
     (lattice, slots): (&Lattice, &[u32]),
     weights: &Lanes<2>,

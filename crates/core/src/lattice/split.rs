@@ -183,8 +183,8 @@ impl Classes {
         Self { corners, sources, split }
     }
 
-    /// Builds the lattice of the classes. `neighbors`: [`Lattice::neighbor_table`] of the whole lattice. `offset`: that of
-    /// its blocks.
+    /// Builds the lattice of the classes. `neighbors`: [`Lattice::neighbor_table`] of the whole lattice. `offset`:
+    /// that of its blocks.
     fn lattice(
         self,
         mut whole: Lattice,
@@ -328,8 +328,8 @@ mod tests {
         assert_eq!((slit.components().count, slit.len()), (1, whole.len() + 2 * 4));
     }
 
-    /// Where the last joint of a section has no link across it, the copies of one block stay whole: a block has four places
-    /// in a section, one of them at the joint.
+    /// Where the last joint of a section has no link across it, the copies of one block stay whole: a block has four
+    /// places in a section, one of them at the joint.
     #[test]
     fn sections_of_which_one_joint_holds_stay_open() {
         for (size, last) in

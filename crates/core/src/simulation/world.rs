@@ -135,7 +135,8 @@ impl Simulation {
         self.sleep
     }
 
-    /// Returns whether bodies touch each other, as it was set: [`SimulationBuilder::contact`](super::SimulationBuilder::contact).
+    /// Returns whether bodies touch each other, as it was set:
+    /// [`SimulationBuilder::contact`](super::SimulationBuilder::contact).
     pub fn contact(&self) -> bool {
         self.contact.between
     }

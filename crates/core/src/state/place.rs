@@ -36,8 +36,8 @@ impl Place {
         self.shift = shift;
     }
 
-    /// Returns the displacements since the positions were stored; `None` if there are none. `occupied` has the bit mask of the
-    /// lanes with a vertex, for each block.
+    /// Returns the displacements since the positions were stored; `None` if there are none. `occupied` has the bit
+    /// mask of the lanes with a vertex, for each block.
     pub(super) fn displacements(
         &self,
         (positions, shift): (&Lanes<3>, [f64; 3]),

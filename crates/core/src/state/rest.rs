@@ -54,9 +54,9 @@ impl Rest {
         self.slow_time = if is_slow { self.slow_time + dt } else { 0.0 };
     }
 
-    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a vertex from
-    /// it, in the steps in which this is checked. If a vertex is farther, the place becomes the present one. `occupied` has the
-    /// bit mask of the lanes with a vertex of each block.
+    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a
+    /// vertex from it, in the steps in which this is checked. If a vertex is farther, the place becomes the present
+    /// one. `occupied` has the bit mask of the lanes with a vertex of each block.
     pub(super) fn stay(
         &mut self,
         present: (&Lanes<3>, [f64; 3]),

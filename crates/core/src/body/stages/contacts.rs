@@ -104,8 +104,8 @@ impl Body {
         }
     }
 
-    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what supports it.
-    /// If bodies are near, the contacts were found before.
+    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what
+    /// supports it. If bodies are near, the contacts were found before.
     fn resolve_contacts(&mut self, context: &StepContext, part: &BodyContactPart) {
         if matches!(part, BodyContactPart::Alone) {
             self.detect_contacts(context);

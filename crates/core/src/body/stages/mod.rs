@@ -1,5 +1,5 @@
-//! The stages of a step, in order: [`stages`]. Each comment in the lists gives the module that implements a stage, and its
-//! formula.
+//! The stages of a step, in order: [`stages`]. Each comment in the lists gives the module that implements a stage,
+//! and its formula.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -62,7 +62,8 @@ pub(super) const BEGIN: &[&dyn Stage] = &[
     &BeginConstraints,
     // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
     &UpdateInflation,
-    // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not known.
+    // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not
+    // known.
     &TrackMomentum,
     // dynamics::damping: v += d (v̄ - v).
     &DampRegions,
@@ -78,11 +79,11 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     &BeginContacts,
     // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions that contain the
     // vertex. matching::plastic: with plasticity, S (x⁰ - c⁰) takes the place of x⁰ - c⁰, and then the plastic shapes S
-    // flow. dynamics::integration: v += alpha (g - x)/h + h a. dynamics::recovery: a tangled body follows its rest shape
-    // as a whole.
+    // flow. dynamics::integration: v += alpha (g - x)/h + h a. dynamics::recovery: a tangled body follows its rest
+    // shape as a whole.
     &MatchShapes,
-    // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching measured.
-    // The joints that exceed their limits break at the end of the step.
+    // fracture: strains of the joints by the deformation gradients F = A C⁻¹ of the regions, which the matching
+    // measured. The joints that exceed their limits break at the end of the step.
     &FindBreaking,
     // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
     &Integrate,
@@ -92,11 +93,12 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
 
 /// The stages from the contacts on.
 pub(super) const FINISH: &[&dyn Stage] = &[
-    // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them, where
-    // they touch colliders.
+    // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them,
+    // where they touch colliders.
     &TouchBodies,
     // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where surface samples
-    // touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of x alone.
+    // touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of x
+    // alone.
     &TouchColliders,
     // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
     &ApplyConstraints,

@@ -119,9 +119,9 @@ impl BodyContacts {
             + size_of_val(&**records)
     }
 
-    /// Runs the contacts of a step of `dt` seconds: pairs the bodies, searches where they touch, and computes the impulses of
-    /// the islands. `prepare` prepares a body that is near another one or near itself; its second argument is whether only
-    /// the body itself is near. `gravity` is the magnitude of gravity.
+    /// Runs the contacts of a step of `dt` seconds: pairs the bodies, searches where they touch, and computes the
+    /// impulses of the islands. `prepare` prepares a body that is near another one or near itself; its second
+    /// argument is whether only the body itself is near. `gravity` is the magnitude of gravity.
     pub(crate) fn resolve<B: TouchingBody>(
         &mut self,
         bodies: &mut [B],
@@ -146,8 +146,8 @@ impl BodyContacts {
         self.solve(view, (dt, gravity), executor);
     }
 
-    /// Returns the pairs of different bodies that overlap, with the greatest depth of a sample in scene units, if that is
-    /// more than [`OVERLAP`]. `prepare` prepares a body that is near another one.
+    /// Returns the pairs of different bodies that overlap, with the greatest depth of a sample in scene units, if
+    /// that is more than [`OVERLAP`]. `prepare` prepares a body that is near another one.
     pub(crate) fn overlaps<B: TouchingBody>(
         &mut self,
         bodies: &mut [B],
@@ -193,8 +193,8 @@ impl BodyContacts {
         (1..=times).map(move |time| 1.0 - f64::from(time) / f64::from(times))
     }
 
-    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end, in the lattices at
-    /// this time. Samples that touched at an earlier time are not searched again.
+    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end, in the
+    /// lattices at this time. Samples that touched at an earlier time are not searched again.
     fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
@@ -293,10 +293,10 @@ impl BodyContacts {
                 sample: touch.sample,
                 is_touching,
                 normal: touch.normal.map(|x| x as f32).into(),
-                foot: touch.foot,
+                touched: touch.touched,
             };
-            let lifted = search.lifted.iter().map(move |lifted| touch(lifted, false));
-            search.touches.iter().map(move |touching| touch(touching, true)).chain(lifted)
+            let separated = search.separated.iter().map(move |separated| touch(separated, false));
+            search.touches.iter().map(move |touching| touch(touching, true)).chain(separated)
         })
     }
 

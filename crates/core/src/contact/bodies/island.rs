@@ -1,7 +1,7 @@
 //! The contact problem of an island: bodies that touch each other, with their contacts with colliders.
 //!
-//! Impulses of all contacts are computed together (`contact::solver`), so that momentum passes through a body in one step.
-//! Both bodies of a contact get the opposite impulse at the same point: linear and angular momentum are kept.
+//! Impulses of all contacts are computed together (`contact::solver`), so that momentum passes through a body in one
+//! step. Both bodies of a contact get the opposite impulse at the same point: linear and angular momentum are kept.
 //!
 //! Units of the problem: the length is the least cell size, and the mass is the greatest mass of a cell. A row is the
 //! index of a lattice vertex plus the offset of its body.
@@ -29,16 +29,16 @@ const PUSH_LIMIT: f64 = 0.08;
 /// Weight up to which a vertex does not take part in a contact.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With less, the
-/// constrained ones all but decide how the point of contact moves, and an impulse that does the rest would fling the others
-/// away: pieces that overlap where a body broke would do so at a pin.
+/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With
+/// less, the constrained ones all but decide how the point of contact moves, and an impulse that does the rest would
+/// fling the others away: pieces that overlap where a body broke would do so at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
 
-/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at rest
-/// become more exact from step to step, with few passes in each. An impact takes more passes.
+/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at
+/// rest become more exact from step to step, with few passes in each. An impact takes more passes.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Tolerance of the pushes, in cells.
@@ -258,7 +258,7 @@ impl Island {
         buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let components = (component_of(&other, touch.foot.cell), component_of(&body, touch.cell));
+            let components = (component_of(&other, touch.touched.cell), component_of(&body, touch.cell));
             (node, dominant_axis(&touch.normal), components, index)
         }));
         buffers.keys.sort_unstable();
@@ -300,7 +300,7 @@ impl Island {
         links.iter_mut().for_each(Vec::clear);
         for touch in touches {
             let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.foot.cell, touch.foot.local)];
+            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
                 // A smooth surface of a crack leaves the cells of its piece, where weights can be negative or great.
                 let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
@@ -378,8 +378,8 @@ impl Island {
         }
     }
 
-    /// Pushes the bodies apart where they still overlap: changes positions, but not velocities. They are not pushed into
-    /// colliders.
+    /// Pushes the bodies apart where they still overlap: changes positions, but not velocities. They are not pushed
+    /// into colliders.
     fn push(&mut self, dt: f64) {
         let (length, mass) = self.units;
         let Self { solver, pairs, pushes, collider_constraints, .. } = self;
@@ -487,8 +487,8 @@ fn mean(links: &[(u32, f64)], vector: impl Fn(u32) -> Vector3<f64>) -> Vector3<f
     links.iter().map(|&(vertex, weight)| vector(vertex) * weight).sum()
 }
 
-/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as those of
-/// the inner vertices for samples on a face of a cell.
+/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as
+/// those of the inner vertices for samples on a face of a cell.
 fn merge(links: &mut Vec<(u32, f64)>) {
     links.retain(|(_, weight)| *weight > LEAST_WEIGHT);
     links.sort_unstable_by_key(|(vertex, _)| *vertex);

@@ -16,7 +16,7 @@
 //! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
 //! | `motion` | boxes of the motion of a body and of its pieces |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
-//! | `foot` | the point of a surface at rest that a sample touches |
+//! | `touched_point` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 //! | `filter` | which bodies touch each other |
@@ -28,7 +28,6 @@ mod bounds;
 mod contacts;
 mod deformed_cell;
 mod filter;
-mod foot;
 mod gaps;
 mod grid;
 mod island;
@@ -37,6 +36,7 @@ mod pairing;
 mod posed;
 mod search;
 mod surface;
+mod touched_point;
 mod view;
 
 pub(crate) use self::bounds::Bounds;

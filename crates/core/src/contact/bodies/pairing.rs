@@ -10,12 +10,12 @@ use crate::contact::stage::MIN_BOUNCE_STEPS;
 
 /// Greatest motion of two bodies relative to each other between two searches, in cells, up to [`MAX_SEARCHES`], at the
 /// velocities before the step.
-const SEARCH_WAY: f64 = 0.5;
+const SEARCH_DISPLACEMENT: f64 = 0.5;
 
-/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices
-/// that contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it
-/// ends at the surface from which it began.
-const REBOUND_WAY: f64 = 1.0;
+/// As [`SEARCH_DISPLACEMENT`], at the velocities at the end of the step without contacts. They include those with
+/// which vertices that contacts press inwards spring back, and which the contacts take away again. This motion is
+/// fast, but short: it ends at the surface from which it began.
+const REBOUND_DISPLACEMENT: f64 = 1.0;
 
 /// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples
 /// that touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed
@@ -109,8 +109,8 @@ impl BodyContacts {
                 None => motion(a).greatest_speeds(&motion(b)),
             };
             let unit = cell_size(a).min(cell_size(b)) / dt;
-            let part = |way: f64, limit: f64| way / (limit * unit);
-            let times = part(speed_before, SEARCH_WAY).max(part(speed, REBOUND_WAY));
+            let part = |displacement: f64, limit: f64| displacement / (limit * unit);
+            let times = part(speed_before, SEARCH_DISPLACEMENT).max(part(speed, REBOUND_DISPLACEMENT));
             let times = (times.clamp(1.0, MAX_SEARCHES.into()).ceil() as u32).next_power_of_two();
             for body in [a, b] {
                 self.times[body as usize] = self.times[body as usize].max(times);

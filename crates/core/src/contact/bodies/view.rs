@@ -164,8 +164,8 @@ impl BodyView<'_> {
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        let ContactSurface { corners, reach, .. } = self.contact.surface();
-        posed.pose(positions, (corners, reach), self.lattice.cell_size(), region);
+        let ContactSurface { corners, continued_sides, .. } = self.contact.surface();
+        posed.pose(positions, (corners, continued_sides), self.lattice.cell_size(), region);
     }
 
     /// Returns the world position of a lattice vertex.

@@ -130,14 +130,14 @@ impl Fits {
             let weighted = list.iter().zip(&weights);
             let mean: Vector3<f64> = weighted.map(|(&point, &w)| (rest(point) - first) * f64::from(w)).sum();
             let mean = first + mean;
-            let mut spread = 0.0;
+            let mut variance = 0.0;
             for (&point, &weight) in list.iter().zip(&weights) {
                 let moment = (rest(point) - mean) * f64::from(weight);
-                spread += moment.dot(&(rest(point) - mean));
+                variance += moment.dot(&(rest(point) - mean));
                 items.push(Neighbor { point, weight, moment: moment.map(|x| x as f32).into() });
             }
             starts.push(items.len() as u32);
-            anchors.push(Anchor { offset: position - mean, common: COMMON * spread });
+            anchors.push(Anchor { offset: position - mean, common: COMMON * variance });
         }
         let mut points = near.into_items();
         points.sort_unstable();
@@ -299,13 +299,13 @@ impl Fits {
 
     /// Returns the greatest speed of a mesh vertex that the fits use, in scene units per second.
     pub(super) fn greatest_speed(&self) -> f64 {
-        let ways = (1..self.animation.samples()).flat_map(|sample| {
+        let distances = (1..self.animation.samples()).flat_map(|sample| {
             let [a, b] = [sample - 1, sample].map(|sample| self.animation.sample(sample));
             self.points
                 .iter()
                 .map(move |&(point, _)| (self.position(b, point) - self.position(a, point)).norm())
         });
-        ways.fold(0.0, f64::max) / self.animation.interval()
+        distances.fold(0.0, f64::max) / self.animation.interval()
     }
 
     /// Returns the greatest displacement of a mesh vertex that the fits use from its rest position, along a direction
