@@ -59,7 +59,7 @@
 //! 6. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
 //!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
 //!    samples that are still inside a collider are pushed out.
-//!    Bodies that touch each other form an island, whose impulses are computed together with those of its colliders
+//!    Bodies that touch each other form an island, whose impulses are computed together with the impulses at its colliders
 //!    (module `contact::bodies`).
 //! 7. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle. A handle moves along keyframes, or follows an animated mesh

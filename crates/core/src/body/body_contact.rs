@@ -24,7 +24,7 @@ impl Body {
         self.settings.touching.rolling_resistance.unwrap_or(match self.settings.material.damping() {
             Damping::Ratio(ratio) => ROLLING_RESISTANCE * ratio,
             Damping::Rate(0.0) => 0.0,
-            // That of the damping ratio 0.2.
+            // For the damping ratio 0.2.
             Damping::Rate(_) => 0.2 * ROLLING_RESISTANCE,
         })
     }
@@ -166,7 +166,7 @@ impl Body {
         Some(damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes))
     }
 
-    /// Changes the reference motion of the damping by that of a coupling.
+    /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         if let Some(damping) = &mut self.pipeline.elastic_damping {
             damping.add_change(component, self.shape.lattice.cell_size());
@@ -183,7 +183,7 @@ impl Body {
                 contacts.keep_pressures();
             }
         }
-        // Pins and handles move the body, so the velocities at its contacts are those of their motion.
+        // Pins and handles move the body, so the velocities at its contacts follow from their motion.
         self.apply_constraints(context);
         self.detect_contacts(context);
         let is_asleep = self.is_asleep();

@@ -49,7 +49,7 @@ pub struct Softened {
 impl Body {
     /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
-    /// the elasticity of regions, nothing is fixed.
+    /// the elasticity of regions, it has no effect.
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
         self.settings.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.settings.youngs_modulus {
@@ -188,7 +188,7 @@ impl Body {
         self.shape.size
     }
 
-    /// Returns Young's modulus of the material, or `None` if the elasticity is that of regions, or if the body has a
+    /// Returns Young's modulus of the material, or `None` with the elasticity of regions, or if the body has a
     /// preset and is not in a simulation.
     pub(crate) fn material_modulus(&self) -> Option<f64> {
         match self.settings.material.elasticity {
@@ -217,7 +217,7 @@ impl Body {
     }
 
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
-    /// The first call computes the mode. That of a broken body is the one of the whole body, because parts that hang by
+    /// The first call computes the mode. A broken body keeps the mode of the whole body, because parts that hang by
     /// an edge, as a crack can leave them, swing freely.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
         let Self { pipeline: Pipeline { matching, .. }, stiffness_factors, .. } = self;

@@ -22,14 +22,14 @@ pub struct HoldForce {
 }
 
 impl BodyRef<'_> {
-    /// Computes the force and the torque that a pin or handle exerts in the next step, from the current state: what its
-    /// lattice vertices need, beside the elastic forces and gravity, to move as it prescribes. `None` outside a
+    /// Computes the force and the torque that a pin or handle exerts in the next step, from the current state: its
+    /// lattice vertices need this force, beside the elastic forces and gravity, to move as prescribed. `None` outside a
     /// simulation; zero if the pin or handle did not act in the last step.
     ///
     /// The reaction of the elastic damping is included, shared by the pins and handles of a connected component in
     /// proportion to the masses that they hold; it is missing until the next step after a state was restored, the
     /// damping was changed or the body broke. Contacts, external forces on the held vertices and region damping are
-    /// not included. Where keyframes change the velocity, the force is that of the change within one step. A call costs
+    /// not included. Where keyframes change the velocity, the force makes the change within one step. A call costs
     /// as much as a step.
     ///
     /// * `index`: as for [`Body::release`].

@@ -16,7 +16,7 @@ use crate::mesh::Scale;
 use crate::skin::SkinKind;
 use crate::volume::{Correction, VolumeMeasures, VolumeOptions};
 
-/// What the body is made of: its lattice and its mesh. Only fracture changes it.
+/// The lattice and the mesh of a body. Only fracture changes them.
 #[derive(Debug)]
 pub(super) struct Shape {
     pub(super) lattice: Lattice,
@@ -34,7 +34,7 @@ pub(super) struct Shape {
     pub(super) size: f64,
 }
 
-/// What a user has set.
+/// The settings by the user.
 #[derive(Debug)]
 pub(super) struct Settings {
     pub(super) material: Material,
@@ -48,7 +48,7 @@ pub(super) struct Settings {
     pub(super) youngs_modulus: Option<f64>,
 }
 
-/// What the shape matching and the damping derive from the shape, the material and the half-width of the regions.
+/// The stages of shape matching and damping, derived from the shape, the material and the half-width of the regions.
 #[derive(Debug)]
 pub(super) struct Pipeline {
     pub(super) matching: Matching,

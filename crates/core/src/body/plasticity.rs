@@ -91,7 +91,7 @@ impl Body {
     }
 
     /// Carries the plastic shapes over from the regions around vertices to cells, or back: the shape of a region is
-    /// the mean of those of the corners, or of the cells around the vertex. The regions are still those before.
+    /// the mean over the corners, or over the cells around the vertex. The regions are not changed yet.
     pub(super) fn carry_shapes(&mut self, half_width: HalfWidth) {
         let to_cells = half_width.is_cell();
         let Some(before) = self.state.strains.as_ref().filter(|_| to_cells != self.half_width().is_cell())

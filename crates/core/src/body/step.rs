@@ -45,7 +45,7 @@ impl Body {
         self.track_rest(context, executor);
     }
 
-    /// Runs those of some stages that exist.
+    /// Runs the stages that the body has.
     fn run_all(
         &mut self,
         stages: &[&dyn Stage],

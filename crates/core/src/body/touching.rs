@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::range::in_range;
 
-/// How a body touches other bodies, and rolls on colliders. Colliders have
+/// Options of the contact with other bodies, and of rolling on colliders. Colliders have
 /// [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TouchingOptions {

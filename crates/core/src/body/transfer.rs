@@ -12,7 +12,7 @@ use crate::state::{Rest, State, Supports, Touches};
 
 /// For each vertex after an event, the vertices before.
 pub(super) struct Parents {
-    /// A vertex before; the only one but for `merged`.
+    /// The vertex before; one of several for the vertices in `merged`.
     pub(super) first: Vec<u32>,
     /// For copies that an event unites, near the front of a crack: triples of a vertex, a vertex before and the mass
     /// that it has from it, in masses of a full cell. Sorted.

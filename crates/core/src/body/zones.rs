@@ -10,8 +10,8 @@ use crate::range::{RangeError, in_range};
 use crate::state::ArrayError;
 
 impl Body {
-    /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is that of the
-    /// material times the factor of the vertex. `None` removes all factors, also those of zones.
+    /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is the modulus
+    /// of the material times the factor of the vertex. `None` removes all factors, also of zones.
     ///
     /// A factor belongs to the region around its vertex, so the momenta are conserved. Parts that are smaller than the
     /// regions, 2 w + 1 vertices wide with the half-width w, are mixed with their surroundings. In a simulation, the
@@ -93,8 +93,8 @@ impl Body {
 
     /// Multiplies the stiffness factors of a part of the body in a pose, and its rest volume, from the next step on.
     ///
-    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they
-    /// need not contain a mesh vertex.
+    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike the shapes of a pin,
+    /// they need not contain a mesh vertex.
     ///
     /// # Errors
     ///

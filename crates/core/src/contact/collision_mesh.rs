@@ -49,8 +49,8 @@ impl CollisionMesh {
         Self::with(mesh, None)
     }
 
-    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and says whether it is
-    /// closed. [`Shape::signed_distance`](super::Shape::signed_distance) is that of the mesh itself.
+    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and determines whether
+    /// it is closed. [`Shape::signed_distance`](super::Shape::signed_distance) uses the mesh itself.
     ///
     /// # Errors
     /// As [`new`](Self::new). Also if the animation has another number of vertices.

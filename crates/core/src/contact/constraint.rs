@@ -40,7 +40,7 @@ pub(super) struct SurfacePoint {
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
     pub(super) velocity_before: Vec4,
-    /// The surface, if it is not that of the shape nearest to `position`.
+    /// The surface, if it is not the one nearest to `position`.
     pub(super) side: Option<PatchSide>,
 }
 

@@ -140,7 +140,7 @@ fn perpendicular(first: Vector3<f64>, second: Vector3<f64>) -> [Vector3<f64>; 3]
 
 impl PosedShape<'_> {
     /// Adds the intervals of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
-    /// the shape; those of a mesh belong to the center of the ball, and are longer by the radius at both ends.
+    /// the shape; intervals of a mesh belong to the center of the ball, and are longer by the radius at both ends.
     fn add_overlaps(
         &self,
         point: &Point3<f64>,

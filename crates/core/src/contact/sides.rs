@@ -1,4 +1,4 @@
-//! On which side of a shape a sample is: that from which it came.
+//! Finds the side of a shape from which a sample came.
 //!
 //! The nearest surface of a thin shape may be the wrong one: a fast sample passes the middle of a plate, or the whole
 //! plate, in one step. The side follows from the path of the sample in the step, in the frame of the moving shape. The
@@ -34,7 +34,7 @@ const SAFE_MOTION: f64 = 0.25;
 pub(crate) struct Side {
     /// Index of the collider.
     pub(super) collider: u32,
-    /// Index of the sample: that of its block times eight plus its lane.
+    /// Index of the sample: its block times eight plus its lane.
     pub(super) sample: u32,
     /// The side point, in scene units, in the given position of the collider.
     pub(super) point: [f64; 3],

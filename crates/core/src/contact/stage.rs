@@ -109,7 +109,7 @@ pub struct Contacts {
     begin: Vec<Vec4>,
     /// Speed in cells/s from which on a contact begins without an impulse.
     slow: f32,
-    /// The contacts with which a sleeping body fell asleep, while those of a step are in `pressures`.
+    /// The contacts with which a sleeping body fell asleep, while `pressures` has the contacts of a step.
     kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
     touched: Vec<u32>,
@@ -170,7 +170,7 @@ impl Contacts {
         self.detection.may_touch(shape, &self.samples, 0.0)
     }
 
-    /// Sets the lattice vertices that have no contacts: those of components that leave colliders.
+    /// Sets the lattice vertices that have no contacts: the vertices of components that leave colliders.
     pub(crate) fn set_leaving(&mut self, is_leaving: impl Fn(u32) -> bool) {
         let rows = (0..).zip(&self.samples.vertices).filter(|(_, vertex)| is_leaving(**vertex));
         self.leaving.clear();
@@ -217,7 +217,7 @@ impl Contacts {
         self.keep_sides(state, colliders, step);
     }
 
-    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a
+    /// Sets the initial impulses of the solution: the impulses of the step before. `impulse` returns that of a
     /// contact, in the unit of [`Pressure::impulse`].
     pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
         self.begin.clear();
@@ -392,13 +392,12 @@ impl Contacts {
         deepest
     }
 
-    /// Keeps the contacts of the last step, before those of a sleeping body are searched because another body is near.
+    /// Keeps the contacts of the last step of a sleeping body, before a search because another body is near.
     pub(crate) fn keep_pressures(&mut self) {
         std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
     }
 
-    /// Returns to the contacts that were [kept](Self::keep_pressures), as the body still sleeps. Does nothing if none
-    /// were.
+    /// Restores the contacts that were [kept](Self::keep_pressures), if any: the body still sleeps.
     pub(crate) fn restore_pressures(&mut self) {
         if !self.kept_pressures.is_empty() {
             std::mem::swap(&mut self.pressures, &mut self.kept_pressures);

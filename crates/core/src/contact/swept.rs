@@ -127,7 +127,7 @@ impl Paths {
         &self.sides
     }
 
-    /// Restores side points. Ignores those of another body, which has more than `samples` samples.
+    /// Restores side points. Ignores side points of another body, one with more than `samples` samples.
     pub(super) fn set_sides(&mut self, sides: &[Side], samples: usize) {
         self.sides.clear();
         self.sides.extend(sides.iter().filter(|side| (side.sample as usize) < samples));

@@ -23,9 +23,9 @@ pub(super) struct BodyLimits {
 }
 
 impl BodyLimits {
-    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices
-    /// may move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another
-    /// body, and does not move towards a body that it touches. Bodies outside a simulation have none.
+    /// Returns a function that adds the limits of a body for one set of positions, as far as they limit displacements
+    /// of up to a distance in cells. With them, the displayed surface takes at most half of a gap to another body,
+    /// and does not move towards a body that it touches. A body outside a simulation has no limits.
     pub(super) fn finder<'a>(
         &'a mut self,
         body: BodyRef<'a>,

@@ -163,7 +163,7 @@ impl Display {
         }
     }
 
-    /// Replaces the corrected lattice by that of the first correction of the frame.
+    /// Replaces the corrected lattice by the result of the first correction of the frame.
     #[cold]
     fn restore_first_correction(&mut self, frame: &Frame<'_>, correction: &Correction) {
         let Self { untangling: Some(untangling), lattice, correcting, .. } = self else { return };

@@ -1,4 +1,4 @@
-//! What an evaluation reads.
+//! The inputs of an evaluation.
 
 use crate::body::BodyRef;
 use crate::parallel::Executor;

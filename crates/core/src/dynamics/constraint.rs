@@ -130,7 +130,7 @@ impl Constraint {
         self.follow = None;
     }
 
-    /// Returns the greatest speed of a vertex, in scene units per second. `radius` is that of the body.
+    /// Returns the greatest speed of a vertex, in scene units per second. `radius`: of the body.
     pub(crate) fn greatest_speed(&self, radius: f64) -> f64 {
         let keys = self.motion.as_ref().map_or(0.0, |motion| motion.greatest_speed(radius));
         self.follow.as_ref().map_or(keys, Follow::greatest_speed)

@@ -45,7 +45,7 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching, and `strains` S - 1 of the
+    /// `fraction` is in (0, 1]. `rotations`: from the last fit of shape matching, and `strains` S - 1 of the
     /// plastic shapes S. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is
     /// multiplied by its own factor.
     pub(crate) fn apply(
@@ -264,7 +264,7 @@ mod tests {
         (0..1000).map(with_slits).find(is_wanted).expect("slits with planar regions at their fronts")
     }
 
-    /// Damps velocities by the factor 1. `strain` is that of all regions.
+    /// Damps velocities by the factor 1. `strain`: of all regions.
     fn damped(
         matching: &Matching,
         strain: Option<[f32; 6]>,

@@ -1,15 +1,15 @@
 //! Damps the elastic modes of a body: moves the velocity of each vertex towards the reference motion of its component.
 //!
-//! The reference motion is a rigid motion, the one that is closest to the velocities in the metric of the mass, among
-//! those that the surroundings of the component allow: it moves like the constrained vertices do, and it does not move
-//! into or out of a collider that presses on it. Each step multiplies the difference of the velocities to the
+//! The reference motion is the rigid motion that is closest to the velocities in the metric of the mass and meets the
+//! conditions of the surroundings: it moves like the constrained vertices, and it does not move into or out of a
+//! collider that presses on the component. Each step multiplies the difference of the velocities to the
 //! reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c decays as
-//! exp(-c t). A free component keeps its momenta: its reference motion is that of the rigid body with its momenta, so
+//! exp(-c t). A free component keeps its momenta: its reference motion is the rigid motion with its momenta, so
 //! that flight and spin are undamped.
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
-//! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by
-//! the displacement: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the
+//! motion is elastic, but the velocities of one step do not distinguish it from rolling or sliding. The displacement
+//! does: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the
 //! motion last reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the
 //! reference motion does not take part; at the limit it does, in the direction of the deflection. So a body that
 //! rolls or slides is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of
@@ -203,7 +203,8 @@ impl ElasticDamper {
 
     /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
     /// seconds. `motion` is the rigid motion with the momenta of the component, `own` has its supports, as in
-    /// `self.supports`, `size` is the size of the body in cells, and `coefficient` that of rolling resistance.
+    /// `self.supports`, `size` is the size of the body in cells, and `coefficient` the coefficient of rolling
+    /// resistance.
     fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
@@ -240,7 +241,7 @@ impl ElasticDamper {
 }
 
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
-/// resistance. `mobility`, `motion`: those of the component, without conditions.
+/// resistance. `mobility`, `motion`: of the component, without conditions.
 fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: RigidMotion) -> RigidMotion {
     let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;

@@ -12,7 +12,7 @@
 //! derivative of the deformation. The length R = h √(w (w + 1)) is the radius of the regions. E is the product of
 //! ρ/(3 dt²), alpha and R², so that alpha <= 1 is possible only if R >= dt √(3 E/ρ), for cells of any size.
 //!
-//! Regions of one cell are those of w = 1/2: two vertices along each axis. Their law is exact for every even
+//! Regions of one cell have w = 1/2: two vertices along each axis. Their law is exact for every even
 //! deformation.
 //!
 //! With Poisson's ratio ν, the volume term of the regions leaves the shear modulus the same, so that E is (1 + ν) times

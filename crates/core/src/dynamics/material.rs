@@ -5,7 +5,7 @@ use crate::matching::HalfWidth;
 use crate::motion::sin_cos_degrees;
 use crate::range::{RangeError, in_range};
 
-/// Greatest Poisson's ratio: above it steps would become so short that nobody sees what they gain.
+/// Greatest Poisson's ratio: above it, steps would become very short without a visible gain.
 const GREATEST_POISSON_RATIO: f64 = 0.47;
 
 /// Size of the regions.

@@ -1,11 +1,11 @@
 //! Returns a tangled body to its rest shape.
 //!
-//! A body that starts tangled, with vertices at random places for example, can come to rest in itself: twisted, with
-//! no cell inside out, and in equilibrium, so that nothing in a cell shows it. The wider the regions the rarer this
-//! is, because they span what is twisted. So a body of which many cells are inside out at once follows the widest
-//! region of all, the whole body, until its vertices are near their places: a vertex at x has the velocity of the
-//! rigid motion of the body, plus β (g - x)/h with its goal g = c + R (x⁰ - c⁰) by the rotation R that fits the body
-//! best (Müller et al. 2005, section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) =
+//! A body that starts tangled, with vertices at random places for example, can come to rest twisted: in
+//! equilibrium, with no cell inside out, so that no cell shows it. Wide regions make this rare, because they span the
+//! twisted parts. If many cells are inside out at once, the body therefore follows the widest region, the whole body,
+//! until its vertices are near their places. A vertex at x has the velocity of the rigid motion of the body, plus
+//! β (g - x)/h with the goal g = c + R (x⁰ - c⁰) and the rotation R that fits the body best (Müller et al. 2005,
+//! section 3.3). The second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) =
 //! 0 at the best rotation.
 
 use nalgebra::{Matrix3, Vector3};

@@ -151,7 +151,7 @@ impl CellRotations {
     pub(super) fn angle(&self, lattice: &Lattice, joint: Joint) -> f64 {
         let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
         let [a, b] = [joint.cell, other].map(|cell| self.0[cell as usize]);
-        // The angle of 4-vectors is half of that of the rotations. The sine is exact for small angles.
+        // The angle of 4-vectors is half of the angle of the rotations. The sine is exact for small angles.
         4.0 * ((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0).asin()
     }
 }

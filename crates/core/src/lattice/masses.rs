@@ -27,7 +27,7 @@ const MAX_TESTS: f64 = 3e7;
 /// Greatest number of solid angles for which a finer sampling of a mesh with openings is used: about two seconds.
 const MAX_ANGLES: f64 = 1e8;
 
-/// Number of cells at which the number of solid angles of a point is looked at.
+/// Number of cells after which the number of solid angles of a point is checked.
 const COST_SAMPLES: usize = 16;
 
 /// The masses of the vertices and cells of a lattice, in units of a full cell's mass. It is a slice of the masses of

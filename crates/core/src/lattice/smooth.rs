@@ -159,7 +159,7 @@ impl SmoothCell {
             let SmoothCoordinate { e, k, .. } = coordinates[axis];
             smooth += a * e + b * k;
             if outside[axis] != 0.0 {
-                // At 0 and 1 the derivative of `s` vanishes, that of `e` is 1, and that of `k` is 0 and 1.
+                // At 0 and 1 the derivative of `s` is 0, of `e` 1, and of `k` 0 and 1.
                 smooth += (a + b * inside[axis]) * outside[axis];
                 let rest = monomials(1.0, std::array::from_fn(|a| if a == axis { 1.0 } else { inside[a] }));
                 let slope: Vector3<f32> =

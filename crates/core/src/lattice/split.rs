@@ -49,9 +49,9 @@ impl Lattice {
         }
     }
 
-    /// Returns vertices of the lattice without broken joints that should not split, because links do not connect one of
-    /// their copies with its component: at the front of a crack not every edge of a cell is a link, see
-    /// `split_links` and `charts`. Nothing would hold such a copy. Sorted; without those of `unsplit`.
+    /// Returns vertices of the lattice without broken joints that should not split, because no links connect one of
+    /// their copies with its component. At the front of a crack, some edges of cells are no links: see `split_links`
+    /// and `charts`. Such a copy would have no links. Sorted; without the copies in `unsplit`.
     ///
     /// In each component, these are the copies of one block: a block without copies has all links. With more of them, a
     /// crack whose last joint has no link across it would close along its whole length.

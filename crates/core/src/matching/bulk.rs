@@ -18,7 +18,7 @@
 //!
 //! where × is the product of which the cofactors are the half: 2 K = F × F. A region then moves its vertices by T = R -
 //! k Y in place of R, with Y = P D. P Fᵀ is symmetric, so that the term exerts no torque. With k = 3 ν/(1 - 2 ν),
-//! Poisson's ratio is ν, the shear modulus that of k = 0, and the bulk modulus 1 + k times that of k = 0. The second
+//! Poisson's ratio is ν, the shear modulus as for k = 0, and the bulk modulus 1 + k times the one for k = 0. The second
 //! derivatives of W in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
 //!
 //! A region that is inflated to s times its volume is σ = ∛s times as long at rest. Its potential is that of F/σ,
@@ -41,7 +41,7 @@ pub(crate) fn bulk_of(poisson_ratio: f64) -> f64 {
     3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
 }
 
-/// The ratio s of the rest volume around each lattice vertex to that of the lattice.
+/// The ratio s of the rest volume around each lattice vertex to its volume in the lattice.
 pub(crate) enum VolumeRatios<'a> {
     /// The same around all vertices.
     Uniform(f64),

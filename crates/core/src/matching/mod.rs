@@ -104,7 +104,7 @@ impl Matching {
         self.set_terms(has_covariances, bulk);
     }
 
-    /// Gives the regions the volume term of those of another stage, and rest covariances if those have them.
+    /// Copies the volume term from another stage, and creates or removes the rest covariances as there.
     pub(crate) fn set_terms_of(&mut self, other: &Self) {
         self.set_terms(other.has_covariances(), other.regions.bulk);
     }
@@ -126,8 +126,8 @@ impl Matching {
         self.regions.bulk = bulk;
     }
 
-    /// Sets s of each lattice vertex, the ratio of the rest volume around it to that of the lattice: see [`bulk`].
-    /// `None` removes the ratios. With them, the matching must have the rest covariances.
+    /// Sets s of each lattice vertex, the ratio of the rest volume around it to its volume in the lattice: see
+    /// [`bulk`]. `None` removes the ratios. With them, the matching must have the rest covariances.
     pub(crate) fn set_inflation(&mut self, ratios: Option<VolumeRatios>) {
         self.regions.set_inflation(&self.layout, ratios);
     }

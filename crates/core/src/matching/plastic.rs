@@ -223,7 +223,7 @@ const ROUNDING: f32 = 32.0 * f32::EPSILON;
 impl<S: Simd> Fitted<S> {
     /// Returns whether |D| of some region may be above `limit`. `t` is T, and `IS_SHAPED` whether it is not zero.
     ///
-    /// The result is that of an upper bound of |D|, which is fast to compute. For limits below about 0.003, its
+    /// The result uses an upper bound of |D|, which is fast to compute. For limits below about 0.003, its
     /// rounding errors exceed the limit, so that every region may yield.
     ///
     /// E - c is the symmetric part of Rᵀ(F - c G) S⁻¹ for any number c. So |E - c| is at most b = s |F - c G|, where

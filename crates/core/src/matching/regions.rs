@@ -129,8 +129,8 @@ impl Regions {
         *self = Self { factors, inflation, ..Self::of_windows(masses, layout, self.half_width) };
     }
 
-    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; that of a cell is the
-    /// mean of those of its corners. `None` removes them.
+    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; the factor of a cell is
+    /// the mean over its corners. `None` removes them.
     pub(super) fn set_factors(&mut self, layout: &Layout, factors: Option<Lanes<1>>) {
         self.factors = factors.map(|mut factors| {
             if let Some(cells) = &self.cells {
@@ -146,8 +146,8 @@ impl Regions {
         });
     }
 
-    /// Sets s of each vertex, the ratio of the rest volume around it. σ³ of a region is that of its center vertex,
-    /// and of a cell the mean of those of its corners. `None` removes the ratios.
+    /// Sets s of each vertex, the ratio of the rest volume around it. σ³ of a region is s of its center vertex,
+    /// and of a cell the mean over its corners. `None` removes the ratios.
     pub(super) fn set_inflation(&mut self, layout: &Layout, ratios: Option<VolumeRatios>) {
         let Some(ratios) = ratios else {
             self.inflation = None;
@@ -239,8 +239,8 @@ impl Regions {
         linked.chain(loose)
     }
 
-    /// Returns, as the second number of each vertex, what turns a sum over the regions that contain the vertex into a
-    /// mean: 1/n, or 1/S with factors.
+    /// Returns, as the second number of each vertex, the weight of a mean over the regions that contain the vertex:
+    /// 1/n, or 1/S with factors.
     pub(crate) fn mean_weights(&self) -> &Lanes<2> {
         self.factors().map_or(&self.weights, |factors| &factors.vertices)
     }
@@ -251,11 +251,11 @@ impl Regions {
     ///
     /// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a
     /// layer is proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to
-    /// d + w. Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w)
-    /// times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more
-    /// the regions at the constraint would be stiffer than the others, and with less the body would slip out of the
-    /// constraint. A layer of a region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together.
-    /// Cells need no such factor: a constraint acts on their corners.
+    /// d + w. Its mean displacement equals the displacement of its center if the held layer counts (d + w)(d + w +
+    /// 1)/(2 d) - (d + w) times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3
+    /// for w = 6. With more the regions at the constraint would be stiffer than the others, and with less the body
+    /// would slip out of the constraint. A layer of a region has about N^(2/3) vertices; fewer held ones weigh as
+    /// much as a layer together. Cells need no such factor: a constraint acts on their corners.
     ///
     /// `constrained` has one entry per vertex, or none if no vertex is constrained.
     pub(crate) fn constraint_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
@@ -470,13 +470,13 @@ pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
 /// Window sums in f64 over arrays by slot, for constants that are computed once.
 ///
 /// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
-/// links along this axis; that of a cell the vertex and the next one. A line is a maximal sequence of linked vertices
-/// along an axis.
+/// links along this axis; the window of a cell has the vertex and the next one. A line is a maximal sequence of
+/// linked vertices along an axis.
 struct LineWindows<'a> {
     /// Lines of each axis, the result of [`lines`].
     axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: HalfWidth,
-    /// The cells whose corners links do not all join; none unless the windows are those of cells.
+    /// The loose cells; empty unless the regions are cells.
     loose: &'a [LooseCell],
 }
 

@@ -15,11 +15,11 @@ pub(super) struct Repeated {
     pub(super) duplicate: usize,
     /// Number of faces that have the opposite direction of the earlier face.
     pub(super) two_sided: usize,
-    /// What becomes of each face in the surface. Empty if no face is repeated.
+    /// The use of each face in the surface. Empty if no face is repeated.
     pub(super) uses: Vec<Use>,
 }
 
-/// What becomes of a face in the surface.
+/// The use of a face in the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
     /// The surface has it.
@@ -117,7 +117,7 @@ fn groups(mesh: &Mesh, repeated: &mut Repeated) -> Vec<Group> {
     groups
 }
 
-/// Gives the first faces of two-sided groups the directions that fit their neighbors: those of the other faces, or of
+/// Gives the first faces of two-sided groups the directions that fit their neighbors: the other faces, or
 /// the first face of each component that has only two-sided faces.
 fn orient(mesh: &Mesh, groups: &[Group], uses: &mut [Use]) {
     let mut is_free = vec![false; uses.len()];

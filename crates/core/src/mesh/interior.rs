@@ -1,4 +1,4 @@
-//! Which points are inside a surface.
+//! Finds which points are inside a surface.
 
 use nalgebra::Point3;
 

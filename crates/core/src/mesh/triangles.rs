@@ -26,7 +26,7 @@ pub(super) fn of_polygons(vertices: &[Point3<f64>], polygons: &Csr<u32>) -> Vec<
     triangles
 }
 
-/// Returns whether `triangles`, those of `polygons`, are fans from their first corners.
+/// Returns whether `triangles`, the triangulation of `polygons`, are fans from their first corners.
 pub(super) fn are_fans(triangles: &[[u32; 3]], polygons: &Csr<u32>) -> bool {
     let faces = polygons.rows().filter(|corners| corners.len() > 2);
     faces.flat_map(fan).eq(triangles.iter().copied())

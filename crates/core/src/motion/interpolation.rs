@@ -1,6 +1,6 @@
 //! Interpolates keyframes: linear, with rests at the keyframes, or cubic through them.
 
-/// How the motion between two keyframes goes. Before the first and after the last keyframe it always rests.
+/// The interpolation between two keyframes. Before the first and after the last keyframe it always rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Interpolation {

@@ -76,7 +76,7 @@ impl RegionMotion {
 impl<'a> Naive<'a> {
     /// Prepares the method for regions of half-width `half_width`: one around each vertex, or each cell if it is 1/2.
     ///
-    /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are those of a bare
+    /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are as in a bare
     /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: impl Into<HalfWidth>, regions: Regions) -> Self {
         let half_width = half_width.into();
@@ -213,7 +213,7 @@ impl<'a> Naive<'a> {
         self.at_region(self.ratios.as_deref(), region).cbrt()
     }
 
-    /// Returns a number of a region: that of its center vertex, or the mean of those of the corners of a cell; 1
+    /// Returns a number of a region: the number of its center vertex, or the mean over the corners of a cell; 1
     /// without numbers.
     fn at_region(&self, numbers: Option<&[f64]>, region: u32) -> f64 {
         let Some(numbers) = numbers else { return 1.0 };
@@ -269,7 +269,7 @@ impl<'a> Naive<'a> {
         &self.weights
     }
 
-    /// Returns the vertices of a region; those of a vertex are sorted.
+    /// Returns the vertices of a region. The vertices of a region around a vertex are sorted.
     fn members(&self, number: u32) -> Cow<'_, [u32]> {
         match &self.listed {
             Some(listed) => Cow::Borrowed(&listed[number as usize]),

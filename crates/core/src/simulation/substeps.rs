@@ -46,7 +46,7 @@ pub enum Substeps {
     Auto,
 }
 
-/// What determines the number of steps per frame that [`Substeps::Auto`] chooses.
+/// The condition that determines the number of steps per frame of [`Substeps::Auto`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StepReason {

@@ -158,7 +158,7 @@ impl State {
         self.frame.velocity = velocity.into();
     }
 
-    /// Returns how far the body moved since its contacts with other bodies were searched: see
+    /// Returns the motion of the body since its contacts with other bodies were searched: see
     /// [`Touches::searched_motion`].
     pub(crate) fn searched_motion(
         &mut self,
@@ -258,8 +258,8 @@ impl State {
     }
 
     /// Returns whether the body is so far from its origin that [`State::rebase`] is needed: a coordinate of the
-    /// vertex in `slot` has a magnitude above two quanta, and the center of mass is not near the origin, as that of
-    /// pieces that fly apart can be. A quantum (`Frame::quantum`) is at least the extent of the body in the rest
+    /// vertex in `slot` has a magnitude above two quanta, and the center of mass is not near the origin (it may stay
+    /// there if pieces fly apart). A quantum (`Frame::quantum`) is at least the extent of the body in the rest
     /// pose. `weights` has the mass of each vertex in its first row.
     pub(crate) fn needs_rebase(&self, slot: u32, weights: &Lanes<2>) -> bool {
         let is_far = |x: &f32| f64::from(x.abs()) > 2.0 * self.frame.quantum;

@@ -32,7 +32,7 @@ struct SearchedPlace {
     translation: [f64; 3],
 }
 
-/// How far a body moved since its contacts with other bodies were searched.
+/// The motion of a body since its contacts with other bodies were searched.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchedMotion {
     /// Upper bound of the distance in cells that counts for the search; infinity if the contacts have to be searched.
@@ -42,7 +42,7 @@ pub(crate) struct SearchedMotion {
 }
 
 impl SearchedMotion {
-    /// That of a body whose contacts have to be searched.
+    /// For a body whose contacts have to be searched.
     pub(crate) const UNKNOWN: Self = Self { distance: f64::INFINITY, is_in_place: false };
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct ContactForce {
     pub(crate) force: [f64; 3],
 }
 
-/// What a contact of one step has in common with the same contact in the next step.
+/// The identity of a contact across steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum ContactKey {
@@ -158,7 +158,7 @@ impl Touches {
         self.sides_unknown = true;
     }
 
-    /// Replaces the forces by those of the contacts with colliders, in any order.
+    /// Replaces all forces by the forces of contacts with colliders, in any order.
     pub(crate) fn set_forces(&mut self, forces: impl Iterator<Item = ContactForce>) {
         self.forces.clear();
         self.forces.extend(forces);
@@ -184,8 +184,8 @@ impl Touches {
         self.searched.forget();
     }
 
-    /// Returns how far the body moved since its contacts were searched. If that is more than `limit` cells, they have
-    /// to be searched, and the positions are stored as the searched ones. `positions` are in cells from the origin,
+    /// Returns the motion of the body since its contacts were searched. Beyond `limit` cells they have to be searched,
+    /// and the positions are stored as the searched ones. `positions` are in cells from the origin,
     /// which is displaced by `shift` cells; `occupied` has the bit mask of the lanes with a vertex, for each block.
     /// `is_relative`: a common translation does not count for the search, as the body touches itself only.
     pub(super) fn searched_motion(
@@ -230,8 +230,8 @@ impl Touches {
         self.forces.clear();
     }
 
-    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects.
-    /// `bodies`: pairs of connected component and body.
+    /// Replaces the touches by the touches of a step, in any order. Keeps the touches of the bodies that `keep`
+    /// selects. `bodies`: pairs of connected component and body.
     pub(crate) fn set(
         &mut self,
         keep: impl Fn(u32) -> bool,

@@ -74,14 +74,14 @@ impl LimitSearch {
         positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + limits
     }
 
-    /// Begins without limits. `reports`: those of the correction without limits.
+    /// Begins without limits. `reports`: of the correction without limits.
     pub(crate) fn begin(&mut self, reports: &[ComponentReport]) {
         self.limits.clear();
         self.drops_soft.clear();
         self.drops_soft.extend(reports.iter().map(|report| !report.capped));
     }
 
-    /// Keeps the soft limits of components whose volume is restored with them. `reports`: those of the
+    /// Keeps the soft limits of components whose volume is restored with them. `reports`: of the
     /// correction with limits.
     pub(crate) fn keep_unsolved(&mut self, reports: &[ComponentReport]) {
         for (drops_soft, report) in self.drops_soft.iter_mut().zip(reports) {

@@ -75,7 +75,7 @@ impl LocalCoordinates {
     }
 }
 
-/// The coefficients of a cell. Those of the moving points are stored lane by lane, so that all coefficients of a lane
+/// The coefficients of a cell. The moving points are stored lane by lane, so that all coefficients of a lane
 /// are consecutive.
 struct CellTerms {
     /// The smooth interpolant of each lane.

@@ -99,10 +99,10 @@ impl Body {
 
     /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::constraint_factors`.
     ///
-    /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
-    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would
-    /// slip out of the constraint by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s.
-    /// Only the fits use these masses, so that momenta and forces are those of the masses of the vertices.
+    /// The rigid motion of a region that a constraint holds at one side would otherwise be the motion of its larger
+    /// free side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices
+    /// would slip out of the constraint by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size
+    /// s. Only the fits use these masses, so that momenta and forces use the masses of the vertices.
     fn update_fit_masses(&mut self) {
         let Self {
             shape: Shape { masses, .. },

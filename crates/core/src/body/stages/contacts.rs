@@ -116,7 +116,7 @@ impl Body {
         self.finish_contacts(context);
     }
 
-    /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
+    /// Applies the impulses of contacts with colliders alone, beginning with the impulses of the step before.
     fn finish_alone(&mut self, context: &StepContext) {
         let unit = self.impulse_unit() / context.interval.dt;
         let Self { touch: Touch { contacts: Some(contacts), .. }, state, .. } = self else { return };

@@ -65,7 +65,7 @@ impl Body {
         self.pipeline.matching.layout.blocks() <= CHUNK
     }
 
-    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single
+    /// Allocates the missing buffers of the workspaces of `threads` threads, for the bodies that are a single
     /// task.
     pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
         let small = bodies.iter().filter(|body| body.is_one_task());

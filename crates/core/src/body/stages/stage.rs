@@ -1,4 +1,4 @@
-//! What a stage is.
+//! Defines a stage of the step.
 
 use crate::body::context::StepContext;
 use crate::body::soft_body::Body;
@@ -14,7 +14,7 @@ pub(in crate::body) struct BodyStep<'a> {
     pub(in crate::body) executor: &'a Executor,
 }
 
-/// A stage of the step of a body. All that the body needs to know of it is here.
+/// A stage of the step of a body.
 pub(in crate::body) trait Stage: Sync {
     /// Returns the name of the stage in the plan.
     fn name(&self) -> &'static str;

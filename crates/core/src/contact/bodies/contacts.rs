@@ -300,7 +300,7 @@ impl BodyContacts {
         })
     }
 
-    /// Records the contacts of a step of `dt` seconds. Those of sleeping bodies remain.
+    /// Records the contacts of a step of `dt` seconds. Contacts of sleeping bodies remain.
     pub(crate) fn record<B: TouchingBody>(&mut self, bodies: &[B], dt: f64) {
         let Self { records, islands, island_count, .. } = self;
         records.retain(|(pair, _)| pair.bodies.iter().all(|&body| bodies[body as usize].is_asleep()));

@@ -134,7 +134,7 @@ pub(super) struct LinearMap {
     center: Point3<f64>,
     /// Derivative of the local coordinates by the world position, at the center.
     inverse: Matrix3<f64>,
-    /// Greatest difference of the approximation of a local coordinate of a point of the cell to that of the center.
+    /// Greatest difference of the approximation of a local coordinate between a point of the cell and the center.
     range: Vector3<f64>,
 }
 

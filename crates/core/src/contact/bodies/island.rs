@@ -37,7 +37,7 @@ const LEAST_FREE_WEIGHT: f64 = 0.3;
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
 
-/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at
+/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that impulses of bodies at
 /// rest become more exact from step to step, with few passes in each. An impact takes more passes.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
@@ -50,7 +50,7 @@ pub(crate) struct Island {
     index: u32,
     pub(super) members: Vec<Member>,
     solver: Solver,
-    /// The contacts between bodies, in the order of their constraints, which follow those of the colliders.
+    /// The contacts between bodies, in the order of their constraints, which follow the constraints at colliders.
     pairs: Vec<PairContact>,
     /// Each body with the indices in `pairs` of its contacts, in increasing order.
     pairs_by_body: Vec<(u32, u32)>,
@@ -80,7 +80,7 @@ pub(super) struct Member {
     vertices: u32,
     /// Its first constraint of a contact with a collider.
     first: usize,
-    /// Converts its velocities in cells/s and its inverse masses to those of the island.
+    /// Converts its velocities in cells/s and its inverse masses to units of the island.
     scale: Units,
 }
 
@@ -105,8 +105,8 @@ pub(crate) struct PairContact {
     cell_size: f64,
 }
 
-/// What the touches of a contact have in common, as in [`ContactKey::Body`]: the point of the grid, the axis, and the
-/// components of the other body and of the body. Then the index of a touch.
+/// A key that sorts touches by contact, as in [`ContactKey::Body`]: the point of the grid, the axis, the components of
+/// the other body and of the body, and the index of the touch.
 type PatchKey = ([i32; 3], u8, (u32, u32), u32);
 
 /// Touches of a search, by contact, and links of a contact.
@@ -165,7 +165,7 @@ impl Island {
         own.map(|&(_, pair)| &self.pairs[pair as usize])
     }
 
-    /// Computes the impulses and pushes of a step of `dt` seconds. `searches` are those of the bodies of the island.
+    /// Computes the impulses and pushes of a step of `dt` seconds. `searches`: of the bodies of the island.
     pub(super) fn solve<'a, 'b>(
         &mut self,
         view: impl Fn(u32) -> BodyView<'a>,
@@ -243,9 +243,9 @@ impl Island {
         pairs_by_body.sort_unstable();
     }
 
-    /// Adds the contacts of a search: one for the touching samples that are nearest to the same point of a grid of half
-    /// the cell size, with the same dominant axis and sign of the normal, and the same components of both
-    /// bodies. With one contact for each lattice vertex, the samples of a contact would have too different gaps.
+    /// Adds the contacts of a search. Touching samples form one contact if they have in common the nearest point of a
+    /// grid of half the cell size, the dominant axis and sign of the normal, and the components of both bodies. With
+    /// one contact for each lattice vertex, the gaps of the samples of a contact would differ too much.
     fn add_search<'a>(
         &mut self,
         view: &impl Fn(u32) -> BodyView<'a>,

@@ -5,7 +5,7 @@
 //! 1. The bodies whose boxes overlap are paired. Their pins and handles are applied, and their
 //!    contacts with colliders found.
 //! 2. The samples of each body of a pair are searched in the other one, several times in a step if they move fast.
-//! 3. Bodies that touch form islands. The impulses of an island are computed together, with those of its contacts with
+//! 3. Bodies that touch form islands. The impulses of an island are computed together, including its contacts with
 //!    colliders.
 //! 4. Each body applies its part of the result.
 //!

@@ -132,7 +132,7 @@ impl BodyContacts {
     }
 
     /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are
-    /// followed. All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
+    /// followed. The bodies of all pairs must have their search distances. `gravity` is the magnitude of gravity.
     pub(super) fn choose_searches<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>>,

@@ -21,7 +21,7 @@ pub(super) struct PosedLattice {
     grid: Grid,
 }
 
-/// The geometry of the cells in which a search looks for points. That of each cell is computed once.
+/// The geometry of the cells in which a search looks for points. Each cell is computed once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellCache {
     /// For each of `PosedLattice::cells`, 1 plus the index in `cells`, or 0.

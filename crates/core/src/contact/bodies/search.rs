@@ -176,7 +176,7 @@ impl Pair<'_> {
         !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
     }
 
-    /// Returns whether the samples are those of the pieces of a body, which fit together where it broke.
+    /// Returns whether the samples belong to the pieces of a body, which fit together where it broke.
     fn are_pieces(&self) -> bool {
         self.is_same && !self.other.contact.surface().continued_sides.is_empty()
     }
@@ -239,7 +239,7 @@ impl Pair<'_> {
         let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
         let touched_cell = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
-        // Where the touched cell is inside out, the derivative of that of the sample has to do.
+        // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
         let normal = touched_cell.gradient(touched_local).normal(&rest_normal);
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
         let distance = (point - touched_cell.position(touched_local)).dot(&normal);
@@ -268,16 +268,16 @@ impl Pair<'_> {
     }
 }
 
-/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: that in the last step.
-/// `distance`: its distance from the surface of the other piece.
+/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: the depth in the
+/// last step. `distance`: its distance from the surface of the other piece.
 ///
 /// Where a body breaks, its pieces are stretched, each of them differently, so that they overlap a little at the
-/// crack. That is not to push them apart: the overlap that they have then remains until it ends by itself.
+/// crack. This overlap must not push them apart: it remains until it ends by itself.
 fn remaining(before: f64, distance: f64) -> f64 {
     if before < 0.0 { before.max(distance).min(0.0) } else { before }
 }
 
-/// Returns the geometry of a cell at the end of the step. `last`: that of the last cell, which is computed once.
+/// Returns the geometry of a cell at the end of the step. `last`: the geometry of the last cell, computed once.
 fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell: u32) -> &'a DeformedCell {
     if last.is_none_or(|(found, _)| found != cell) {
         *last = Some((cell, DeformedCell::new(&body.corners(cell).map(|vertex| body.position(vertex)))));

@@ -64,7 +64,7 @@ impl ContactSurface {
     /// Creates the surface of a mesh in its lattice, both in the model's frame. Returns `None` if no triangle has an
     /// area.
     ///
-    /// `embedding`: that of the vertices of the mesh.
+    /// `embedding`: of the vertices of the mesh.
     pub(crate) fn of_mesh(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding) -> Option<Self> {
         let (origin, scale) = (lattice.origin(), 1.0 / lattice.cell_size());
         let vertices: Vec<_> = mesh.vertices().iter().map(|p| Point3::from((p - origin) * scale)).collect();
@@ -157,7 +157,7 @@ impl ContactSurface {
         self.trees[piece].as_ref()
     }
 
-    /// Returns whether two cells of the body touch each other: those of different pieces, and those of connected parts
+    /// Returns whether two cells of the body touch each other: cells of different pieces, and cells of connected parts
     /// if `connected_parts_touch`, unless they are the same or joined by at most [`NEIGHBORHOOD`] steps through cells
     /// with common corners.
     pub(super) fn cells_touch(

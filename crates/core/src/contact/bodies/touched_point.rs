@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::surface::ContactSurface;
 use crate::lattice::Lattice;
 
-/// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
+/// Greatest product of the normals of a surface and of a sample, at rest of the surface, for which they touch: they
 /// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
 const FACING: f64 = -0.25;
 
@@ -47,7 +47,7 @@ pub(super) struct RestPoint {
 
 /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
 /// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
-/// with which it touched. `cell`: that of the point. `are_pieces`: whether the samples are those of the pieces of a
+/// with which it touched. `cell`: of the point. `are_pieces`: whether the samples belong to the pieces of a
 /// body, which fit together where it broke. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
 pub(super) fn closest_on_closed(
@@ -61,7 +61,7 @@ pub(super) fn closest_on_closed(
     if !closest.is_inside(rest) && closest.distance > OUTSIDE {
         return None;
     }
-    // At small folds of the rims of cracks, the pseudonormals may be those of the inner side.
+    // At small folds of the rims of cracks, the pseudonormals may belong to the inner side.
     if are_pieces && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
         return None;
     }
@@ -110,7 +110,7 @@ pub(super) fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32,
         std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
     };
     if !lattice.broken_joints().is_empty() {
-        // The cell at the point may be that of another piece, on the other side of a crack. The smooth surface of a
+        // The cell at the point may belong to another piece, on the other side of a crack. The smooth surface of a
         // crack lies outside the cells of its piece in part.
         let index = lattice.cells()[near as usize];
         let inwards = |a: usize| f64::from(index[a]) + 0.5 - rest[a];

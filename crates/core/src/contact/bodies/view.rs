@@ -35,7 +35,7 @@ pub(crate) struct BodyContact {
     origin_velocity: Vector3<f64>,
     pub(super) motion: MotionBounds,
     pub(super) pieces: PieceMotions,
-    /// How far the body moved since its contacts were searched.
+    /// The distance that the body moved since its contacts were searched.
     pub(crate) searched: SearchedMotion,
     /// Buffer: the change of the momenta of each component by the contacts of a step.
     pub(crate) momentum_changes: Vec<MomentumChange>,
@@ -89,7 +89,7 @@ impl BodyContact {
     }
 
     /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
-    /// eight slots. `pieces`: those of the body; `None` if it is in one.
+    /// eight slots. `pieces`: of the body; `None` if it is in one piece.
     pub(crate) fn begin(&mut self, state: &State, occupied: &[u8], pieces: Option<PieceVertices<'_>>) {
         self.velocities_before.copy_from(&state.velocities);
         self.origin_velocity = state.frame.velocity();

@@ -35,7 +35,7 @@ const COMMON: f64 = 1e-4;
 const RECONSTRUCTIONS: usize = 8;
 
 /// Least sum of weights of the mesh vertices at a lattice vertex that moves by their weighted mean. With a smaller sum
-/// it moves less: mesh vertices on the other side of its cells say little about it.
+/// it moves less: mesh vertices on the other side of its cells hardly determine its position.
 const LEAST_SUM: f64 = 0.01;
 
 /// Weight below which a mesh vertex is too far outside its cell for a reconstruction. Rounding, and the choice of the

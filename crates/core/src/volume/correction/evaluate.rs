@@ -46,7 +46,7 @@ pub struct Correction {
     pub(super) regional: Option<Regional>,
 }
 
-/// The ratios of the rest volumes in force to those of the rest shape.
+/// The ratios of the rest volumes in force to the volumes of the rest shape.
 pub(crate) struct RestRatios<'a> {
     /// One for each component.
     pub(crate) components: &'a [f64],
@@ -147,7 +147,7 @@ impl Correction {
         self.regional.is_some()
     }
 
-    /// Sets the rest volumes to those of the body times `ratios`. It must be called before the other functions.
+    /// Sets the rest volumes to the volumes of the body times `ratios`. It must be called before the other functions.
     pub(crate) fn set_rest(&self, workspace: &mut CorrectionWorkspace, ratios: Option<&RestRatios>) {
         let ratio = |component: usize| ratios.map_or(1.0, |ratios| ratios.components[component]);
         workspace.rest.clear();

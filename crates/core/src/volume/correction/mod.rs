@@ -58,7 +58,7 @@ impl Correction {
     }
 
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
-    /// of the arguments of [`Correction::apply`]. `slope_weights`: those of `deformed`, if the skin is smooth.
+    /// of the arguments of [`Correction::apply`]. `slope_weights`: of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,

@@ -94,7 +94,7 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
 ///
 /// * `outwards`: outward direction of each boundary vertex, zero for interior vertices. If the surface in a
 ///   component is oriented against these directions, its normals are reversed.
-/// * `corners`: those of the cells of the lattice.
+/// * `corners`: of the cells of the lattice.
 pub(super) fn of_surface(
     (lattice, corners): (&Lattice, &Corners),
     surface: Surface<'_>,
