@@ -7,8 +7,8 @@ use super::parts::{Pipeline, Shape, Touch};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::contact::bodies::{
-    BodyContact, BodyContactPart, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange,
-    PieceVertices, SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
+    BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
+    SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
 use crate::lattice::{Components, Lattice, Layout};
@@ -195,27 +195,16 @@ impl Body {
         }
     }
 
-    /// Applies the impulses of the contacts with bodies and colliders of a body that touches another one or itself.
+    /// Applies the impulses and pushes of the island of the body. Does nothing for a body that is in no island.
     pub(super) fn resolve_body_contacts(
         &mut self,
         context: &StepContext,
         part: &BodyContactPart,
         executor: &Executor,
     ) {
-        if let &BodyContactPart::InIsland { contacts, island, member, index } = part {
-            self.apply_island(context, (island, member, index), contacts, executor);
-        }
-    }
-
-    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one.
-    /// `index` is that of the body.
-    fn apply_island(
-        &mut self,
-        context: &StepContext,
-        (island, member, index): (&Island, usize, u32),
-        between_bodies: &BodyContacts,
-        executor: &Executor,
-    ) {
+        let &BodyContactPart::InIsland { contacts: between_bodies, island, member, index } = part else {
+            return;
+        };
         let was_asleep = self.is_asleep();
         self.wake_in_contact();
         let dt = context.interval.dt;

@@ -6,7 +6,7 @@ use super::parts::Pipeline;
 use super::reference::{BodyRef, DisplayContext};
 use super::soft_body::Body;
 use crate::dynamics::{Constraint, ConstraintError};
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::state::Interval;
 
 /// The force that a pin or handle exerts on a body, in world space.
@@ -68,7 +68,8 @@ impl Body {
 
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();
-        let fitted = (&state.positions, &mut rotations, self.shapes());
+        let fitted =
+            RegionFit { positions: &state.positions, rotations: &mut rotations, shapes: self.shapes() };
         matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.shape.lattice.cell_size() / (dt * dt);

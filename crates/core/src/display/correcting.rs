@@ -5,7 +5,7 @@ use super::frame::Frame;
 use super::lattice::DisplayedLattice;
 use super::surroundings::surroundings;
 use crate::body::Body;
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::simd::lanes::Lanes;
 use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, ExternalForce};
 
@@ -29,7 +29,11 @@ impl Correcting {
         let Self { matching: workspace, slot_rotations, rotations, .. } = self;
         let (state, matching) = (frame.body.get().state(), frame.body.get().matching());
         slot_rotations.copy_from(&state.rotations);
-        let fitted = (&state.positions, &mut *slot_rotations, frame.body.get().shapes());
+        let fitted = RegionFit {
+            positions: &state.positions,
+            rotations: &mut *slot_rotations,
+            shapes: frame.body.get().shapes(),
+        };
         matching.fit(workspace, &frame.executor, fitted, None, Purpose::Regions);
         matching.rotations_at_vertices(slot_rotations, rotations);
     }

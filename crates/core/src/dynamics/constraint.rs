@@ -65,9 +65,12 @@ impl Constraint {
     /// # Errors
     /// An invalid time window, or an animation with another number of vertices than the mesh.
     pub(crate) fn following(
-        (selection, part, vertices): (&Selection, &[u32], Vec<u32>),
+        body: &BodyMesh<'_>,
+        animation: &MeshAnimation,
+        selection: &Selection,
+        part: &[u32],
+        vertices: Vec<u32>,
         window: TimeWindow,
-        (body, animation): (&BodyMesh<'_>, &MeshAnimation),
     ) -> Result<Self, ConstraintError> {
         animation.check_vertices(body.mesh.vertices().len())?;
         let constraint = Self::new(vertices, window, None)?;

@@ -26,6 +26,15 @@ pub(crate) struct RegionDamper {
     bulk: f32,
 }
 
+/// The state on which region damping acts.
+pub(crate) struct MovingRegions<'a> {
+    /// The rotations of the last fit of shape matching.
+    pub(crate) rotations: &'a Lanes<4>,
+    /// S - 1 of the plastic shapes S of the regions.
+    pub(crate) strains: Option<&'a Lanes<6>>,
+    pub(crate) velocities: &'a mut Lanes<3>,
+}
+
 impl RegionDamper {
     /// Creates the stage for the regions of `matching`.
     pub(crate) fn new(matching: &Matching) -> Self {
@@ -45,15 +54,14 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. `rotations`: from the last fit of shape matching, and `strains` S - 1 of the
-    /// plastic shapes S. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is
+    /// `fraction` is in (0, 1]. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is
     /// multiplied by its own factor.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
-        (rotations, strains, velocities): (&Lanes<4>, Option<&Lanes<6>>, &mut Lanes<3>),
+        MovingRegions { rotations, strains, velocities }: MovingRegions<'_>,
         (fraction, factors): (f32, Option<&Factors>),
     ) {
         let Matching { layout, regions, cascade } = matching;
@@ -277,7 +285,11 @@ mod tests {
             strain.into_iter().for_each(|strain| strains.set(slot, strain));
         }
         let (rotations, executor) = (Lanes::filled(blocks, IDENTITIES), Executor::sequential());
-        let data = (&rotations, strain.map(|_| &strains), &mut velocities);
+        let data = MovingRegions {
+            rotations: &rotations,
+            strains: strain.map(|_| &strains),
+            velocities: &mut velocities,
+        };
         let mut workspace = matching.cascade.workspace();
         RegionDamper::new(matching).apply(matching, &mut workspace, &executor, data, (1.0, None));
         velocities

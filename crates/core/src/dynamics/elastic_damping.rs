@@ -84,6 +84,19 @@ impl Damped {
     }
 }
 
+/// The numbers of a step that the damping depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DampingStep {
+    /// Length of the step in seconds.
+    pub(crate) dt: f64,
+    /// exp(-2 c dt), the fraction of the differences that remains.
+    pub(crate) keep: f64,
+    /// Size of the body in cells.
+    pub(crate) size: f64,
+    /// Coefficient of rolling resistance.
+    pub(crate) rolling_resistance: f64,
+}
+
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
@@ -98,16 +111,15 @@ impl ElasticDamper {
         &self.damped
     }
 
-    /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
+    /// Begins a step: computes the reference motions, and advances the deflections of the supports.
     ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), `size`
-    /// the size of the body in cells, and `rolling` the coefficient of rolling resistance.
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
         tracker: &MomentumTracker,
-        (keep, size, rolling, dt): (f64, f64, f64, f64),
+        step: DampingStep,
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
         let supports = state.supports.list_mut();
@@ -122,10 +134,9 @@ impl ElasticDamper {
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            let settings = (size, rolling, dt);
-            references.push(self.reference((component, measured), motion, (supports, own), settings));
+            references.push(self.reference((component, measured), motion, (supports, own), step));
         }
-        (self.references, self.keep) = (references, keep);
+        (self.references, self.keep) = (references, step.keep);
     }
 
     /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
@@ -201,16 +212,14 @@ impl ElasticDamper {
         }
     }
 
-    /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
-    /// seconds. `motion` is the rigid motion with the momenta of the component, `own` has its supports, as in
-    /// `self.supports`, `size` is the size of the body in cells, and `coefficient` the coefficient of rolling
-    /// resistance.
+    /// Returns the reference motion of a component, and advances the deflections of its supports. `motion` is the rigid
+    /// motion with the momenta of the component, and `own` has its supports, as in `self.supports`.
     fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
         (supports, own): (&mut [Support], &[(u32, u32)]),
-        (size, coefficient, dt): (f64, f64, f64),
+        step: DampingStep,
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
         let mut rolling = RigidMotion::ZERO;
@@ -226,10 +235,10 @@ impl ElasticDamper {
         let mut limit = rigid.energy_of(motion);
         for &(_, index) in own {
             let support = &mut supports[index as usize];
-            rest_on(&mut projection, support, (size, dt), motion, rigid.center);
+            rest_on(&mut projection, support, (step.size, step.dt), motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
-            if coefficient > 0.0 && constrained.is_none() {
-                rolling = rolling + resistance(support, coefficient, &mobility, motion + rolling);
+            if step.rolling_resistance > 0.0 && constrained.is_none() {
+                rolling = rolling + resistance(support, step.rolling_resistance, &mobility, motion + rolling);
             }
         }
         let reference = projection.motion();

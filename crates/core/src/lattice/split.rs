@@ -249,7 +249,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     use super::*;
-    use crate::matching::{HalfWidth, Matching, Purpose, Shapes, Workspace};
+    use crate::matching::{HalfWidth, Matching, Purpose, RegionFit, Shapes, Workspace};
     use crate::parallel::Executor;
     use crate::reference::{Naive, Regions};
     use crate::simd::lanes::Lanes;
@@ -403,7 +403,7 @@ mod tests {
                 }
                 let mut rotations = Lanes::filled(matching.layout.blocks(), crate::state::IDENTITIES);
                 let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
-                let fitted = (&local, &mut rotations, Shapes::Rest);
+                let fitted = RegionFit { positions: &local, rotations: &mut rotations, shapes: Shapes::Rest };
                 matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
                 let goals = matching.goals(&workspace, &executor);
                 let naive = Naive::new(&lattice, half_width, Regions::Staircase);

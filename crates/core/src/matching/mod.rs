@@ -74,6 +74,14 @@ impl<'a> Shapes<'a> {
     }
 }
 
+/// The arrays of a fit of rigid motions to the regions.
+pub(crate) struct RegionFit<'a> {
+    pub(crate) positions: &'a Lanes<3>,
+    /// The warm start, which receives the fitted rotations.
+    pub(crate) rotations: &'a mut Lanes<4>,
+    pub(crate) shapes: Shapes<'a>,
+}
+
 /// The shape-matching stage: the regions of a lattice, and the cascade that sums over them. A [`Workspace`]
 /// has the buffers of the stage.
 #[derive(Clone, Debug)]
@@ -155,9 +163,7 @@ impl Matching {
         Self { layout, regions, cascade }
     }
 
-    /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
-    /// fitted rotations. `shapes` are the plastic shapes of the regions. `potential` receives the sums of the elastic
-    /// potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
+    /// Fits a rigid motion to each region. `potential` receives the sums of the elastic potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
     ///
     /// Returns the number of rotations for which Newton's method did not converge. They are computed by the
     /// fallback: an eigenvalue problem in f64.
@@ -165,11 +171,11 @@ impl Matching {
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
+        arrays: RegionFit<'_>,
         potential: Option<&PotentialSums>,
         purpose: Purpose,
     ) -> usize {
-        self.fit_regions((workspace, executor), fitted, (potential, None), purpose)
+        self.fit_regions((workspace, executor), arrays, (potential, None), purpose)
     }
 
     /// As [`Matching::fit`] with [`Purpose::Vertices`], and measures the deformation gradient of each region. The
@@ -178,10 +184,10 @@ impl Matching {
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
+        arrays: RegionFit<'_>,
         gradients: Gradients,
     ) -> usize {
-        self.fit_regions((workspace, executor), fitted, (None, Some(gradients)), Purpose::Vertices)
+        self.fit_regions((workspace, executor), arrays, (None, Some(gradients)), Purpose::Vertices)
     }
 
     /// Measures the deformation gradient of each region at `positions`. Results are the same as those of
@@ -200,7 +206,7 @@ impl Matching {
     fn fit_regions(
         &self,
         (workspace, executor): (&mut Workspace, &Executor),
-        (positions, rotations, shapes): (&Lanes<3>, &mut Lanes<4>, Shapes),
+        RegionFit { positions, rotations, shapes }: RegionFit<'_>,
         (potential, gradients): (Option<&PotentialSums>, Option<Gradients>),
         purpose: Purpose,
     ) -> usize {

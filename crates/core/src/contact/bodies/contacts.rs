@@ -8,7 +8,7 @@ use super::island::{Island, PairContact};
 use super::motion::NearPieces;
 use super::posed::PosedLattice;
 use super::search::{Search, Touch};
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
 use crate::state::SampleTouch;
@@ -119,18 +119,19 @@ impl BodyContacts {
             + size_of_val(&**records)
     }
 
-    /// Runs the contacts of a step of `dt` seconds: pairs the bodies, searches where they touch, and computes the
+    /// Runs the contacts of a step: pairs the bodies, searches where they touch, and computes the
     /// impulses of the islands. `prepare` prepares a body that is near another one or near itself; its second
-    /// argument is whether only the body itself is near. `gravity` is the magnitude of gravity.
+    /// argument is whether only the body itself is near.
     pub(crate) fn resolve<B: TouchingBody>(
         &mut self,
         bodies: &mut [B],
         prepare: impl Fn(&mut B, bool) + Send + Sync,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
         executor: &Executor,
     ) {
         let is_asleep = |index: u32| bodies[index as usize].is_asleep();
-        if !self.pair(bodies.len() as u32, |index| bodies[index as usize].contact_view(), is_asleep, dt) {
+        if !self.pair(bodies.len() as u32, |index| bodies[index as usize].contact_view(), is_asleep, step.dt)
+        {
             return;
         }
         executor.for_each_indexed(bodies, |index, body| {
@@ -139,11 +140,11 @@ impl BodyContacts {
             }
         });
         let view = |index: u32| bodies[index as usize].contact_view();
-        self.choose_searches(view, (dt, gravity));
+        self.choose_searches(view, step);
         for past in self.search_times() {
-            self.search(view, (past, dt), executor);
+            self.search(view, (past, step.dt), executor);
         }
-        self.solve(view, (dt, gravity), executor);
+        self.solve(view, step, executor);
     }
 
     /// Returns the pairs of different bodies that overlap, with the greatest depth of a sample in scene units, if
@@ -227,11 +228,11 @@ impl BodyContacts {
         });
     }
 
-    /// Forms the islands, and computes their impulses in a step of `dt` seconds. `gravity` is the magnitude of gravity.
+    /// Forms the islands, and computes their impulses in a step.
     fn solve<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
         executor: &Executor,
     ) {
         let Self { searches, search_count, islands, places, sets, .. } = self;
@@ -269,7 +270,7 @@ impl BodyContacts {
             let searches = searches.iter().filter(|search| !search.touches.is_empty());
             let own = searches.filter(|search| island_index(places, search.body) == index);
             let view = |body| view(body).expect("bodies that touch have a surface");
-            island.solve(view, own, (dt, gravity));
+            island.solve(view, own, step);
         });
     }
 

@@ -147,14 +147,14 @@ impl GapSearch {
             self.positions
                 .extend(vertices.map(|vertex| Point3::from(body.frame.to_local(&other.position(vertex)))));
             self.add_cells(surface, &all);
-            self.find_near(body, (surface, opposite, false), distance);
+            self.find_near(body, surface, opposite, false, distance);
         }
         self.own_samples.iter_mut().for_each(|sample| sample.to_others = sample.clearance);
         if body.touches_itself {
             self.positions.clear();
             self.positions.extend(body.positions.iter().map(point));
             self.add_cells(body.surface, &all);
-            self.find_near(body, (body.surface, OPPOSITE, true), distance);
+            self.find_near(body, body.surface, OPPOSITE, true, distance);
         }
         let greatest = distance as f32;
         for sample in self.own_samples.iter().filter(|sample| sample.clearance < greatest) {
@@ -199,7 +199,9 @@ impl GapSearch {
     fn find_near(
         &mut self,
         body: &GapBody<'_>,
-        (surface, opposite, is_own): (&ContactSurface, f64, bool),
+        surface: &ContactSurface,
+        opposite: f64,
+        is_own: bool,
         distance: f64,
     ) {
         let Self { own, own_samples, cells, boxes, grid, blocks, near, .. } = self;

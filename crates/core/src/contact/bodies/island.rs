@@ -9,7 +9,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::search::{Search, Touch};
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
@@ -165,24 +165,24 @@ impl Island {
         own.map(|&(_, pair)| &self.pairs[pair as usize])
     }
 
-    /// Computes the impulses and pushes of a step of `dt` seconds. `searches`: of the bodies of the island.
+    /// Computes the impulses and pushes of a step. `searches`: of the bodies of the island.
     pub(super) fn solve<'a, 'b>(
         &mut self,
         view: impl Fn(u32) -> BodyView<'a>,
         searches: impl Iterator<Item = &'b Search>,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
     ) {
-        self.begin_problem(&view, dt);
+        self.begin_problem(&view, step.dt);
         for search in searches {
-            self.add_search(&view, search, (dt, gravity));
+            self.add_search(&view, search, step);
         }
         self.list_pairs_by_body();
-        let slow = MIN_BOUNCE_STEPS * gravity * dt / self.units.0;
+        let slow = MIN_BOUNCE_STEPS * step.gravity * step.dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(IMPACT);
         self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
-        self.store_impulses(dt);
-        self.push(dt);
+        self.store_impulses(step.dt);
+        self.push(step.dt);
     }
 
     /// Numbers the rows, and adds the contacts with colliders.
@@ -246,12 +246,7 @@ impl Island {
     /// Adds the contacts of a search. Touching samples form one contact if they have in common the nearest point of a
     /// grid of half the cell size, the dominant axis and sign of the normal, and the components of both bodies. With
     /// one contact for each lattice vertex, the gaps of the samples of a contact would differ too much.
-    fn add_search<'a>(
-        &mut self,
-        view: &impl Fn(u32) -> BodyView<'a>,
-        search: &Search,
-        (dt, gravity): (f64, f64),
-    ) {
+    fn add_search<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>, search: &Search, step: ContactStep) {
         let (body, other) = (view(search.body), view(search.other));
         let mut buffers = std::mem::take(&mut self.patches);
         buffers.keys.clear();
@@ -267,7 +262,7 @@ impl Island {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
             let (node, axis, (component, own), _) = patch[0];
             let key = ContactKey::Body { other: search.other, components: [own, component], node, axis };
-            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, (dt, gravity));
+            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, step);
         }
         self.patches = buffers;
     }
@@ -280,7 +275,7 @@ impl Island {
         (key, components): (ContactKey, [u32; 2]),
         touches: impl Iterator<Item = &'a Touch> + Clone,
         links: &mut [Vec<(u32, f64)>; 2],
-        (dt, gravity): (f64, f64),
+        ContactStep { dt, gravity }: ContactStep,
     ) {
         let (length, mass) = self.units;
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());

@@ -47,4 +47,4 @@ pub(crate) use self::island::Island;
 pub(crate) use self::motion::PieceVertices;
 pub(crate) use self::pairing::SEARCH_DISTANCE;
 pub(crate) use self::surface::ContactSurface;
-pub(crate) use self::view::{BodyContact, BodyView, MomentumChange, SurfaceProperties};
+pub(crate) use self::view::{BodyContact, BodyView, ContactStep, MomentumChange, SurfaceProperties};

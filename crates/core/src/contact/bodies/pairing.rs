@@ -4,7 +4,7 @@ use super::bounds::Bounds;
 use super::contacts::BodyContacts;
 use super::motion::{MotionBounds, NearPieces};
 use super::search::Search;
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
 use crate::contact::stage::MIN_BOUNCE_STEPS;
 
@@ -131,12 +131,12 @@ impl BodyContacts {
         self.search_count += 1;
     }
 
-    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are
-    /// followed. The bodies of all pairs must have their search distances. `gravity` is the magnitude of gravity.
+    /// Decides which pairs are searched in a step, and for which the contacts of the last search are followed. The
+    /// bodies of all pairs must have their search distances.
     pub(super) fn choose_searches<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>>,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
     ) {
         let Self { searches, search_count, is_searched, times, .. } = self;
         is_searched.clear();
@@ -149,7 +149,7 @@ impl BodyContacts {
             };
             let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
             let is_near = distance(&both[0]) + distance(&both[1]) <= limit;
-            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * gravity * dt);
+            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * step.gravity * step.dt);
             for body in [search.body, search.other] {
                 is_searched[body as usize] |= !search.follows;
             }

@@ -14,6 +14,15 @@ use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
 use crate::state::{SearchedMotion, State};
 
+/// The numbers of a step that contact between bodies depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactStep {
+    /// Length of the step in seconds.
+    pub(crate) dt: f64,
+    /// Magnitude of gravity, in scene units per second squared.
+    pub(crate) gravity: f64,
+}
+
 /// Friction and restitution of a body at other bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceProperties {

@@ -115,7 +115,7 @@ impl Fits {
         part: &[u32],
         held: &[u32],
     ) -> Self {
-        let near = neighbors((body.lattice, body.mesh, body.embedding), part, held);
+        let near = neighbors(body.lattice, body.mesh, body.embedding, part, held);
         let rest = |point: u32| body.mesh.vertices()[point as usize];
         let cell_size = body.lattice.cell_size();
         let (mut starts, mut items, mut anchors) = (vec![0], Vec::new(), Vec::new());

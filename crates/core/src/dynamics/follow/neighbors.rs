@@ -13,7 +13,9 @@ const NEAREST: usize = 16;
 /// however fine the mesh is. The neighbors are found along the links of the lattice, so that a lattice vertex does not
 /// follow a part of the mesh beyond a gap.
 pub(super) fn neighbors(
-    (lattice, mesh, embedding): (&Lattice, &Mesh, &Embedding),
+    lattice: &Lattice,
+    mesh: &Mesh,
+    embedding: &Embedding,
     part: &[u32],
     held: &[u32],
 ) -> Csr<u32> {
