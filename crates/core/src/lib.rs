@@ -60,7 +60,7 @@
 //! 6. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
 //!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
 //!    samples that are still inside a collider are pushed out.
-//!    Bodies that touch each other form an island, whose impulses are computed together with those of its colliders
+//!    Bodies that touch each other form an island, whose impulses are computed together with the impulses at its colliders
 //!    (module `contact::bodies`).
 //! 7. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle. A handle moves along keyframes, or follows an animated mesh
@@ -183,7 +183,7 @@ pub use volume::{
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::body::hold_factors;
+    pub use crate::body::constraint_factors;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
     pub use crate::dynamics::{Constraint, Constraints};
     pub use crate::lattice::Embedding;

@@ -135,7 +135,7 @@ fn a_crushed_lattice_folds_the_smooth_skin_no_more_than_the_linear_skin() {
         let (least, folded) = least_determinant(&lattice, &positions, SkinKind::Smooth);
         let (linear_least, linear_folded) = least_determinant(&lattice, &positions, SkinKind::Linear);
         assert!(folded <= linear_folded, "{amount}: {folded} {linear_folded}");
-        // Beyond the trusted range the skin is trilinear, up to the rounding of differences over 1/64 cell.
+        // Where the slope weights are 0 the skin is trilinear, up to the rounding of differences over 1/64 cell.
         assert!(amount < 0.7 || (least - linear_least).abs() < 1e-3, "{amount}: {least} {linear_least}");
     }
     // Layers of alternately 1 and `thin` cells, which slopes by central differences do not show.

@@ -7,8 +7,8 @@ use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::contact::bodies::{
-    BodyContact, BodyContactPart, BodyContacts, BodyView, Bounds, ContactSurface, Island, MomentumChange,
-    PieceVertices, SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
+    BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
+    SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
 use crate::lattice::{Components, Lattice, Layout};
@@ -24,7 +24,7 @@ impl Body {
         self.settings.touching.rolling_resistance.unwrap_or(match self.settings.material.damping() {
             Damping::Ratio(ratio) => ROLLING_RESISTANCE * ratio,
             Damping::Rate(0.0) => 0.0,
-            // That of the damping ratio 0.2.
+            // For the damping ratio 0.2.
             Damping::Rate(_) => 0.2 * ROLLING_RESISTANCE,
         })
     }
@@ -166,7 +166,7 @@ impl Body {
         Some(damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes))
     }
 
-    /// Changes the reference motion of the damping by that of a coupling.
+    /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         if let Some(damping) = &mut self.pipeline.elastic_damping {
             damping.add_change(component, self.shape.lattice.cell_size());
@@ -183,7 +183,7 @@ impl Body {
                 contacts.keep_pressures();
             }
         }
-        // Pins and handles move the body, so the velocities at its contacts are those of their motion.
+        // Pins and handles move the body, so the velocities at its contacts follow from their motion.
         self.apply_constraints(context);
         self.detect_contacts(context);
         let is_asleep = self.is_asleep();
@@ -200,27 +200,16 @@ impl Body {
         }
     }
 
-    /// Applies the impulses of the contacts with bodies and colliders of a body that touches another one or itself.
+    /// Applies the impulses and pushes of the island of the body. Does nothing for a body that is in no island.
     pub(super) fn resolve_body_contacts(
         &mut self,
         context: &StepContext,
         part: &BodyContactPart,
         executor: &Executor,
     ) {
-        if let &BodyContactPart::InIsland { contacts, island, member, index } = part {
-            self.apply_island(context, (island, member, index), contacts, executor);
-        }
-    }
-
-    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one.
-    /// `index` is that of the body.
-    fn apply_island(
-        &mut self,
-        context: &StepContext,
-        (island, member, index): (&Island, usize, u32),
-        between_bodies: &BodyContacts,
-        executor: &Executor,
-    ) {
+        let &BodyContactPart::InIsland { contacts: between_bodies, island, member, index } = part else {
+            return;
+        };
         let was_asleep = self.is_asleep();
         self.wake_in_contact();
         let dt = context.interval.dt;

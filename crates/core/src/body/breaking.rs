@@ -24,7 +24,7 @@ impl Body {
     /// Prepares the body to break. `shares`: the filled share of each cell, which the masses of the body have.
     pub(super) fn arm(&mut self, options: FractureOptions, shares: Vec<f64>) {
         self.breaking = Some(Box::new(self.create_breaking(Some(options), shares)));
-        self.pipeline.matching.set_spreads(true);
+        self.pipeline.matching.set_covariances(true);
     }
 
     /// Prepares the body to be cut.
@@ -94,8 +94,8 @@ impl Body {
     /// Cuts the body along a plane: breaks all joints between cells on different sides of it. Returns the number of
     /// joints that broke.
     ///
-    /// The plane is in world space. It is carried back to the rest shape of each connected piece by the affine motion that
-    /// fits the piece best, so that it is met exactly where the piece is not bent.
+    /// The plane is in world space. It is carried back to the rest shape of each connected piece by the affine motion
+    /// that fits the piece best, so that it is met exactly where the piece is not bent.
     ///
     /// * `point`: a point of the plane.
     /// * `normal`: a normal, of any length > 0.
@@ -128,8 +128,8 @@ impl Body {
         Ok(self.broken_joints() - before)
     }
 
-    /// Returns a plane of world space in the rest shape of each component: see [`Body::cut`]. `None` for a component that
-    /// is flattened, so that no plane at rest has this normal.
+    /// Returns a plane of world space in the rest shape of each component: see [`Body::cut`]. `None` for a component
+    /// that is flattened, so that no plane at rest has this normal.
     fn planes_at_rest(&self, point: Point3<f64>, normal: Vector3<f64>) -> Vec<Option<CrackPlane>> {
         let components = self.shape.lattice.components();
         let mut sums = vec![AffineSums::default(); components.count];
@@ -214,7 +214,8 @@ impl Body {
         self.change_topology();
     }
 
-    /// Returns whether the body has pieces that the contacts of the simulation have not registered, and resets this mark.
+    /// Returns whether the body has pieces that the contacts of the simulation have not registered, and resets this
+    /// mark.
     pub(crate) fn take_new_pieces(&mut self) -> bool {
         self.breaking.as_mut().is_some_and(|breaking| std::mem::take(&mut breaking.has_new_pieces))
     }
@@ -285,8 +286,8 @@ impl Body {
     }
 }
 
-/// Returns the masses of the vertices of a broken lattice: copies share the mass of their vertex in proportion to the filled
-/// shares of their cells.
+/// Returns the masses of the vertices of a broken lattice: copies share the mass of their vertex in proportion to the
+/// filled shares of their cells.
 fn divided_masses(lattice: &Lattice, shares: &[f64], whole_masses: &[f32]) -> Vec<f32> {
     if lattice.broken_joints().is_empty() {
         return whole_masses.to_vec();

@@ -114,8 +114,8 @@ impl BodyBuilder {
     }
 
     /// Sets the half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1.
-    /// Larger regions make the body stiffer, and so does a coarser lattice with the same half-width. Replaces a preset or
-    /// Young's modulus; the default of the stiffness is then alpha = 1.
+    /// Larger regions make the body stiffer, and so does a coarser lattice with the same half-width. Replaces a
+    /// preset or Young's modulus; the default of the stiffness is then alpha = 1.
     pub fn half_width(self, cells: impl Into<HalfWidth>) -> Self {
         let elasticity = self.material.elasticity.with_region_size(RegionSize::Cells(cells.into()));
         self.elasticity(elasticity)
@@ -259,8 +259,8 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the scale of the mesh or bare lattice, applied before the placement: a factor > 0, or for a mesh one for each
-    /// axis, not 0, of which negative ones mirror it; default 1.
+    /// Sets the scale of the mesh or bare lattice, applied before the placement: a factor > 0, or for a mesh one for
+    /// each axis, not 0, of which negative ones mirror it; default 1.
     pub fn scale(mut self, scale: impl Into<Scale>) -> Self {
         self.scale = scale.into();
         self

@@ -21,12 +21,13 @@ pub(super) const DEFAULT_HALF_WIDTH: HalfWidth = HalfWidth::whole(2);
 /// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
 const REGION_FRACTION: f64 = 0.15;
 
-/// Time that a step takes for a lattice vertex, in seconds, by which [`Accuracy::Balanced`] chooses: a step of regions of one
-/// cell takes 10 to 15 ns on a core of 2020, and contacts as much again. It is a fixed number, so that a body has the same
-/// regions on every machine.
+/// Time that a step takes for a lattice vertex, in seconds, by which [`Accuracy::Balanced`] chooses: a step of
+/// regions of one cell takes 10 to 15 ns on a core of 2020, and contacts as much again. It is a fixed number, so that
+/// a body has the same regions on every machine.
 const TIME_PER_VERTEX: f64 = 2e-8;
 
-/// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has none.
+/// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has
+/// none.
 const LEAST_SIZE: f64 = 0.1;
 
 /// A body that is softer than its material, because its steps are too long.
@@ -48,7 +49,7 @@ pub struct Softened {
 impl Body {
     /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
-    /// the elasticity of regions, nothing is fixed.
+    /// the elasticity of regions, it has no effect.
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
         self.settings.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.settings.youngs_modulus {
@@ -65,8 +66,8 @@ impl Body {
         self.limit_stiffness_factors(dt);
     }
 
-    /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`, if the
-    /// steps are short enough: see [`step_rate`](Self::step_rate).
+    /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`,
+    /// if the steps are short enough: see [`step_rate`](Self::step_rate).
     pub(crate) fn chosen_half_width(&self, modulus: f64) -> HalfWidth {
         let cells = REGION_FRACTION * self.shape.size / self.shape.lattice.cell_size();
         // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
@@ -145,13 +146,14 @@ impl Body {
         ElasticLaw::greatest_alpha_of(self.settings.material.poisson_ratio())
     }
 
-    /// Returns the steps per period of a frequency at which alpha times the greatest stiffness factor is the greatest one.
+    /// Returns the steps per period of a frequency at which alpha times the greatest stiffness factor is the greatest
+    /// one.
     pub(crate) fn steps_per_period(&self) -> f64 {
         Stiffness::steps_per_period(self.greatest_alpha() / self.factor_range().1.max(1.0))
     }
 
-    /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, in scene units of force
-    /// per area, with regions of half-width `half_width`.
+    /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, in scene units
+    /// of force per area, with regions of half-width `half_width`.
     pub fn step_rate(&self, half_width: HalfWidth, modulus: f64) -> f64 {
         1.0 / self.elastic_law(1.0).longest_step(half_width, modulus)
     }
@@ -186,7 +188,7 @@ impl Body {
         self.shape.size
     }
 
-    /// Returns Young's modulus of the material, or `None` if the elasticity is that of regions, or if the body has a
+    /// Returns Young's modulus of the material, or `None` with the elasticity of regions, or if the body has a
     /// preset and is not in a simulation.
     pub(crate) fn material_modulus(&self) -> Option<f64> {
         match self.settings.material.elasticity {
@@ -195,7 +197,8 @@ impl Body {
         }
     }
 
-    /// Changes the half-width of the regions, and rebuilds them. Positions, velocities, momenta and plastic shapes are unchanged.
+    /// Changes the half-width of the regions, and rebuilds them. Positions, velocities, momenta and plastic shapes
+    /// are unchanged.
     pub(super) fn set_half_width(&mut self, half_width: HalfWidth) {
         if half_width == self.half_width() {
             return;
@@ -214,7 +217,7 @@ impl Body {
     }
 
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
-    /// The first call computes the mode. That of a broken body is the one of the whole body, because parts that hang by
+    /// The first call computes the mode. A broken body keeps the mode of the whole body, because parts that hang by
     /// an edge, as a crack can leave them, swing freely.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
         let Self { pipeline: Pipeline { matching, .. }, stiffness_factors, .. } = self;
@@ -225,7 +228,7 @@ impl Body {
             let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
             let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
             matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));
-            matching.set_spreads(self.pipeline.matching.regions.bulk != 0.0);
+            matching.set_covariances(self.pipeline.matching.regions.bulk != 0.0);
             matching.set_bulk(self.pipeline.matching.regions.bulk);
             let damper = RegionDamper::new(&matching).with_bulk(&matching);
             let mut tracker =
@@ -265,9 +268,9 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent:
     if cells.is_cell() { cells } else { HalfWidth::whole(cells.links().min(extent.max(1))) }
 }
 
-/// Returns the size L of a body: the cube root of the volume inside the mesh, or of the bounding box if the mesh is a sheet
-/// or encloses next to nothing; of a bare lattice it is the cube root of the volume of its cells. `masses`: those of the
-/// vertices, in full cells.
+/// Returns the size L of a body: the cube root of the volume inside the mesh, or of the bounding box if the mesh is a
+/// sheet or encloses next to nothing; of a bare lattice it is the cube root of the volume of its cells. `masses`:
+/// those of the vertices, in full cells.
 pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
     let cell_volume = lattice.cell_size().powi(3);
     let cells = cell_volume * lattice.cells().len() as f64;

@@ -1,9 +1,9 @@
 //! A component that begins inside colliders leaves them as a whole.
 //!
 //! The first step, and the step after positions or colliders were set, looks for components inside colliders and
-//! chooses a way out (`contact::way_out`). On this way the component is translated by a quarter of a cell per step, or
-//! more where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor contacts act
-//! on it. A component with an active pin or handle stays, and its samples are pushed out one by one.
+//! chooses a translation out of them (`contact::escape`). The component is translated by a quarter of a cell per
+//! step, or more where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor
+//! contacts act on it. A component with an active pin or handle stays, and its samples are pushed out one by one.
 
 use nalgebra::{Point3, Vector3};
 
@@ -17,7 +17,7 @@ use crate::state::Interval;
 
 impl Body {
     /// Lets the next step look for components inside colliders. Called when colliders were set.
-    pub(crate) fn search_ways_out(&mut self) {
+    pub(crate) fn search_escapes(&mut self) {
         self.state.escapes.search();
     }
 
@@ -32,7 +32,7 @@ impl Body {
             if let Some(contacts) = contacts {
                 contacts.set_sides(&[]);
             }
-            self.find_ways_out(context.colliders, context.interval, context.gravity);
+            self.find_escapes(context.colliders, context.interval, context.gravity);
         }
         let Self {
             contact: ContactData { contacts, leaving, .. },
@@ -59,8 +59,8 @@ impl Body {
         }
     }
 
-    /// Finds the ways out of the components without active constraints that are inside colliders.
-    fn find_ways_out(&mut self, colliders: &Colliders, interval: Interval, gravity: Vector3<f64>) {
+    /// Finds the escapes of the components without active constraints that are inside colliders.
+    fn find_escapes(&mut self, colliders: &Colliders, interval: Interval, gravity: Vector3<f64>) {
         // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
         // inside.
         let is_solid = self.surface().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
@@ -94,8 +94,8 @@ impl Body {
             if momentum.is_constrained(component) {
                 continue;
             }
-            if let Some(way) = points.way_out(&shapes, up) {
-                state.escapes.add(component as u32, way);
+            if let Some(translation) = points.escape_translation(&shapes, up) {
+                state.escapes.add(component as u32, translation);
             }
         }
     }

@@ -6,7 +6,7 @@ use super::parts::Pipeline;
 use super::reference::{BodyRef, DisplayContext};
 use super::soft_body::Body;
 use crate::dynamics::{Constraint, ConstraintError};
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::state::Interval;
 
 /// The force that a pin or handle exerts on a body, in world space.
@@ -22,14 +22,14 @@ pub struct HoldForce {
 }
 
 impl BodyRef<'_> {
-    /// Computes the force and the torque that a pin or handle exerts in the next step, from the current state: what its
-    /// lattice vertices need, beside the elastic forces and gravity, to move as it prescribes. `None` outside a
+    /// Computes the force and the torque that a pin or handle exerts in the next step, from the current state: its
+    /// lattice vertices need this force, beside the elastic forces and gravity, to move as prescribed. `None` outside a
     /// simulation; zero if the pin or handle did not act in the last step.
     ///
     /// The reaction of the elastic damping is included, shared by the pins and handles of a connected component in
     /// proportion to the masses that they hold; it is missing until the next step after a state was restored, the
     /// damping was changed or the body broke. Contacts, external forces on the held vertices and region damping are
-    /// not included. Where keyframes change the velocity, the force is that of the change within one step. A call costs
+    /// not included. Where keyframes change the velocity, the force makes the change within one step. A call costs
     /// as much as a step.
     ///
     /// * `index`: as for [`Body::release`].
@@ -68,7 +68,8 @@ impl Body {
 
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();
-        let fitted = (&state.positions, &mut rotations, self.shapes());
+        let fitted =
+            RegionFit { positions: &state.positions, rotations: &mut rotations, shapes: self.shapes() };
         matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.shape.lattice.cell_size() / (dt * dt);
@@ -79,11 +80,11 @@ impl Body {
             let slot = slots[vertex as usize];
             let mass = self.mass_of(vertex);
             // The regions act on the vertex with its mass in the fits.
-            let pull = stiffness * matching.regions.pull(slot);
+            let strength = stiffness * matching.regions.goal_strength(slot);
             let distance = Vector3::from(goals.get(slot).map(f64::from)) - state.local(slot);
             let velocity = state.frame.velocity_to_world(state.velocities.get(slot));
             let acceleration = (motion / dt - velocity) / dt;
-            add((acceleration - gravity) * mass - distance * pull, vertex);
+            add((acceleration - gravity) * mass - distance * strength, vertex);
         }
         self.add_damping(constraint, dt, &mut add);
         result

@@ -8,10 +8,10 @@ use crate::state::Interval;
 use crate::volume::{Correction, CorrectionWorkspace, RestRatios};
 
 impl Body {
-    /// Sets the ratio of the rest volume of the body to that of its mesh, from the next step on: a number, or keyframes over
-    /// the time of the simulation. The body grows or shrinks to it in all directions, as fast as its material and damping let
-    /// it, and the volume correction keeps the volume of the mesh times this ratio. Zones have
-    /// [ratios of their own](crate::Zone::inflate) beside it.
+    /// Sets the ratio of the rest volume of the body to that of its mesh, from the next step on: a number, or
+    /// keyframes over the time of the simulation. The body grows or shrinks to it in all directions, as fast as its
+    /// material and damping let it, and the volume correction keeps the volume of the mesh times this ratio. Zones
+    /// have [ratios of their own](crate::Zone::inflate) beside it.
     ///
     /// # Errors
     ///

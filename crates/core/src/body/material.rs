@@ -54,9 +54,9 @@ impl Body {
         Ok(())
     }
 
-    /// Sets how the half-width of the regions is chosen, from the next step on. In a simulation, the regions are fixed as if
-    /// the body joined the simulation at the next step; the steps stay as long as they are. With the elasticity of regions,
-    /// nothing else changes.
+    /// Sets how the half-width of the regions is chosen, from the next step on. In a simulation, the regions are
+    /// fixed as if the body joined the simulation at the next step; the steps stay as long as they are. With the
+    /// elasticity of regions, nothing else changes.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
         self.settings.material.accuracy = accuracy;
         self.wake();

@@ -3,7 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `touching` | options of the contact with other bodies |
-//! | `surface`, `piece_mesh` | the displayed mesh; how that of the pieces follows from that of the whole body |
+//! | `surface`, `piece_mesh` | the displayed mesh; the map from the mesh of the whole body to the pieces |
 //! | `fracture_stage`, `leaving` | the stage of fracture; vertices that leave colliders |
 //! | `parts` | shape, settings, pipeline and contacts of a body |
 //! | `soft_body` | [`Body`]: its parts |
@@ -77,4 +77,4 @@ pub use soft_body::Body;
 pub(crate) use surface::Surface;
 pub use touching::TouchingOptions;
 #[cfg(feature = "internals")]
-pub use values::hold_factors;
+pub use values::constraint_factors;

@@ -3,7 +3,7 @@
 use crate::fracture::{FaceSource, Origin};
 use crate::mesh::{Mesh, RefinedMesh};
 
-/// How the mesh of the pieces of a body follows from the mesh of the whole body.
+/// The map from the mesh of a whole body to the mesh of its pieces.
 #[derive(Clone, Debug)]
 pub struct PieceMesh {
     pub(super) whole: Mesh,

@@ -39,8 +39,8 @@ impl Body {
         }
     }
 
-    /// Returns how the mesh of the pieces follows from that of the whole body; `None` while the body is whole, and of a
-    /// bare lattice. [`Body::mesh`] returns the mesh of the pieces.
+    /// Returns the map from the mesh of the whole body to the mesh of the pieces; `None` while the body is whole, and
+    /// of a bare lattice. [`Body::mesh`] returns the mesh of the pieces.
     pub fn piece_mesh(&self) -> Option<&PieceMesh> {
         self.surface().and_then(|surface| surface.pieces.as_deref())
     }

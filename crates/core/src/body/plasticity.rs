@@ -34,9 +34,9 @@ impl Body {
             self.pipeline.lowest_eigenvalue.take();
         }
         let is_inflated = self.inflation.as_ref().is_some_and(Inflation::is_acting);
-        let needs_spreads = is_plastic || self.is_armed() || bulk != 0.0 || is_inflated;
-        if needs_spreads != self.pipeline.matching.has_spreads() {
-            self.pipeline.matching.set_spreads(needs_spreads);
+        let needs_covariances = is_plastic || self.is_armed() || bulk != 0.0 || is_inflated;
+        if needs_covariances != self.pipeline.matching.has_covariances() {
+            self.pipeline.matching.set_covariances(needs_covariances);
         }
         if is_plastic != self.state.strains.is_some() {
             let strains = is_plastic.then(|| Lanes::zeros(self.pipeline.matching.layout.blocks()));
@@ -48,8 +48,8 @@ impl Body {
     }
 
     /// Returns the plastic strain of the region around each vertex, |S - 1| with the plastic shape S: 0 where the body
-    /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. If the regions are cells, it is the
-    /// mean of those around the vertex. See [`Plasticity`].
+    /// has its rest shape, and everywhere without plasticity. |·| is the Frobenius norm. If the regions are cells, it
+    /// is the mean of those around the vertex. See [`Plasticity`].
     pub fn plastic_strain(&self) -> Vec<f64> {
         let Some(strains) = &self.state.strains else { return vec![0.0; self.shape.lattice.len()] };
         let Matching { layout, regions, .. } = &self.pipeline.matching;
@@ -64,9 +64,9 @@ impl Body {
         })
     }
 
-    /// Returns the plastic shape S of each region, shape `(n, 3, 3)` for the vertices, or `(m, 3, 3)` for the cells if the
-    /// regions are cells: a symmetric matrix of determinant 1, in the rest pose; the identity where the body has its rest
-    /// shape, and everywhere without plasticity. See [`Plasticity`].
+    /// Returns the plastic shape S of each region, shape `(n, 3, 3)` for the vertices, or `(m, 3, 3)` for the cells
+    /// if the regions are cells: a symmetric matrix of determinant 1, in the rest pose; the identity where the body
+    /// has its rest shape, and everywhere without plasticity. See [`Plasticity`].
     pub fn plastic_shapes(&self) -> Vec<Matrix3<f64>> {
         let strain = |slot| {
             self.state.strains.as_ref().map_or_else(Matrix3::zeros, |strains| symmetric(strains.get(slot)))
@@ -90,8 +90,8 @@ impl Body {
         self.wake();
     }
 
-    /// Carries the plastic shapes over from the regions around vertices to cells, or back: the shape of a region is the mean of
-    /// those of the corners, or of the cells around the vertex. The regions are still those before.
+    /// Carries the plastic shapes over from the regions around vertices to cells, or back: the shape of a region is
+    /// the mean over the corners, or over the cells around the vertex. The regions are not changed yet.
     pub(super) fn carry_shapes(&mut self, half_width: HalfWidth) {
         let to_cells = half_width.is_cell();
         let Some(before) = self.state.strains.as_ref().filter(|_| to_cells != self.half_width().is_cell())

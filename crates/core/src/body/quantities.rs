@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use super::parts::Pipeline;
 use super::reference::BodyRef;
 use super::soft_body::Body;
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 
 impl Body {
     /// Returns the mass: the sum of [`Body::masses`].
@@ -66,7 +66,8 @@ impl BodyRef<'_> {
         let body = self.get();
         let Body { pipeline: Pipeline { matching, .. }, state, .. } = body;
         let mut rotations = state.rotations.clone();
-        let fitted = (&state.positions, &mut rotations, body.shapes());
+        let fitted =
+            RegionFit { positions: &state.positions, rotations: &mut rotations, shapes: body.shapes() };
         let mut workspace = Workspace::default();
         matching.fit(&mut workspace, context.executor, fitted, None, Purpose::Regions);
         let misfit = matching.regions.misfit(

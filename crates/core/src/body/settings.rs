@@ -166,7 +166,7 @@ impl Body {
         };
         let &Self { shape: Shape { ref lattice, scale, model_to_world, .. }, .. } = self;
         let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };
-        Ok(Constraint::following((selection, &part, vertices), window, (&body, animation))?)
+        Ok(Constraint::following(&body, animation, selection, &part, vertices, window)?)
     }
 
     /// Applies a force to the selected part of the body in the next step. The force is distributed over the

@@ -1,15 +1,18 @@
 //! Sleep: a body at rest is not stepped.
 //!
-//! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than 1e-3
-//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider or a body, and no pin,
-//! handle or near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the
-//! limit is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero.
-//! A component that is exactly still needs no support.
+//! A body falls asleep at the beginning of a frame if these conditions hold during the last half second:
 //!
-//! A body that touches others is also at rest if no vertex moved by more than 0.02 cells in this half second, and one that
-//! rests on colliders alone if no vertex moved by more than the lesser of this and a thousandth of L, as of the beginnings of
-//! frames: where edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances at high
-//! speeds.
+//! * Every vertex is slower than 1e-3 √(L max(g, 8 L/s²)), with the size L of the body and the gravity g: a thousandth
+//!   of the speed after a fall by about the size of the body.
+//! * A pin or handle holds every component, or it rests on a collider or a body, or it is exactly still.
+//! * No pin, handle or near collider moves, and the body is not leaving a collider.
+//!
+//! Its velocities are then set to zero.
+//!
+//! In place of the speed, the positions at the beginnings of frames may show rest: a body that touches others moves no
+//! vertex by more than 0.02 cells in the half second, and a body on colliders alone by no more than the lesser of this
+//! and a thousandth of L. Where edges are squeezed, contacts come and go, and single vertices jump to and fro by small
+//! distances at high speeds.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
@@ -38,7 +41,8 @@ const REST_TIME: f64 = 0.5;
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
 
-/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders, unless [`REST_SHARE`] is less.
+/// Greatest distance in cells of a vertex from its place in half a second of rest on colliders, unless [`REST_SHARE`]
+/// is less.
 const REST_DISTANCE: f64 = 0.02;
 
 /// Greatest distance of a vertex from its place in half a second of rest on colliders, as a fraction of L.
@@ -166,7 +170,7 @@ impl Body {
     /// Returns the limit of the speeds of a body at rest, in cells/s.
     ///
     /// Each step adds the rounding error of the f32 positions times alpha/dt to the velocities, and damping lets the
-    /// sum decay: the noise of a body at rest is this velocity over √(1 - keep²), where `keep` is the fraction that
+    /// sum decay. The noise of a body at rest is this velocity over √(1 - keep²), with the fraction `keep` that
     /// damping keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
     fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);

@@ -175,7 +175,7 @@ impl Body {
     }
 
     /// Checks that the options of the volume correction are valid for the lattice of a snapshot. `is_other`: whether it
-    /// has other broken joints than that of the body.
+    /// has other broken joints than the body.
     fn check_volume(
         &self,
         volume: VolumeOptions,

@@ -30,7 +30,7 @@ pub struct Body {
     pub(super) contact: ContactData,
     pub(super) constraints: Option<Constraints>,
     pub(super) forces: Option<Forces>,
-    /// `None` if all rest volumes are those of the mesh and stay so.
+    /// `None` if all rest volumes equal the volumes of the mesh at all times.
     pub(super) inflation: Option<Inflation>,
     /// `None` if the stiffness does not vary.
     pub(super) stiffness_factors: Option<StiffnessFactors>,

@@ -28,7 +28,8 @@ impl Body {
         }
     }
 
-    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps and touches nothing.
+    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps and touches
+    /// nothing.
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         let is_in_island = matches!(part, BodyContactPart::InIsland { .. });
         if self.is_asleep() && !is_in_island {
@@ -44,7 +45,7 @@ impl Body {
         self.track_rest(context, executor);
     }
 
-    /// Runs those of some stages that exist.
+    /// Runs the stages that the body has.
     fn run_all(
         &mut self,
         stages: &[&dyn Stage],

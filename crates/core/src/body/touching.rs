@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::range::in_range;
 
-/// How a body touches other bodies, and rolls on colliders. Colliders have
+/// Options of the contact with other bodies, and of rolling on colliders. Colliders have
 /// [a friction and a restitution of their own](crate::Collider).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TouchingOptions {
@@ -11,9 +11,9 @@ pub struct TouchingOptions {
     pub friction: f64,
     /// Coefficient of restitution, in [0, 1]; default 0. That of two bodies is the greater of theirs.
     pub restitution: f64,
-    /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
-    /// its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the damping ratio of the
-    /// material, or 0.016 with a damping rate above 0.
+    /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a
+    /// contact from its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the
+    /// damping ratio of the material, or 0.016 with a damping rate above 0.
     pub rolling_resistance: Option<f64>,
     /// Whether parts of the body touch each other; `None`, the default:
     /// [the simulation](crate::SimulationBuilder::self_contact) decides.

@@ -12,10 +12,10 @@ use crate::state::{Rest, State, Supports, Touches};
 
 /// For each vertex after an event, the vertices before.
 pub(super) struct Parents {
-    /// A vertex before; the only one but for `merged`.
+    /// The vertex before; one of several for the vertices in `merged`.
     pub(super) first: Vec<u32>,
-    /// For copies that an event unites, near the front of a crack: triples of a vertex, a vertex before and the mass that it
-    /// has from it, in masses of a full cell. Sorted.
+    /// For copies that an event unites, near the front of a crack: triples of a vertex, a vertex before and the mass
+    /// that it has from it, in masses of a full cell. Sorted.
     merged: Vec<(u32, u32, f64)>,
     /// The first corner of each cell, before and after.
     of_cells: Vec<(u32, u32)>,
@@ -82,8 +82,8 @@ impl Parents {
         transferred
     }
 
-    /// Gives the first corner of each cell the values of its first corner before, if the regions are cells: copies of a vertex
-    /// are the first corners of different cells.
+    /// Gives the first corner of each cell the values of its first corner before, if the regions are cells: copies of
+    /// a vertex are the first corners of different cells.
     fn keep_cells<const N: usize>(
         &self,
         values: &Lanes<N>,
@@ -151,7 +151,7 @@ pub(super) fn transfer(
         escapes: state.escapes.clone(),
         rest: Rest::default(),
     };
-    // The ways belong to components that no longer exist.
+    // The escapes belong to components that no longer exist.
     if !transferred.escapes.list().is_empty() {
         transferred.escapes.search();
     }

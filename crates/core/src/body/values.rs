@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use super::soft_body::Body;
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::parallel::Executor;
 use crate::state::ArrayError;
 
@@ -94,7 +94,8 @@ impl Body {
     pub fn goals(&self) -> Vec<Point3<f64>> {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
-        let fitted = (&self.state.positions, &mut rotations, self.shapes());
+        let fitted =
+            RegionFit { positions: &self.state.positions, rotations: &mut rotations, shapes: self.shapes() };
         self.pipeline.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
         let goals = self.pipeline.matching.goals(&workspace, &executor);
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
@@ -129,6 +130,6 @@ impl Body {
 
 /// Returns the factors of the masses of the vertices in the fits while the vertices with `true` are constrained.
 #[cfg(feature = "internals")]
-pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
-    body.pipeline.matching.regions.hold_factors(&body.pipeline.matching.layout, constrained)
+pub fn constraint_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
+    body.pipeline.matching.regions.constraint_factors(&body.pipeline.matching.layout, constrained)
 }

@@ -10,8 +10,8 @@ use crate::range::{RangeError, in_range};
 use crate::state::ArrayError;
 
 impl Body {
-    /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is that of the
-    /// material times the factor of the vertex. `None` removes all factors, also those of zones.
+    /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is the modulus
+    /// of the material times the factor of the vertex. `None` removes all factors, also of zones.
     ///
     /// A factor belongs to the region around its vertex, so the momenta are conserved. Parts that are smaller than the
     /// regions, 2 w + 1 vertices wide with the half-width w, are mixed with their surroundings. In a simulation, the
@@ -44,7 +44,8 @@ impl Body {
         self.apply_stiffness_factors();
     }
 
-    /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most the greatest alpha.
+    /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most the greatest
+    /// alpha.
     pub(super) fn limit_stiffness_factors(&mut self, dt: f64) {
         let (alpha, greatest) = (self.alpha(dt), self.greatest_alpha());
         if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest)) {
@@ -79,8 +80,9 @@ impl Body {
         self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 
-    /// Multiplies the stiffness factors of a part of the body, and its [rest volume](Zone::inflate), from the next step on: see
-    /// [`set_stiffness_factors`](Self::set_stiffness_factors). The body is at frame 0: see [`zone_at`](Self::zone_at).
+    /// Multiplies the stiffness factors of a part of the body, and its [rest volume](Zone::inflate), from the next
+    /// step on: see [`set_stiffness_factors`](Self::set_stiffness_factors). The body is at frame 0: see
+    /// [`zone_at`](Self::zone_at).
     ///
     /// # Errors
     ///
@@ -91,13 +93,13 @@ impl Body {
 
     /// Multiplies the stiffness factors of a part of the body in a pose, and its rest volume, from the next step on.
     ///
-    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike those of a pin, they
-    /// need not contain a mesh vertex.
+    /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike the shapes of a pin,
+    /// they need not contain a mesh vertex.
     ///
     /// # Errors
     ///
-    /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha per step
-    /// whose product with the greatest factor exceeds 1. The body is then unchanged.
+    /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha
+    /// per step whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
         let factor =
             in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
@@ -119,8 +121,8 @@ impl Body {
         Ok(())
     }
 
-    /// Returns the share of each lattice vertex in a zone: 1 inside, from where it decreases linearly to 0 over the length of a
-    /// cell. A list of vertices has no such border.
+    /// Returns the share of each lattice vertex in a zone: 1 inside, from where it decreases linearly to 0 over the
+    /// length of a cell. A list of vertices has no such border.
     fn zone_shares(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<f64>, SelectionError> {
         selection.validate()?;
         let pose = self.pose_of(pose);

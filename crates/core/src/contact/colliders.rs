@@ -40,7 +40,7 @@ struct ValidCollider {
 enum ColliderMotion {
     Rest,
     Keys(Motion),
-    /// Driven to a pose. In a box, so that the other colliders are not larger.
+    /// Driven to a pose. Boxed, because `Drive` is larger than the other variants.
     Driven(Box<Drive>),
 }
 

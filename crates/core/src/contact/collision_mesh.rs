@@ -17,8 +17,8 @@ pub(super) const SHELL: f64 = 0.05;
 /// A mesh with a search tree, as the shape of a collider. Cloning is cheap: the data are shared.
 ///
 /// A closed mesh ([`Mesh::is_closed`]) is a solid; faces that are clockwise seen from outside have the same effect. An
-/// open mesh is a thin shell: bodies may lie on either side of it. The solid can also be all that is outside of a closed
-/// mesh: see [`inverted`](Self::inverted).
+/// open mesh is a thin shell: bodies may lie on either side of it. The solid can also be all that is outside of a
+/// closed mesh: see [`inverted`](Self::inverted).
 #[derive(Clone, Debug)]
 pub struct CollisionMesh(Arc<Data>);
 
@@ -33,8 +33,8 @@ struct Data {
 #[derive(Clone, Debug)]
 pub(crate) struct CollisionSurface {
     tree: SurfaceTree,
-    /// 1 if the faces are counter-clockwise seen from the free side, and -1 if they are clockwise; `None` if the mesh is
-    /// open.
+    /// 1 if the faces are counter-clockwise seen from the free side, and -1 if they are clockwise; `None` if the mesh
+    /// is open.
     outward: Option<f64>,
     /// Whether the solid is all that is outside of the mesh.
     is_inverted: bool,
@@ -49,8 +49,8 @@ impl CollisionMesh {
         Self::with(mesh, None)
     }
 
-    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and says whether it is
-    /// closed. [`Shape::signed_distance`](super::Shape::signed_distance) is that of the mesh itself.
+    /// Builds a mesh whose vertices move. The mesh itself is the shape before the first step, and determines whether
+    /// it is closed. [`Shape::signed_distance`](super::Shape::signed_distance) uses the mesh itself.
     ///
     /// # Errors
     /// As [`new`](Self::new). Also if the animation has another number of vertices.
@@ -66,8 +66,8 @@ impl CollisionMesh {
         Ok(Self(Arc::new(Data { mesh, surface, animation })))
     }
 
-    /// Returns a room: bodies stay inside the closed mesh, and all that is outside of it is solid. It has the same effect
-    /// whether the faces point inwards or outwards.
+    /// Returns a room: bodies stay inside the closed mesh, and all that is outside of it is solid. It has the same
+    /// effect whether the faces point inwards or outwards.
     ///
     /// # Errors
     /// [`ColliderFault::OpenRoom`] if the mesh is open. A shell holds bodies on either side.

@@ -10,19 +10,19 @@ use super::patch::PatchSide;
 use super::posed_collider::PosedCollider;
 use super::vec4::{Vec4, dot, narrow, wide};
 
-/// Depth in cells up to which samples are not pushed out. The impulses remove a part of it in each step, so that a resting body
-/// is not moved against its elastic forces.
+/// Depth in cells up to which samples are not pushed out. The impulses remove a part of it in each step, so that a
+/// resting body is not moved against its elastic forces.
 pub(super) const SOFT_DEPTH: f64 = 0.01;
 
-/// Part of a gap, of at most [`SOFT_DEPTH`], that a contact closes in a step. With a greater part, contacts that are pressed come and
-/// go, and the body trembles.
+/// Part of a gap, of at most [`SOFT_DEPTH`], that a contact closes in a step. With a greater part, contacts that are
+/// pressed come and go, and the body trembles.
 const GAP_PART: f64 = 0.01;
 
 /// Greatest part of the overlap that a contact removes in a step.
 const OVERLAP_PART: f64 = 0.2;
 
-/// Greatest part of the overlap that a contact removes in a second. The speed remains in the body, so that it must not grow as
-/// steps become shorter.
+/// Greatest part of the overlap that a contact removes in a second. The speed remains in the body, so that it must
+/// not grow as steps become shorter.
 const OVERLAP_RATE: f64 = 12.0;
 
 /// Contact point of a patch during a step.
@@ -33,13 +33,14 @@ pub(super) struct SurfacePoint {
     /// Distance of the surface beyond `position`, along the normal of the collider, in cells: see
     /// [`SampleCells::offset`](super::samples::SampleCells).
     pub(super) offset: f64,
-    /// Depth of the deepest sample at the end of the step below the surface of the collider, in cells; negative outside.
+    /// Depth of the deepest sample at the end of the step below the surface of the collider, in cells; negative
+    /// outside.
     pub(super) deepest: f64,
     /// Velocity at the end of the step without contacts, in cells per second.
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
     pub(super) velocity_before: Vec4,
-    /// The surface, if it is not that of the shape nearest to `position`.
+    /// The surface, if it is not the one nearest to `position`.
     pub(super) side: Option<PatchSide>,
 }
 
@@ -86,10 +87,12 @@ impl SurfacePoint {
     ///
     /// * A point that starts the step outside the skin and approaches faster than `min_bounce` separates at
     ///   the speed of approach times the restitution.
-    /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its depth in the
-    ///   step, or [`OVERLAP_RATE`] of it in a second if that is less. Deeper ones are pushed out: see `stage`.
+    /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its
+    ///   depth in the step, or [`OVERLAP_RATE`] of it in a second if that is less. Deeper ones are pushed out: see
+    ///   `stage`.
     /// * A sample outside closes [`GAP_PART`] of its gap. One that moved away before the step may
-    ///   approach at up to the speed at which it moved away, because this adds no energy. No sample enters the collider.
+    ///   approach at up to the speed at which it moved away, because this adds no energy. No sample enters the
+    ///   collider.
     ///
     /// `min_bounce` is the least speed of approach that bounces, in cells per second.
     pub(super) fn contact(&self, collider: &PosedCollider<'_>, dt: f64, min_bounce: f64) -> Contact {

@@ -53,8 +53,8 @@ impl AnimatedSurface {
                 at.surface = surface;
             }
         }
-        let ways = before.points.iter().zip(&after.points).map(|(a, b)| (b - a).norm());
-        *greatest = ways.fold(0.0, f64::max);
+        let distances = before.points.iter().zip(&after.points).map(|(a, b)| (b - a).norm());
+        *greatest = distances.fold(0.0, f64::max);
     }
 
     /// Returns the surface at the end of the step if `is_after`, or else at its start. They are the same if no vertex

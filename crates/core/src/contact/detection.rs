@@ -112,7 +112,7 @@ impl Detection {
         }
         self.update_slopes(samples);
         let Self { positions, smooth, .. } = self;
-        let slopes = smooth.with_trust_of(smooth).slopes;
+        let slopes = smooth.with_weights_of(smooth).slopes;
         smooth_may_touch(shape, positions.iter().zip(slopes), skin)
     }
 
@@ -121,7 +121,7 @@ impl Detection {
         let Self { positions, smooth, has_slopes, .. } = self;
         if let (Some(stencils), false) = (samples.stencils(), *has_slopes) {
             smooth.update_slopes(stencils, positions);
-            smooth.update_trust(stencils, positions);
+            smooth.update_slope_weights(stencils, positions);
             *has_slopes = true;
         }
     }
@@ -169,16 +169,16 @@ impl Detection {
             return;
         }
         let Self { positions, heights, smooth, height_slopes, patches, .. } = self;
-        let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
+        let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
         if let Some((normal, offset)) = shape.plane() {
             for (height, position) in heights.iter_mut().zip(&*positions) {
                 *height = normal.dot(&wide(position)) - offset;
             }
-            let slopes = slopes.map(|RowSlopes { slopes, trust }| {
+            let slopes = slopes.map(|RowSlopes { slopes, slope_weights }| {
                 let along = |slopes: &[Vec4; 3]| slopes.map(|slope| normal.dot(&wide(&slope)));
                 height_slopes.clear();
                 height_slopes.extend(slopes.iter().map(along));
-                HeightSlopes { slopes: height_slopes, trust }
+                HeightSlopes { slopes: height_slopes, slope_weights }
             });
             let field = PlaneField { heights, slopes };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
@@ -201,7 +201,7 @@ impl Detection {
             return true;
         }
         let Self { positions, smooth, patches, paths, has_swept, .. } = self;
-        let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
+        let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
         let sweep =
             paths.sweep(index, collider, ShapeField { shape: &collider.shape, positions, slopes }, motion);
         let (count, is_mesh) = (report.contacts, matches!(collider.shape, PosedShape::Mesh(_)));
@@ -245,7 +245,7 @@ impl Detection {
                 continue;
             }
             let Self { positions, smooth, paths, .. } = &*self;
-            let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
+            let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
             let field = ShapeField { shape: &collider.shape, positions, slopes };
             let sweep = paths.sweep(index, &collider, field, motion);
             dispatch!(level(), simd => find_sides(simd, &sweep, samples, index, &mut found));

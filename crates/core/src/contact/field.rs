@@ -50,11 +50,11 @@ pub(super) struct PlaneField<'a> {
     pub(super) slopes: Option<HeightSlopes<'a>>,
 }
 
-/// Slopes of the distances from a plane of all rows, and the trust in them.
+/// Slopes of the distances from a plane of all rows, and the slope weights.
 #[derive(Clone, Copy)]
 pub(super) struct HeightSlopes<'a> {
     pub(super) slopes: &'a [[f64; 3]],
-    pub(super) trust: &'a [f32],
+    pub(super) slope_weights: &'a [f32],
 }
 
 /// Distance from a plane within a cell, as a polynomial (coefficients of 1, x, y, xy, z, xz, yz, xyz).
@@ -112,13 +112,13 @@ impl Field for PlaneField<'_> {
             coefficients_f32[k] = coefficients[k] as f32;
             sum += coefficients_f32[k].abs();
         }
-        let smooth = self.slopes.and_then(|HeightSlopes { slopes, trust }| {
-            let (mut corner_slopes, mut corner_trust) = ([[0.0; 3]; 8], [0.0; 8]);
+        let smooth = self.slopes.and_then(|HeightSlopes { slopes, slope_weights }| {
+            let (mut corner_slopes, mut corner_weights) = ([[0.0; 3]; 8], [0.0; 8]);
             for k in 0..8 {
                 corner_slopes[k] = slopes[corners[k] as usize];
-                corner_trust[k] = f64::from(trust[corners[k] as usize]);
+                corner_weights[k] = f64::from(slope_weights[corners[k] as usize]);
             }
-            SmoothInterpolant::new(heights, corner_slopes, corner_trust)
+            SmoothInterpolant::new(heights, corner_slopes, corner_weights)
         });
         PlaneCell { coefficients, coefficients_f32, rounding: 8.0 * f32::EPSILON * sum, smooth }
     }
@@ -170,15 +170,15 @@ impl Field for ShapeField<'_> {
                 values[k] = f64::from(self.positions[corners[k] as usize][c]);
             }
             cell[c].0 = polynomial(values);
-            if let Some(RowSlopes { slopes, trust }) = self.slopes {
-                let (mut corner_slopes, mut corner_trust) = ([[0.0; 3]; 8], [0.0; 8]);
+            if let Some(RowSlopes { slopes, slope_weights }) = self.slopes {
+                let (mut corner_slopes, mut corner_weights) = ([[0.0; 3]; 8], [0.0; 8]);
                 for k in 0..8 {
                     for axis in 0..3 {
                         corner_slopes[k][axis] = f64::from(slopes[corners[k] as usize][axis][c]);
                     }
-                    corner_trust[k] = f64::from(trust[corners[k] as usize]);
+                    corner_weights[k] = f64::from(slope_weights[corners[k] as usize]);
                 }
-                cell[c].1 = SmoothInterpolant::new(values, corner_slopes, corner_trust);
+                cell[c].1 = SmoothInterpolant::new(values, corner_slopes, corner_weights);
             }
         }
         cell

@@ -33,21 +33,21 @@ pub(super) fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8
 /// A smooth interpolant of a number in a cell; see `lattice::smooth`.
 pub(crate) struct SmoothInterpolant {
     terms: SmoothTerms<f64>,
-    /// Coefficients of the trust; `None` if the slopes of all corners are trusted.
-    trust: Option<[f64; 8]>,
+    /// Coefficients of the slope weight; `None` if it is 1 at all corners.
+    slope_weights: Option<[f64; 8]>,
 }
 
 impl SmoothInterpolant {
-    /// Creates the interpolant from the values at the corners, their slopes, and the trust in the slopes. `None` if no
-    /// slope is trusted, so that the interpolant is trilinear.
+    /// Creates the interpolant from the values at the corners, their slopes and slope weights. `None` if all
+    /// weights are 0, so that the interpolant is trilinear.
     #[inline(always)]
-    pub(super) fn new(values: [f64; 8], slopes: [[f64; 3]; 8], trust: [f64; 8]) -> Option<Self> {
-        if trust == [0.0; 8] {
+    pub(super) fn new(values: [f64; 8], slopes: [[f64; 3]; 8], slope_weights: [f64; 8]) -> Option<Self> {
+        if slope_weights == [0.0; 8] {
             return None;
         }
         let mut terms = SmoothTerms::new(values, slopes);
         terms.0[0][0] = values[0];
-        Some(Self { terms, trust: (trust != [1.0; 8]).then(|| polynomial(trust)) })
+        Some(Self { terms, slope_weights: (slope_weights != [1.0; 8]).then(|| polynomial(slope_weights)) })
     }
 
     /// Evaluates the interpolant at four positions. `linear`: coefficients of the trilinear interpolant.
@@ -65,9 +65,9 @@ impl SmoothInterpolant {
             let SmoothCoordinate { e, k, .. } = coordinates[axis];
             smooth += bilinear(simd, along, u, v) * e + bilinear(simd, across, u, v) * k;
         }
-        let Some(trust) = &self.trust else { return smooth };
+        let Some(slope_weights) = &self.slope_weights else { return smooth };
         let linear = value(simd, linear, monomials);
-        linear + value(simd, trust, &steps) * (smooth - linear)
+        linear + value(simd, slope_weights, &steps) * (smooth - linear)
     }
 }
 

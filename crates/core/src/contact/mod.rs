@@ -1,8 +1,8 @@
 //! Contacts between the surface of a body and colliders: detection, contact constraints, impulses, friction.
 //!
 //! Contacts act on samples: points of the surface of the body's mesh, or the surface vertices of the lattice
-//! for a bare lattice (a body without a mesh). The impulses remove overlaps of up to 0.01 cells over the next steps. Deeper
-//! samples are pushed out of the collider by a change of the positions alone.
+//! for a bare lattice (a body without a mesh). The impulses remove overlaps of up to 0.01 cells over the next steps.
+//! Deeper samples are pushed out of the collider by a change of the positions alone.
 //!
 //! | file | content |
 //! |---|---|
@@ -25,7 +25,7 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the impulses of all contact constraints, by projected Jacobi iteration |
 //! | `stage` | [`Contacts`], the contact stage of a body: detection, impulses, push-out |
-//! | `way_out` | the way on which a body that begins inside colliders leaves them as a whole |
+//! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
 //! | `smooth_rows` | slopes of the lattice at the rows, for a smooth skin |
 //! | `memory` | the memory of buffers |
@@ -59,6 +59,7 @@ mod constraint;
 mod deformation;
 mod detection;
 mod distance;
+mod escape;
 mod fault;
 mod field;
 mod interpolant;
@@ -75,7 +76,6 @@ mod stage;
 mod surface_points;
 mod swept;
 mod vec4;
-mod way_out;
 
 pub use self::collider::Collider;
 pub use self::colliders::Colliders;
@@ -84,6 +84,7 @@ pub use self::collision_mesh::CollisionMesh;
 #[cfg(feature = "internals")]
 pub use self::detection::ContactReport;
 pub use self::distance::SignedDistance;
+pub(crate) use self::escape::BodyPoints;
 pub use self::fault::{ColliderError, ColliderFault};
 pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
@@ -96,7 +97,6 @@ pub(crate) use self::smooth_rows::SmoothRows;
 pub use self::stage::Contacts;
 pub(crate) use self::stage::Pressure;
 pub(crate) use self::vec4::{Vec4, wide};
-pub(crate) use self::way_out::BodyPoints;
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
 /// outside at a distance of at most this thickness.

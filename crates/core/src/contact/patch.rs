@@ -8,7 +8,7 @@
 //! positions of its samples, weighted by `s_i`. The position of a sample is a sum over the corners k of its
 //! cell: the position of the corner times the trilinear coefficient `t_ik`. The contact point is therefore a
 //! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`. With a smooth
-//! skin, these weights spread the impulses, and only the distances are those of the smooth positions.
+//! skin, these weights distribute the impulses, and only the distances use the smooth positions.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ pub(super) struct Patch {
     distance_sum: f64,
     /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
-    /// Whether the nearest surface of the shape is not that of the contact: see `sides`.
+    /// Whether the contact is not at the nearest surface of the shape: see `sides`.
     has_side: bool,
     /// Sums of sample weight times normal, and times distance before the step, if the search computes them.
     side_sums: (Vector3<f64>, f64),

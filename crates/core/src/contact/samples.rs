@@ -286,8 +286,8 @@ impl SampleCells {
         })
     }
 
-    /// Returns the place of each sample at rest in thousandths of a cell, by the index of its block times eight plus its
-    /// lane; `None` for padding. `rest_position` returns the rest position of a vertex.
+    /// Returns the place of each sample at rest in thousandths of a cell, by the index of its block times eight plus
+    /// its lane; `None` for padding. `rest_position` returns the rest position of a vertex.
     pub(super) fn places(
         &self,
         rest_position: impl Fn(u32) -> Point3<f64>,

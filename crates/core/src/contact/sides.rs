@@ -1,4 +1,4 @@
-//! On which side of a shape a sample is: that from which it came.
+//! Finds the side of a shape from which a sample came.
 //!
 //! The nearest surface of a thin shape may be the wrong one: a fast sample passes the middle of a plate, or the whole
 //! plate, in one step. The side follows from the path of the sample in the step, in the frame of the moving shape. The
@@ -34,7 +34,7 @@ const SAFE_MOTION: f64 = 0.25;
 pub(crate) struct Side {
     /// Index of the collider.
     pub(super) collider: u32,
-    /// Index of the sample: that of its block times eight plus its lane.
+    /// Index of the sample: its block times eight plus its lane.
     pub(super) sample: u32,
     /// The side point, in scene units, in the given position of the collider.
     pub(super) point: [f64; 3],
@@ -82,18 +82,18 @@ impl PosedShape<'_> {
         skin: f64,
     ) -> Option<SidedContact> {
         let near = self.signed_distance(end);
-        let way = end - start;
+        let displacement = end - start;
         let regular = |normal: Vector3<f64>| {
-            let (distance, before) = (near.distance, near.distance - normal.dot(&way));
+            let (distance, before) = (near.distance, near.distance - normal.dot(&displacement));
             (distance <= skin).then_some(SidedContact { distance, normal, before, has_passed: false })
         };
         let shell = self.shell();
         let is_shell = shell > 0.0;
         // Too far from the surface to have crossed it. The distance from the mid-surface of a shell is not negative.
-        if (near.distance + shell).abs() > way.norm() + 2.0 * LIFT {
+        if (near.distance + shell).abs() > displacement.norm() + 2.0 * LIFT {
             return regular(near.normal);
         }
-        let start = if is_shell { Some(*start) } else { self.lifted(start) };
+        let start = if is_shell { Some(*start) } else { self.outside(start) };
         let Some(start) = start else { return regular(near.normal) };
         let Some((fraction, normal)) = self.first_hit(&start, end) else {
             // On the mid-surface of a shell the normal may have either sign.
@@ -130,9 +130,9 @@ impl PosedShape<'_> {
         if let Self::Mesh(mesh) = self {
             return mesh.first_hit(a, b);
         }
-        let way = b - a;
-        let length = way.norm();
-        let direction = way.try_normalize(0.0)?;
+        let displacement = b - a;
+        let length = displacement.norm();
+        let direction = displacement.try_normalize(0.0)?;
         let [first, _] = self.overlap_along(a, &direction, 0.0)?;
         (0.0..=length).contains(&first).then(|| {
             let hit = a + direction * first;
@@ -142,7 +142,7 @@ impl PosedShape<'_> {
 
     /// Returns a point of a path outside a solid: the point itself, or the point outside the surface of a point
     /// slightly inside. `None` if the point is deeper.
-    fn lifted(&self, point: &Point3<f64>) -> Option<Point3<f64>> {
+    fn outside(&self, point: &Point3<f64>) -> Option<Point3<f64>> {
         let near = self.signed_distance(point);
         if near.distance < -2.0 * LIFT {
             return None;

@@ -6,20 +6,20 @@ use super::memory::buffer_bytes;
 use super::vec4::Vec4;
 use crate::lattice::Stencil;
 
-/// Slopes of the lattice vertices of all rows, and the trust in them; see `lattice::slopes`.
+/// Slopes and slope weights of the lattice vertices of all rows; see `lattice::slopes`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SmoothRows {
     slopes: Vec<[Vec4; 3]>,
     /// See `Stencil::bend`.
     bends: Vec<f32>,
-    trust: Vec<f32>,
+    slope_weights: Vec<f32>,
 }
 
-/// Slopes and trust of all rows, as an interpolation reads them.
+/// Slopes and slope weights of all rows, as an interpolation reads them.
 #[derive(Clone, Copy)]
 pub(crate) struct RowSlopes<'a> {
     pub(crate) slopes: &'a [[Vec4; 3]],
-    pub(crate) trust: &'a [f32],
+    pub(crate) slope_weights: &'a [f32],
 }
 
 impl SmoothRows {
@@ -29,26 +29,26 @@ impl SmoothRows {
         self.slopes.extend(stencils.iter().map(|stencil| stencil.slopes(|row| positions[row as usize])));
     }
 
-    /// Computes the trust in the slopes of the positions of all rows.
-    pub(crate) fn update_trust(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
-        let Self { bends, trust, .. } = self;
+    /// Computes the slope weights of the positions of all rows.
+    pub(crate) fn update_slope_weights(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
+        let Self { bends, slope_weights, .. } = self;
         let bend = |stencil: &Stencil| match stencil.is_isolated() {
             true => 0.0,
             false => stencil.bend(|row| positions[row as usize].xyz()),
         };
         bends.clear();
         bends.extend(stencils.iter().map(bend));
-        trust.clear();
-        trust.extend(stencils.iter().map(|stencil| stencil.trust(|row| bends[row as usize])));
+        slope_weights.clear();
+        slope_weights.extend(stencils.iter().map(|stencil| stencil.slope_weight(|row| bends[row as usize])));
     }
 
-    /// Returns the slopes of the last update, with the trust in the slopes of `trusted`.
-    pub(crate) fn with_trust_of<'a>(&'a self, trusted: &'a Self) -> RowSlopes<'a> {
-        RowSlopes { slopes: &self.slopes, trust: &trusted.trust }
+    /// Returns the slopes of the last update, with the slope weights of `weighted`.
+    pub(crate) fn with_weights_of<'a>(&'a self, weighted: &'a Self) -> RowSlopes<'a> {
+        RowSlopes { slopes: &self.slopes, slope_weights: &weighted.slope_weights }
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        buffer_bytes(&self.slopes) + buffer_bytes(&self.bends) + buffer_bytes(&self.trust)
+        buffer_bytes(&self.slopes) + buffer_bytes(&self.bends) + buffer_bytes(&self.slope_weights)
     }
 }

@@ -143,9 +143,9 @@ impl Solver {
         self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
-    /// Sets the impulses with which [`solve`](Self::solve) begins: those of the step before, one for each contact,
+    /// Sets the initial impulses of [`solve`](Self::solve): the impulses of the step before, one for each contact,
     /// without the parts that no contact can have. Contacts that were faster than `slow` before the step begin without
-    /// an impulse: that of an impact is another one in each step, and would add energy.
+    /// an impulse: the impulse of an impact differs from step to step, and would add energy.
     pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
         let Self { constraints, links, changes, .. } = self;
         for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
@@ -242,7 +242,7 @@ impl Solver {
         self.constraints.iter().map(|constraint| (constraint.normal_impulse, constraint.friction_impulse))
     }
 
-    /// Replaces the impulses by those of a problem to which these contacts were [appended](Self::append) with `units`,
+    /// Takes the impulses from a problem to which these contacts were [appended](Self::append) with `units`,
     /// and the velocity changes by those that these impulses cause.
     pub(super) fn set_impulses(&mut self, impulses: &[(f32, Vec4)], units: Units) {
         let scale = units.mobility / units.velocity;

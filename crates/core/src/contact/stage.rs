@@ -24,11 +24,11 @@ use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support};
 /// slower impacts comes to rest.
 pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 
-/// Penetration that is tolerated without a push between bodies, and on the way out of a collider, in cells.
+/// Penetration that is tolerated without a push between bodies, and in an escape from a collider, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
-/// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not give a
-/// greater one.
+/// Speed in cells per step up to which a contact begins with the impulse of the step before, where gravity does not
+/// give a greater one.
 const SLOW: f64 = 1e-3;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
@@ -109,7 +109,7 @@ pub struct Contacts {
     begin: Vec<Vec4>,
     /// Speed in cells/s from which on a contact begins without an impulse.
     slow: f32,
-    /// The contacts with which a sleeping body fell asleep, while those of a step are in `pressures`.
+    /// The contacts with which a sleeping body fell asleep, while `pressures` has the contacts of a step.
     kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
     touched: Vec<u32>,
@@ -170,7 +170,7 @@ impl Contacts {
         self.detection.may_touch(shape, &self.samples, 0.0)
     }
 
-    /// Sets the lattice vertices that have no contacts: those of components that leave colliders.
+    /// Sets the lattice vertices that have no contacts: the vertices of components that leave colliders.
     pub(crate) fn set_leaving(&mut self, is_leaving: impl Fn(u32) -> bool) {
         let rows = (0..).zip(&self.samples.vertices).filter(|(_, vertex)| is_leaving(**vertex));
         self.leaving.clear();
@@ -186,9 +186,9 @@ impl Contacts {
     ///
     /// Normal and friction impulses change the velocities. The positions change by these velocity changes
     /// times the step. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of the
-    /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call before.
-    /// Components that leave colliders as a whole ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in
-    /// scene units per second squared.
+    /// positions alone, by at most a quarter of a cell per step. The solution begins with the impulses of the call
+    /// before. Components that leave colliders as a whole ([`set_leaving`](Self::set_leaving)) have no contacts.
+    /// `gravity` is in scene units per second squared.
     #[cfg(feature = "internals")]
     pub fn resolve(
         &mut self,
@@ -217,7 +217,7 @@ impl Contacts {
         self.keep_sides(state, colliders, step);
     }
 
-    /// Sets the impulses with which the solution begins: those of the step before. `impulse` returns that of a
+    /// Sets the initial impulses of the solution: the impulses of the step before. `impulse` returns that of a
     /// contact, in the unit of [`Pressure::impulse`].
     pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
         self.begin.clear();
@@ -345,8 +345,8 @@ impl Contacts {
         }
     }
 
-    /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not velocities.
-    /// Returns the greatest depth of a sample in cells before the last push.
+    /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not
+    /// velocities. Returns the greatest depth of a sample in cells before the last push.
     ///
     /// Few steps need a push-out. The possible causes are a body that was placed inside a collider or is
     /// constrained to be inside it, and a patch that rotated about its contact point.
@@ -392,13 +392,12 @@ impl Contacts {
         deepest
     }
 
-    /// Keeps the contacts of the last step, before those of a sleeping body are searched because another body is near.
+    /// Keeps the contacts of the last step of a sleeping body, before a search because another body is near.
     pub(crate) fn keep_pressures(&mut self) {
         std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
     }
 
-    /// Returns to the contacts that were [kept](Self::keep_pressures), as the body still sleeps. Does nothing if none
-    /// were.
+    /// Restores the contacts that were [kept](Self::keep_pressures), if any: the body still sleeps.
     pub(crate) fn restore_pressures(&mut self) {
         if !self.kept_pressures.is_empty() {
             std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
@@ -441,8 +440,8 @@ impl Contacts {
         }
     }
 
-    /// Takes the displacements and the side points of the contacts of a body before it broke. `parents` has the vertex before
-    /// of each vertex of the `lattice`. Samples at the same place at rest have the same side points.
+    /// Takes the displacements and the side points of the contacts of a body before it broke. `parents` has the
+    /// vertex before of each vertex of the `lattice`. Samples at the same place at rest have the same side points.
     pub(crate) fn continue_from(&mut self, before: &Self, parents: &[u32], lattice: &Lattice) {
         for (displacement, &vertex) in self.displacements.iter_mut().zip(&self.samples.vertices) {
             let parent = parents[vertex as usize];

@@ -42,7 +42,7 @@ pub(super) fn surface_points(
     points
 }
 
-/// Returns the triangles without those whose corners are those of an earlier one.
+/// Returns the triangles without those with the same corners as an earlier one.
 fn distinct(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
     let mut corners = HashSet::new();
     let is_first = |triangle: &[u32; 3]| {

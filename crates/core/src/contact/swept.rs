@@ -64,7 +64,9 @@ impl Paths {
         }
         *greatest = extent.into_iter().map(|x| f64::from(x).powi(2)).sum::<f64>().sqrt();
         starts.clear();
-        starts.extend(positions.iter().zip(&*displacements).map(|(position, way)| position - way));
+        starts.extend(
+            positions.iter().zip(&*displacements).map(|(position, displacement)| position - displacement),
+        );
     }
 
     /// Updates the displacements after contacts changed the positions.
@@ -125,7 +127,7 @@ impl Paths {
         &self.sides
     }
 
-    /// Restores side points. Ignores those of another body, which has more than `samples` samples.
+    /// Restores side points. Ignores side points of another body, one with more than `samples` samples.
     pub(super) fn set_sides(&mut self, sides: &[Side], samples: usize) {
         self.sides.clear();
         self.sides.extend(sides.iter().filter(|side| (side.sample as usize) < samples));
@@ -161,12 +163,12 @@ impl Sweep<'_> {
                 for (index, block) in blocks.zip(samples.cell_blocks(cell)) {
                     let monomials = monomials(simd, &block.positions);
                     let mut ends = [Point3::origin(); LANES];
-                    let mut ways = [Point3::origin(); LANES];
+                    let mut displaced = [Point3::origin(); LANES];
                     for half in 0..2 {
                         let positions = self.field.positions(simd, &interpolants.0, &monomials[half]);
                         let moved = self.displacements.positions(simd, &interpolants.1, &monomials[half]);
                         ends[4 * half..4 * half + 4].copy_from_slice(&positions);
-                        ways[4 * half..4 * half + 4].copy_from_slice(&moved);
+                        displaced[4 * half..4 * half + 4].copy_from_slice(&moved);
                     }
                     let mut contacts = [None; LANES];
                     let mut touches = false;
@@ -174,7 +176,7 @@ impl Sweep<'_> {
                         if block.fractions[lane] > 0.0 {
                             let sample = index * LANES as u32 + lane as u32;
                             contacts[lane] =
-                                self.contact(sample, &ends[lane], &ways[lane].coords, skin, sides);
+                                self.contact(sample, &ends[lane], &displaced[lane].coords, skin, sides);
                             touches |= contacts[lane].is_some();
                         }
                     }
@@ -191,13 +193,13 @@ impl Sweep<'_> {
         &self,
         sample: u32,
         end: &Point3<f64>,
-        way: &Vector3<f64>,
+        displacement: &Vector3<f64>,
         skin: f64,
         sides: &[Side],
     ) -> Option<SidedContact> {
         let start = match sides.iter().find(|side| side.sample == sample) {
             Some(side) => self.collider.posed_point(&side.point.into()),
-            None => self.collider.carried(&(end - way)),
+            None => self.collider.carried(&(end - displacement)),
         };
         self.collider.shape.sided_contact(&start, end, skin)
     }

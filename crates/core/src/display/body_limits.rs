@@ -15,17 +15,17 @@ const GREATEST_DISTANCE: f64 = GREATEST_GAP / 2.0;
 #[derive(Debug, Default)]
 pub(super) struct BodyLimits {
     gaps: GapSearch,
-    /// Twelve rows for each lattice vertex: one for each dominant axis and sign of the normal of a limit, and six more for
-    /// limits that give way.
+    /// Twelve rows for each lattice vertex: one for each dominant axis and sign of the normal of a limit, and six
+    /// more for soft limits.
     rows: SparseSet,
     /// The limit of each of `rows`.
     limits: Vec<Limit>,
 }
 
 impl BodyLimits {
-    /// Returns a function that finds the limits of a body for one set of positions: it adds those within which vertices
-    /// may move by up to a distance in cells, so that the displayed surface takes at most half of a gap to another
-    /// body, and does not move towards a body that it touches. Bodies outside a simulation have none.
+    /// Returns a function that adds the limits of a body for one set of positions, as far as they limit displacements
+    /// of up to a distance in cells. With them, the displayed surface takes at most half of a gap to another body,
+    /// and does not move towards a body that it touches. A body outside a simulation has no limits.
     pub(super) fn finder<'a>(
         &'a mut self,
         body: BodyRef<'a>,
@@ -58,11 +58,11 @@ impl BodyLimits {
             let axis = normal.iamax();
             let side = axis + if normal[axis] < 0.0 { 3 } else { 0 };
             // Where a body breaks, its pieces overlap. Their volume is more important.
-            let gives_way = is_own && is_in_pieces;
-            let row = side + if gives_way { 6 } else { 0 };
+            let is_soft = is_own && is_in_pieces;
+            let row = side + if is_soft { 6 } else { 0 };
             for vertex in surface.vertices_of(sample) {
                 let index = rows.index_or_insert(12 * vertex + row as u32) as usize;
-                let limit = Limit { vertex, normal, clearance, gives_way };
+                let limit = Limit { vertex, normal, clearance, is_soft };
                 match limits.get_mut(index) {
                     None => limits.push(limit),
                     Some(found) if clearance < found.clearance => *found = limit,

@@ -13,8 +13,8 @@ use crate::skin::SkinBuffers;
 /// A `Display` that always evaluates the same body allocates in the first frame, when the constrained vertices
 /// change, and in frames in which cells of the lattice are inside out.
 /// [`Displayed::surface`](super::Displayed::surface) also allocates its result in each call;
-/// [`Displayed::surface_into`](super::Displayed::surface_into) does not. A `Display` can evaluate several bodies, but one
-/// `Display` per body is faster.
+/// [`Displayed::surface_into`](super::Displayed::surface_into) does not. A `Display` can evaluate several bodies, but
+/// one `Display` per body is faster.
 #[derive(Debug, Default)]
 pub struct Display {
     pub(super) lattice: DisplayedLattice,

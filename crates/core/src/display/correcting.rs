@@ -5,7 +5,7 @@ use super::frame::Frame;
 use super::lattice::DisplayedLattice;
 use super::surroundings::surroundings;
 use crate::body::Body;
-use crate::matching::{Purpose, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::simd::lanes::Lanes;
 use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, ExternalForce};
 
@@ -29,7 +29,11 @@ impl Correcting {
         let Self { matching: workspace, slot_rotations, rotations, .. } = self;
         let (state, matching) = (frame.body.get().state(), frame.body.get().matching());
         slot_rotations.copy_from(&state.rotations);
-        let fitted = (&state.positions, &mut *slot_rotations, frame.body.get().shapes());
+        let fitted = RegionFit {
+            positions: &state.positions,
+            rotations: &mut *slot_rotations,
+            shapes: frame.body.get().shapes(),
+        };
         matching.fit(workspace, &frame.executor, fitted, None, Purpose::Regions);
         matching.rotations_at_vertices(slot_rotations, rotations);
     }
@@ -44,14 +48,14 @@ impl Correcting {
         body_limits: &mut BodyLimits,
     ) {
         let Self { workspace, rotations, external_forces, components, .. } = self;
-        let DisplayedLattice { deformed, corrected, trust, .. } = lattice;
+        let DisplayedLattice { deformed, corrected, slope_weights, .. } = lattice;
         let (body, executor) = (frame.body, &frame.executor);
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces.extend(
             body.context().into_iter().flat_map(|context| external_forces_on(body.get(), context.dt)),
         );
-        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
+        correction.solve(workspace, executor, deformed, rotations, external_forces, slope_weights.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         if let Some(surroundings) = surroundings(body) {
             correction.limit_at_obstacles(
@@ -74,8 +78,9 @@ impl Correcting {
         correction: &Correction,
         lattice: &DisplayedLattice,
     ) {
-        let DisplayedLattice { corrected, trust, .. } = lattice;
-        let reports = correction.replace(&mut self.workspace, &frame.executor, corrected, trust.values());
+        let DisplayedLattice { corrected, slope_weights, .. } = lattice;
+        let reports =
+            correction.replace(&mut self.workspace, &frame.executor, corrected, slope_weights.values());
         self.components.clear();
         self.components.extend_from_slice(reports);
     }

@@ -96,7 +96,7 @@ impl Display {
         if may_be_inverted(&body.matching().layout, &body.state().positions) {
             self.untangle_inverted(frame);
         }
-        self.lattice.update_trust(body);
+        self.lattice.update_slope_weights(body);
     }
 
     /// Untangles the deformed lattice, if a cell is inside out. Most frames do not come here.
@@ -109,10 +109,10 @@ impl Display {
             return;
         }
         if let Some(correction) = body.correction() {
-            lattice.update_trust(body);
-            let (deformed, trust) = (&lattice.deformed, lattice.trust.values());
+            lattice.update_slope_weights(body);
+            let (deformed, slope_weights) = (&lattice.deformed, lattice.slope_weights.values());
             let workspace = &mut correcting.workspace;
-            untangling.set_volumes(correction.volumes(workspace, &frame.executor, deformed, trust));
+            untangling.set_volumes(correction.volumes(workspace, &frame.executor, deformed, slope_weights));
         }
         let deformed = &mut lattice.deformed;
         untangling.set_deformed(deformed);
@@ -145,7 +145,7 @@ impl Display {
             let Self { lattice, correcting, body_limits, untangling, .. } = self;
             let is_stuck = lattice.deformed == lattice.corrected;
             lattice.deformed.clone_from(&lattice.corrected);
-            lattice.update_trust(body);
+            lattice.update_slope_weights(body);
             if is_stuck || round == ROUNDS {
                 correcting.evaluate(frame, correction, lattice);
                 break;
@@ -163,13 +163,13 @@ impl Display {
         }
     }
 
-    /// Replaces the corrected lattice by that of the first correction of the frame.
+    /// Replaces the corrected lattice by the result of the first correction of the frame.
     #[cold]
     fn restore_first_correction(&mut self, frame: &Frame<'_>, correction: &Correction) {
         let Self { untangling: Some(untangling), lattice, correcting, .. } = self else { return };
         lattice.deformed.copy_from_slice(&untangling.first.start);
         lattice.corrected.copy_from_slice(&untangling.first.corrected);
-        lattice.update_trust(frame.body.get());
+        lattice.update_slope_weights(frame.body.get());
         correcting.evaluate(frame, correction, lattice);
         correcting.components.clone_from(&untangling.first.components);
     }

@@ -1,7 +1,7 @@
 //! The lattice of a displayed body.
 
 use crate::body::Body;
-use crate::lattice::{Slopes, Smoothing, Trust};
+use crate::lattice::{SlopeWeights, Slopes, Smoothing};
 use crate::simd::xyzx::{Xyzx, xyzx};
 
 /// The positions of the lattice vertices in an evaluation, in vertex order and in cells from the origin of the body.
@@ -11,8 +11,8 @@ pub(super) struct DisplayedLattice {
     pub(super) deformed: Vec<[f32; 3]>,
     /// P~: after the correction. Not in use without a correction.
     pub(super) corrected: Vec<[f32; 3]>,
-    /// Trust in the slopes of `deformed`, if the skin is smooth. It also holds for `corrected`.
-    pub(super) trust: Trust,
+    /// Slope weights of `deformed`, if the skin is smooth. They are also those of `corrected`.
+    pub(super) slope_weights: SlopeWeights,
     /// P~, or P^ without a correction, as the mesh update reads it: (x, y, z, x) of each vertex.
     xyzx: Vec<Xyzx>,
     /// Slopes of `xyzx` along the axes, if the skin is smooth.
@@ -27,10 +27,10 @@ impl DisplayedLattice {
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
     }
 
-    /// Updates the trust in the slopes of P^, if the skin is smooth.
-    pub(super) fn update_trust(&mut self, body: &Body) {
+    /// Updates the slope weights of P^, if the skin is smooth.
+    pub(super) fn update_slope_weights(&mut self, body: &Body) {
         if let Some(smoothing) = body.smoothing() {
-            smoothing.update_trust(&self.deformed, &mut self.trust);
+            smoothing.update_slope_weights(&self.deformed, &mut self.slope_weights);
         }
     }
 
@@ -45,23 +45,23 @@ impl DisplayedLattice {
         body: &Body,
         smoothing: Option<&Smoothing>,
     ) -> (&[Xyzx], Option<Slopes<'_>>) {
-        let Self { deformed, corrected, trust, xyzx: lattice, slopes } = self;
+        let Self { deformed, corrected, slope_weights, xyzx: lattice, slopes } = self;
         let displayed = if body.correction().is_some() { corrected } else { deformed };
         lattice.clear();
         lattice.extend(displayed.iter().map(|&point| xyzx(point)));
         if let Some(smoothing) = smoothing {
             smoothing.update_slopes(lattice, slopes);
         }
-        (lattice, smoothing.map(|_| Slopes { slopes, trust: trust.values() }))
+        (lattice, smoothing.map(|_| Slopes { slopes, slope_weights: slope_weights.values() }))
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { deformed, corrected, trust, xyzx, slopes } = self;
+        let Self { deformed, corrected, slope_weights, xyzx, slopes } = self;
         size_of_val(&**deformed)
             + size_of_val(&**corrected)
             + size_of_val(&**xyzx)
             + size_of_val(&**slopes)
-            + trust.bytes()
+            + slope_weights.bytes()
     }
 }

@@ -101,7 +101,7 @@ pub(super) struct Untangling {
 }
 
 impl Untangling {
-    /// Returns the buffers, prepared for the lattice of a body. New ones are in a frame that begins.
+    /// Returns the buffers, prepared for the lattice of a body. New buffers are in the state at the begin of a frame.
     pub(super) fn prepared<'a>(untangling: &'a mut Option<Box<Self>>, body: &Body) -> &'a mut Self {
         let untangling = untangling.get_or_insert_with(|| {
             let mut untangling = Box::<Self>::default();

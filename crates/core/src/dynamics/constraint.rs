@@ -65,9 +65,12 @@ impl Constraint {
     /// # Errors
     /// An invalid time window, or an animation with another number of vertices than the mesh.
     pub(crate) fn following(
-        (selection, part, vertices): (&Selection, &[u32], Vec<u32>),
+        body: &BodyMesh<'_>,
+        animation: &MeshAnimation,
+        selection: &Selection,
+        part: &[u32],
+        vertices: Vec<u32>,
         window: TimeWindow,
-        (body, animation): (&BodyMesh<'_>, &MeshAnimation),
     ) -> Result<Self, ConstraintError> {
         animation.check_vertices(body.mesh.vertices().len())?;
         let constraint = Self::new(vertices, window, None)?;
@@ -130,7 +133,7 @@ impl Constraint {
         self.follow = None;
     }
 
-    /// Returns the greatest speed of a vertex, in scene units per second. `radius` is that of the body.
+    /// Returns the greatest speed of a vertex, in scene units per second. `radius`: of the body.
     pub(crate) fn greatest_speed(&self, radius: f64) -> f64 {
         let keys = self.motion.as_ref().map_or(0.0, |motion| motion.greatest_speed(radius));
         self.follow.as_ref().map_or(keys, Follow::greatest_speed)
@@ -143,9 +146,9 @@ impl Constraint {
         self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
-    /// Returns when and how far a handle with keyframes moves its vertices in the step in which it becomes active, beyond
-    /// where they are: the time in seconds and a distance in scene units. `radius`: distance from the center at which the
-    /// rotation counts. `None` for pins and animations.
+    /// Returns when and how far a handle with keyframes moves its vertices in the step in which it becomes active,
+    /// beyond where they are: the time in seconds and a distance in scene units. `radius`: distance from the center
+    /// at which the rotation counts. `None` for pins and animations.
     pub fn jump(&self, radius: f64) -> Option<(f64, f64)> {
         let time = self.window.start;
         let pose = self.motion.as_ref()?.euler_pose(time);

@@ -1,10 +1,10 @@
 //! Couples the reference motions of bodies that press on each other: see [`elastic_damping`](super::elastic_damping).
 //!
 //! The reference motions of such bodies do not move into or out of each other, and where the bodies do not roll or
-//! slide on each other, they do not move relative to each other at all. The conditions are those of a support by a
-//! collider, and are met by opposite impulses on the rigid motions of both bodies at the same point, computed one after
-//! another in several sweeps (projected Gauss-Seidel iteration without a limit). So damping keeps the momenta of the
-//! bodies.
+//! slide on each other, they do not move relative to each other at all. The conditions are the same as for a support
+//! by a collider, and are met by opposite impulses on the rigid motions of both bodies at the same point, computed
+//! one after another in several sweeps (projected Gauss-Seidel iteration without a limit). So damping keeps the
+//! momenta of the bodies.
 
 use nalgebra::{Vector3, Vector6};
 

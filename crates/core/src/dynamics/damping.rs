@@ -10,7 +10,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use crate::matching::{
-    Factors, InverseSpreads, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted,
+    Factors, InverseCovariances, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted,
     Workspace, columns, full, inverse, scale, shape, times,
 };
 use crate::parallel::Executor;
@@ -26,14 +26,23 @@ pub(crate) struct RegionDamper {
     bulk: f32,
 }
 
+/// The state on which region damping acts.
+pub(crate) struct MovingRegions<'a> {
+    /// The rotations of the last fit of shape matching.
+    pub(crate) rotations: &'a Lanes<4>,
+    /// S - 1 of the plastic shapes S of the regions.
+    pub(crate) strains: Option<&'a Lanes<6>>,
+    pub(crate) velocities: &'a mut Lanes<3>,
+}
+
 impl RegionDamper {
     /// Creates the stage for the regions of `matching`.
     pub(crate) fn new(matching: &Matching) -> Self {
         Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout), bulk: 0.0 }
     }
 
-    /// Adds the volume term of the regions, so that the stage computes small displacements towards the goal positions from
-    /// small displacements at rest: the motion of a region loses k/3 tr(δF) D.
+    /// Adds the volume term of the regions, so that the stage computes small displacements towards the goal positions
+    /// from small displacements at rest: the motion of a region loses k/3 tr(δF) D.
     pub(crate) fn with_bulk(self, matching: &Matching) -> Self {
         Self { bulk: matching.regions.bulk, ..self }
     }
@@ -45,23 +54,22 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching, and `strains` S - 1 of the
-    /// plastic shapes S. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is multiplied
-    /// by its own factor.
+    /// `fraction` is in (0, 1]. With stiffness `factors`, v̄ is weighted by them, and the fraction of each vertex is
+    /// multiplied by its own factor.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
-        (rotations, strains, velocities): (&Lanes<4>, Option<&Lanes<6>>, &mut Lanes<3>),
+        MovingRegions { rotations, strains, velocities }: MovingRegions<'_>,
         (fraction, factors): (f32, Option<&Factors>),
     ) {
         let Matching { layout, regions, cascade } = matching;
         let Regions { constants, weights, .. } = regions;
         let field = Weighted { weights: regions.vector_weights(), vectors: velocities.blocks() };
         let inverse_inertia = &self.inverse_inertia;
-        let spreads = regions.inverse_spreads.as_ref().filter(|_| self.bulk != 0.0);
-        let bulk = spreads.map(|spreads| (spreads, self.bulk));
+        let covariances = regions.inverse_covariances.as_ref().filter(|_| self.bulk != 0.0);
+        let bulk = covariances.map(|covariances| (covariances, self.bulk));
         let fit = FitVelocities { constants, inverse_inertia, bulk, rotations, strains, factors };
         cascade.forward(layout, executor, workspace, field, (&fit, ()), Purpose::Vertices);
         let update = Damp { weights, fraction, factors };
@@ -76,8 +84,8 @@ struct FitVelocities<'a> {
     constants: &'a Lanes<4>,
     /// As in [`RegionDamper`].
     inverse_inertia: &'a Lanes<6>,
-    /// The rest spreads and k, if the volume term counts. The rotations are then the identity.
-    bulk: Option<(&'a InverseSpreads, f32)>,
+    /// The rest covariances and k, if the volume term counts. The rotations are then the identity.
+    bulk: Option<(&'a InverseCovariances, f32)>,
     rotations: &'a Lanes<4>,
     /// S - 1 of the plastic shapes S.
     strains: Option<&'a Lanes<6>>,
@@ -149,14 +157,14 @@ impl FitVelocities<'_> {
 
         // The changes of the rigid velocity per link along x, y and z.
         let (mut x, mut y, mut z) = (cross(omega, arms[0]), cross(omega, arms[1]), cross(omega, arms[2]));
-        if let Some((spreads, k)) = self.bulk {
-            let spread = spreads.load(simd, block);
-            let gradient = times(&central, spread);
-            let t = spread[0] + spread[1] + spread[2];
-            // k/3 tr(δF) D with D = 3 C⁻¹/tr C⁻¹; zero for regions without an inverse spread.
+        if let Some((covariances, k)) = self.bulk {
+            let covariance = covariances.load(simd, block);
+            let gradient = times(&central, covariance);
+            let t = covariance[0] + covariance[1] + covariance[2];
+            // k/3 tr(δF) D with D = 3 C⁻¹/tr C⁻¹; zero for regions without an inverse covariance.
             let share = (gradient[0] + gradient[4] + gradient[8]) * k / t;
             let share = t.simd_gt(zero).select(share, zero);
-            let d = full(spread);
+            let d = full(covariance);
             for c in 0..3 {
                 x[c] -= share * d[c];
                 y[c] -= share * d[3 + c];
@@ -171,9 +179,9 @@ impl FitVelocities<'_> {
     }
 }
 
-/// Computes the inertia divided by the mass of regions in plastic shapes S: tr(S C S) - S C S, with the rest spread C
-/// and S = 1 + `t`. The rest inertia J = tr(C) - C gives C = tr(J)/2 - J: in contrast to C, it has an inverse in regions
-/// that a crack left planar.
+/// Computes the inertia divided by the mass of regions in plastic shapes S: tr(S C S) - S C S, with the rest
+/// covariance C and S = 1 + `t`. The rest inertia J = tr(C) - C gives C = tr(J)/2 - J: in contrast to C, it has an
+/// inverse in regions that a crack left planar.
 #[inline(always)]
 fn plastic_inertia<S: Simd>(simd: S, inverse_inertia: [f32x8<S>; 6], t: [f32x8<S>; 6]) -> [f32x8<S>; 6] {
     let j = inverse(simd, inverse_inertia);
@@ -237,8 +245,8 @@ mod tests {
     use crate::matching::symmetric;
     use crate::state::IDENTITIES;
 
-    /// Returns a block with random slits and the stage of plastic matching: the first one in which regions at the fronts
-    /// are planar, and none is a line.
+    /// Returns a block with random slits and the stage of plastic matching: the first one in which regions at the
+    /// fronts are planar, and none is a line.
     fn slit_block() -> (Lattice, Matching) {
         let cells: Vec<[i32; 3]> = (0..4 * 4 * 4).map(|k| [k % 4, k / 4 % 4, k / 16]).collect();
         let whole = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
@@ -249,22 +257,22 @@ mod tests {
             let joints = (0..).zip(whole.joints().map(|(joint, _)| joint)).filter(is_slit);
             let lattice = whole.with_broken_joints(&joints.map(|(_, joint)| joint).collect::<Vec<_>>());
             let mut matching = Matching::new(&lattice, &vec![1.0; lattice.len()].into(), 1.into());
-            matching.set_spreads(true);
+            matching.set_covariances(true);
             (lattice, matching)
         };
         let zeros = |matching: &Matching, get: &dyn Fn(u32) -> [f32; 6]| {
             matching.layout.slots().iter().filter(|&&slot| get(slot) == [0.0; 6]).count()
         };
         let is_wanted = |(_, matching): &(Lattice, Matching)| {
-            let spreads = matching.regions.inverse_spreads.as_ref().unwrap();
+            let covariances = matching.regions.inverse_covariances.as_ref().unwrap();
             let inverse_inertia = RegionDamper::new(matching).inverse_inertia;
-            zeros(matching, &|slot| spreads.get(slot)) > 0
+            zeros(matching, &|slot| covariances.get(slot)) > 0
                 && zeros(matching, &|slot| inverse_inertia.get(slot)) == 0
         };
         (0..1000).map(with_slits).find(is_wanted).expect("slits with planar regions at their fronts")
     }
 
-    /// Damps velocities by the factor 1. `strain` is that of all regions.
+    /// Damps velocities by the factor 1. `strain`: of all regions.
     fn damped(
         matching: &Matching,
         strain: Option<[f32; 6]>,
@@ -277,7 +285,11 @@ mod tests {
             strain.into_iter().for_each(|strain| strains.set(slot, strain));
         }
         let (rotations, executor) = (Lanes::filled(blocks, IDENTITIES), Executor::sequential());
-        let data = (&rotations, strain.map(|_| &strains), &mut velocities);
+        let data = MovingRegions {
+            rotations: &rotations,
+            strains: strain.map(|_| &strains),
+            velocities: &mut velocities,
+        };
         let mut workspace = matching.cascade.workspace();
         RegionDamper::new(matching).apply(matching, &mut workspace, &executor, data, (1.0, None));
         velocities

@@ -11,7 +11,7 @@ const LEAST_LIMIT: f64 = 5e-4;
 /// Greatest limit of a deflection.
 const GREATEST_LIMIT: f64 = 0.02;
 
-/// Way beyond the limit after which the limit is divided by e.
+/// Distance beyond the limit after which the limit is divided by e.
 const MEMORY: f64 = 0.2;
 
 /// Adds `change` to a deflection. Returns its direction if it is at the limit and grows.

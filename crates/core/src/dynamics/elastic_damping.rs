@@ -1,26 +1,27 @@
 //! Damps the elastic modes of a body: moves the velocity of each vertex towards the reference motion of its component.
 //!
-//! The reference motion is a rigid motion, the one that is closest to the velocities in the metric of the mass, among
-//! those that the surroundings of the component allow: it moves like the constrained vertices do, and it does not move
-//! into or out of a collider that presses on it. Each step multiplies the difference of the velocities to the
+//! The reference motion is the rigid motion that is closest to the velocities in the metric of the mass and meets the
+//! conditions of the surroundings: it moves like the constrained vertices, and it does not move into or out of a
+//! collider that presses on the component. Each step multiplies the difference of the velocities to the
 //! reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c decays as
-//! exp(-c t). A free component keeps its momenta: its reference motion is that of the rigid body with its momenta, so
+//! exp(-c t). A free component keeps its momenta: its reference motion is the rigid motion with its momenta, so
 //! that flight and spin are undamped.
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
-//! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by
-//! the way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
-//! reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the reference
-//! motion does not take part; at the limit it does, in the direction of the deflection. So a body that rolls or slides
-//! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one
-//! that sways is damped after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection),
-//! and a long way in one direction lowers it again, so that oscillations over short ways are damped most.
+//! motion is elastic, but the velocities of one step do not distinguish it from rolling or sliding. The displacement
+//! does: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the
+//! motion last reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the
+//! reference motion does not take part; at the limit it does, in the direction of the deflection. So a body that
+//! rolls or slides is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of
+//! its size, and one that sways is damped after each reversal. A reversal doubles the limit, up to
+//! [`GREATEST_LIMIT`](super::deflection), and a long displacement in one direction lowers it again, so that
+//! oscillations over short displacements are damped most.
 //!
-//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies ahead, by a
-//! fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for soft bodies Greenwood
-//! et al. 1961). The torque is at most that fraction times the radius times the normal force, and at most as great as stops the
-//! rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of the distances of the contacts from their
-//! center: the lattice resolves no smaller ones.
+//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies
+//! ahead, by a fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for
+//! soft bodies Greenwood et al. 1961). The torque is at most that fraction times the radius times the normal force,
+//! and at most as great as stops the rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of
+//! the distances of the contacts from their center: the lattice resolves no smaller ones.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -83,6 +84,19 @@ impl Damped {
     }
 }
 
+/// The numbers of a step that the damping depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DampingStep {
+    /// Length of the step in seconds.
+    pub(crate) dt: f64,
+    /// exp(-2 c dt), the fraction of the differences that remains.
+    pub(crate) keep: f64,
+    /// Size of the body in cells.
+    pub(crate) size: f64,
+    /// Coefficient of rolling resistance.
+    pub(crate) rolling_resistance: f64,
+}
+
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
@@ -97,16 +111,15 @@ impl ElasticDamper {
         &self.damped
     }
 
-    /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
+    /// Begins a step: computes the reference motions, and advances the deflections of the supports.
     ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), `size` the size of
-    /// the body in cells, and `rolling` the coefficient of rolling resistance.
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
         tracker: &MomentumTracker,
-        (keep, size, rolling, dt): (f64, f64, f64, f64),
+        step: DampingStep,
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
         let supports = state.supports.list_mut();
@@ -121,10 +134,9 @@ impl ElasticDamper {
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            let settings = (size, rolling, dt);
-            references.push(self.reference((component, measured), motion, (supports, own), settings));
+            references.push(self.reference((component, measured), motion, (supports, own), step));
         }
-        (self.references, self.keep) = (references, keep);
+        (self.references, self.keep) = (references, step.keep);
     }
 
     /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
@@ -200,15 +212,14 @@ impl ElasticDamper {
         }
     }
 
-    /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
-    /// seconds. `motion` is the rigid motion with the momenta of the component, `own` has its supports, as in
-    /// `self.supports`, `size` is the size of the body in cells, and `coefficient` that of rolling resistance.
+    /// Returns the reference motion of a component, and advances the deflections of its supports. `motion` is the rigid
+    /// motion with the momenta of the component, and `own` has its supports, as in `self.supports`.
     fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
         (supports, own): (&mut [Support], &[(u32, u32)]),
-        (size, coefficient, dt): (f64, f64, f64),
+        step: DampingStep,
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
         let mut rolling = RigidMotion::ZERO;
@@ -224,10 +235,10 @@ impl ElasticDamper {
         let mut limit = rigid.energy_of(motion);
         for &(_, index) in own {
             let support = &mut supports[index as usize];
-            rest_on(&mut projection, support, (size, dt), motion, rigid.center);
+            rest_on(&mut projection, support, (step.size, step.dt), motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
-            if coefficient > 0.0 && constrained.is_none() {
-                rolling = rolling + resistance(support, coefficient, &mobility, motion + rolling);
+            if step.rolling_resistance > 0.0 && constrained.is_none() {
+                rolling = rolling + resistance(support, step.rolling_resistance, &mobility, motion + rolling);
             }
         }
         let reference = projection.motion();
@@ -239,7 +250,7 @@ impl ElasticDamper {
 }
 
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
-/// resistance. `mobility`, `motion`: those of the component, without conditions.
+/// resistance. `mobility`, `motion`: of the component, without conditions.
 fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: RigidMotion) -> RigidMotion {
     let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;
@@ -247,7 +258,7 @@ fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: 
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
     // A torque alone: how the velocity of the center follows is up to friction.
     let turned = mobility.turn(axis);
-    let radius = (support.spread + 0.25).sqrt();
+    let radius = (support.squared_radius + 0.25).sqrt();
     // Without a mean normal, no force presses.
     let torque = coefficient * radius * support.impulse * normal.norm();
     // About the axis, the component is stopped at most: no work is done.
@@ -289,8 +300,8 @@ mod tests {
 
     use super::*;
 
-    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a body
-    /// whose moments of inertia couple the axes.
+    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a
+    /// body whose moments of inertia couple the axes.
     #[test]
     fn rolling_resistance_takes_energy_and_no_angular_momentum_about_the_normal() {
         let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);

@@ -12,11 +12,12 @@
 //! derivative of the deformation. The length R = h √(w (w + 1)) is the radius of the regions. E is the product of
 //! ρ/(3 dt²), alpha and R², so that alpha <= 1 is possible only if R >= dt √(3 E/ρ), for cells of any size.
 //!
-//! Regions of one cell are those of w = 1/2: two vertices along each axis. Their law is exact for every even deformation.
+//! Regions of one cell have w = 1/2: two vertices along each axis. Their law is exact for every even
+//! deformation.
 //!
 //! With Poisson's ratio ν, the volume term of the regions leaves the shear modulus the same, so that E is (1 + ν) times
-//! this one. Its strength k = 3 ν/(1 - 2 ν) limits alpha to 1.5/(1 + k): above it, the fastest modes of a thin body would
-//! gain energy. E is then at most min(1 + ν, 1.5 - 3 ν) times the one of alpha = 1 and ν = 0.
+//! this one. Its strength k = 3 ν/(1 - 2 ν) limits alpha to 1.5/(1 + k): above it, the fastest modes of a thin body
+//! would gain energy. E is then at most min(1 + ν, 1.5 - 3 ν) times the one of alpha = 1 and ν = 0.
 
 use crate::matching::{HalfWidth, bulk_of};
 
@@ -60,7 +61,8 @@ impl ElasticLaw {
         modulus / self.greatest_modulus(half_width.into())
     }
 
-    /// Returns the greatest alpha with which steps are stable: 1, or 1.5/(1 + k) with k = 3 ν/(1 - 2 ν) if that is less.
+    /// Returns the greatest alpha with which steps are stable: 1, or 1.5/(1 + k) with k = 3 ν/(1 - 2 ν) if that is
+    /// less.
     pub fn greatest_alpha(&self) -> f64 {
         Self::greatest_alpha_of(self.poisson_ratio)
     }
@@ -76,12 +78,12 @@ impl ElasticLaw {
         (1.0 + self.poisson_ratio) * self.density * square * half_width.moment()
     }
 
-    /// Returns the least whole half-width, from 1 to `limit`, for which alpha is at most the greatest one. Returns `limit` if
-    /// alpha exceeds it for all of them.
+    /// Returns the least whole half-width, from 1 to `limit`, for which alpha is at most the greatest one. Returns
+    /// `limit` if alpha exceeds it for all of them.
     pub(crate) fn least_half_width(&self, modulus: f64, limit: usize) -> HalfWidth {
         // The largest half-width is far below 2^53.
         let moment =
-            modulus / (reach(self.poisson_ratio) * self.density * (self.cell_size / self.dt).powi(2));
+            modulus / (modulus_range(self.poisson_ratio) * self.density * (self.cell_size / self.dt).powi(2));
         let root = half_width_of(3.0 * moment);
         // A rounding error of a whole number of cells must not give another cell.
         let least = (root * (1.0 - 1e-12)).ceil();
@@ -91,13 +93,13 @@ impl ElasticLaw {
     /// Returns the length of the longest step for which alpha is at most the greatest one with regions of half-width
     /// `half_width`. `dt` does not count.
     pub(crate) fn longest_step(&self, half_width: HalfWidth, modulus: f64) -> f64 {
-        let density = reach(self.poisson_ratio) * self.density;
+        let density = modulus_range(self.poisson_ratio) * self.density;
         self.cell_size * (density * half_width.moment() / modulus).sqrt()
     }
 }
 
 /// Returns Young's modulus at the greatest alpha over the one at alpha = 1 and ν = 0.
-fn reach(poisson_ratio: f64) -> f64 {
+fn modulus_range(poisson_ratio: f64) -> f64 {
     (1.0 + poisson_ratio) * ElasticLaw::greatest_alpha_of(poisson_ratio)
 }
 
@@ -131,10 +133,10 @@ mod tests {
     }
 
     #[test]
-    fn the_reach_of_a_step_is_that_of_the_law_with_poisson_ratio() {
+    fn the_modulus_range_is_that_of_the_law_with_poisson_ratio() {
         for nu in [0.0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.47_f64] {
-            assert!((reach(nu) - (1.0 + nu).min(1.5 - 3.0 * nu)).abs() < 1e-12, "{nu}");
+            assert!((modulus_range(nu) - (1.0 + nu).min(1.5 - 3.0 * nu)).abs() < 1e-12, "{nu}");
         }
-        assert_eq!((ElasticLaw::greatest_alpha_of(0.0), reach(0.0)), (1.0, 1.0));
+        assert_eq!((ElasticLaw::greatest_alpha_of(0.0), modulus_range(0.0)), (1.0, 1.0));
     }
 }

@@ -25,7 +25,7 @@ const NOISE: f64 = 1e-6;
 pub(crate) struct EnergyLimiter {
     /// Σ s m/n |x⁰ - c⁰|² over all regions and the vertices of each region, with the rest position x⁰ of a
     /// vertex and the rest centroid c⁰ of a region.
-    rest_spread: f64,
+    rest_moment: f64,
     /// Sums of the potential, which the fit of the rigid motions writes.
     potential: PotentialSums,
     /// Velocities before the acceleration towards the goal positions.
@@ -37,7 +37,7 @@ impl EnergyLimiter {
     pub(crate) fn new(matching: &Matching) -> Self {
         let blocks = matching.layout.blocks();
         Self {
-            rest_spread: matching.regions.rest_spread(&matching.layout),
+            rest_moment: matching.regions.rest_moment(&matching.layout),
             potential: PotentialSums::new(blocks),
             velocities_before: Lanes::zeros(blocks),
         }
@@ -72,7 +72,7 @@ impl EnergyLimiter {
         let State { positions, velocities, energy_limit, .. } = state;
         let Sums { position_squared, before_after, after } = self.sums(regions, positions, velocities);
         let potential =
-            0.5 * stiffness_rate / dt * (self.rest_spread + position_squared - self.potential.sum());
+            0.5 * stiffness_rate / dt * (self.rest_moment + position_squared - self.potential.sum());
         let noise = 0.5 * stiffness_rate / dt * NOISE * position_squared;
         let energy = 0.5 * before_after + potential;
         let limit = match *energy_limit {

@@ -90,8 +90,8 @@ impl Forces {
         sum_duplicates(&mut self.displacements);
     }
 
-    /// Transfers the lists to a lattice whose vertices were split. `pairs` has pairs of a vertex and a vertex before. Copies
-    /// share the force on their vertex in proportion to their `masses`, and have its displacement.
+    /// Transfers the lists to a lattice whose vertices were split. `pairs` has pairs of a vertex and a vertex before.
+    /// Copies share the force on their vertex in proportion to their `masses`, and have its displacement.
     pub(crate) fn transfer(&mut self, pairs: &[(u32, u32)], masses: &[f32]) {
         let mass = |vertex: u32| f64::from(masses[vertex as usize]);
         let mut sums = std::collections::BTreeMap::new();
@@ -132,8 +132,8 @@ impl Forces {
     }
 }
 
-/// Returns the entries of a list, sorted by vertex, for each pair of a vertex and a vertex before whose latter is in the list:
-/// with the value that `value` returns for the pair and the value before. Sorted.
+/// Returns the entries of a list, sorted by vertex, for each pair of a vertex and a vertex before whose latter is in
+/// the list: with the value that `value` returns for the pair and the value before. Sorted.
 fn transferred<T: Copy>(
     list: &[(u32, T)],
     pairs: &[(u32, u32)],

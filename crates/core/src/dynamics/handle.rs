@@ -18,7 +18,7 @@ pub struct Pin {
 pub struct Handle {
     /// The vertices to move.
     pub selection: Selection,
-    /// How they move.
+    /// Their motion.
     pub motion: HandleMotion,
     /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,

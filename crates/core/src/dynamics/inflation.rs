@@ -1,8 +1,8 @@
 //! Inflation: rest volumes that change over time.
 //!
-//! s is the ratio of the rest volume around a vertex to that of the mesh: s = s₀ Π s_z^share, with the ratio s₀ of the body,
-//! and the ratio of each zone and the share of the vertex in it, both at the end of the step. `matching::bulk` says how the
-//! regions use s.
+//! s is the ratio of the rest volume around a vertex to its volume in the mesh: s = s₀ Π s_z^share, with the ratio s₀
+//! of the body, and the ratio of each zone and the share of the vertex in it, both at the end of the step. For the
+//! use of s by the regions see `matching::bulk`.
 
 use crate::lattice::Components;
 use crate::matching::VolumeRatios;
@@ -132,7 +132,8 @@ impl Inflation {
         }
     }
 
-    /// Returns the ratio of the rest volume of each component: the mean of s, weighted by mass. `None` if all ratios are 1.
+    /// Returns the ratio of the rest volume of each component: the mean of s, weighted by mass. `None` if all ratios
+    /// are 1.
     pub(crate) fn means(&self) -> Option<&[f64]> {
         Some(self.means.as_slice()).filter(|means| !means.is_empty())
     }

@@ -6,7 +6,7 @@
 //! symmetric in the scalar product Σ m u·v. Its eigenvalues are in [0, 1], and 0 only for rigid displacements of a
 //! component, which are projected out. The angular frequency of the mode of the eigenvalue λ is √(λ alpha)/dt.
 
-use super::damping::RegionDamper;
+use super::damping::{MovingRegions, RegionDamper};
 use super::integration::add_rigid;
 use super::momentum::MomentumTracker;
 use crate::lattice::Lattice;
@@ -65,7 +65,8 @@ pub(crate) fn lowest_eigenvalue(
         next.copy_from(&current);
         // The result is (1 - K) current.
         let all = (1.0, regions.factors());
-        damper.apply(matching, &mut workspace, executor, (&rotations, None, &mut next), all);
+        let moving = MovingRegions { rotations: &rotations, strains: None, velocities: &mut next };
+        damper.apply(matching, &mut workspace, executor, moving, all);
         // K current = current - (1 - K) current. Rigid displacements are removed from (1 - K) current and not from the
         // difference, so that the eigenvalue of those that rounding adds is 1. It would be 0, and Lanczos' method
         // would find it.

@@ -5,7 +5,7 @@ use crate::matching::HalfWidth;
 use crate::motion::sin_cos_degrees;
 use crate::range::{RangeError, in_range};
 
-/// Greatest Poisson's ratio: above it steps would become so short that nobody sees what they gain.
+/// Greatest Poisson's ratio: above it, steps would become very short without a visible gain.
 const GREATEST_POISSON_RATIO: f64 = 0.47;
 
 /// Size of the regions.
@@ -98,20 +98,20 @@ pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
     gravity.max(8.0 * size)
 }
 
-/// How closely a body with a material or Young's modulus follows the elastic law, by the half-width of its regions: smaller
-/// regions need more steps.
+/// How closely a body with a material or Young's modulus follows the elastic law, by the half-width of its regions:
+/// smaller regions need more steps.
 ///
-/// Automatic steps are short enough for the half-width that is chosen here, which depends on the body alone and not on the
-/// frame rate. If the steps are too long for it, or shorter than the widest regions need, the half-width is the least whole one
-/// that reaches Young's modulus.
+/// Automatic steps are short enough for the half-width that is chosen here, which depends on the body alone and not
+/// on the frame rate. If the steps are too long for it, or shorter than the widest regions need, the half-width is
+/// the least whole one that reaches Young's modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Accuracy {
-    /// The widest regions, of up to 0.15 of the size of the body and at least 2 cells: the fewest steps. Layers of cells
-    /// that are held or touched strain more than the others, and thin parts bend less.
+    /// The widest regions, of up to 0.15 of the size of the body and at least 2 cells: the fewest steps. Layers of
+    /// cells that are held or touched strain more than the others, and thin parts bend less.
     Fast,
-    /// The least half-width with which a second takes at most [`Accuracy::BUDGET`] seconds of one core, by an estimate; at
-    /// most that of `Fast`.
+    /// The least half-width with which a second takes at most [`Accuracy::BUDGET`] seconds of one core, by an
+    /// estimate; at most that of `Fast`.
     #[default]
     Balanced,
     /// Regions of one cell.
@@ -168,9 +168,9 @@ pub enum Damping {
 pub struct Material {
     /// Elasticity; default [`Preset::Flesh`].
     pub elasticity: Elasticity,
-    /// Poisson's ratio ν, in [0, 0.47]: stretched by the share s, the body becomes narrower by the share ν s. `None`, the
-    /// default, is the one of the preset, and without a preset 0: the body keeps its width. Steps are stable up to
-    /// alpha = 1.5/(1 + k) with k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see
+    /// Poisson's ratio ν, in [0, 0.47]: stretched by the share s, the body becomes narrower by the share ν s. `None`,
+    /// the default, is the one of the preset, and without a preset 0: the body keeps its width. Steps are stable up
+    /// to alpha = 1.5/(1 + k) with k = 3 ν/(1 - 2 ν), and a greater alpha acts as this one: see
     /// [`ElasticLaw`](crate::ElasticLaw).
     pub poisson_ratio: Option<f64>,
     /// How the half-width of the regions is chosen for a material or Young's modulus; default [`Accuracy::Balanced`].

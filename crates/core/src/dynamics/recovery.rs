@@ -57,11 +57,11 @@ pub(crate) fn most_steps(extent: usize, alpha: f64) -> u32 {
     (4.0 * (64.0 + extent as f64 / (GREATEST_DISTANCE * alpha.sqrt()))).min(MOST_STEPS) as u32
 }
 
-/// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns whether the
-/// vertices are near their goals.
+/// Sets the velocities of a step of `dt` seconds with the stiffness `alpha`, of a body of one component. Returns
+/// whether the vertices are near their goals.
 ///
-/// `measured` is the state of the component with the velocities of the step, `weights` has the mass of each vertex in its
-/// first row, and `slots` the slot of each vertex.
+/// `measured` is the state of the component with the velocities of the step, `weights` has the mass of each vertex in
+/// its first row, and `slots` the slot of each vertex.
 pub(crate) fn recover(
     (lattice, slots): (&Lattice, &[u32]),
     weights: &Lanes<2>,

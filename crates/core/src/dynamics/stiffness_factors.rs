@@ -15,9 +15,9 @@ pub struct Zone {
     pub selection: Selection,
     /// Factor of Young's modulus, in (0, 100]. Factors of overlapping zones multiply; the products have the same range.
     pub factor: f64,
-    /// Ratio of the rest volume of the part to that of the mesh, in [0.1, 10], over time; default 1. It multiplies the ratios
-    /// of the body and of overlapping zones; the products are limited to the same range. The logarithm of the ratio has the
-    /// border of the factor.
+    /// Ratio of the rest volume of the part to its volume in the mesh, in [0.1, 10], over time; default 1. It
+    /// multiplies the ratios of the body and of overlapping zones; the products are limited to the same range. The
+    /// logarithm of the ratio has the border of the factor.
     pub inflate: Option<Curve>,
 }
 
@@ -74,7 +74,8 @@ impl StiffnessFactors {
         (self.least, self.greatest)
     }
 
-    /// Limits the factors in force for a body with this `alpha`, and with this greatest one. Returns whether they change.
+    /// Limits the factors in force for a body with this `alpha`, and with this greatest one. Returns whether they
+    /// change.
     pub(crate) fn limit(&mut self, alpha: f64, greatest_alpha: f64) -> bool {
         let limit = self.greatest.min(greatest_alpha / alpha);
         let changes = limit != self.limit;

@@ -2,10 +2,10 @@
 //! crack by the principal stress in the same way; Rivers & James 2007, section 6, break the links of a lattice).
 //!
 //! A joint breaks by the strain of the regions around its four corners. F of a joint is the mean of their deformation
-//! gradients, and its strain is the square root of the greatest eigenvalue of FᵀF, minus 1. So the strain is a mean over
-//! the width of the regions, and the load at which a body breaks depends little on how its notches lie in the grid. A crack
-//! is a plane. It begins at the joint with the greatest strain relative to its limit, and grows along the plane, a ring of
-//! joints in a step, where the strain along its normal, times [`TIP`], exceeds the limit.
+//! gradients, and its strain is the square root of the greatest eigenvalue of FᵀF, minus 1. So the strain is a mean
+//! over the width of the regions, and the load at which a body breaks depends little on how its notches lie in the
+//! grid. A crack is a plane. It begins at the joint with the greatest strain relative to its limit, and grows along
+//! the plane, a ring of joints in a step, where the strain along its normal, times [`TIP`], exceeds the limit.
 //!
 //! | file | contents |
 //! |---|---|
@@ -40,8 +40,8 @@ use crate::simd::lanes::Lanes;
 /// at the front of a crack in part only.
 const TIP: f64 = 1.6;
 
-/// Ratio of a strain to its limit above which a crack begins although others can grow, or beside pins and handles. A crack
-/// that has stopped prevents others only up to this strain.
+/// Ratio of a strain to its limit above which a crack begins although others can grow, or beside pins and handles. A
+/// crack that has stopped prevents others only up to this strain.
 const OVERLOAD: f64 = 4.0;
 
 /// The least distance, in cells, of a new crack from broken joints; and per cell of the half-width of the regions.
@@ -164,8 +164,8 @@ impl Fracture {
         })
     }
 
-    /// Returns whether the next step needs all gradients: at the fronts of cracks, and probably where a region was stretched
-    /// in the step before.
+    /// Returns whether the next step needs all gradients: at the fronts of cracks, and probably where a region was
+    /// stretched in the step before.
     pub(crate) fn expects_gradients(&self) -> bool {
         self.has_fronts() || self.is_any_stretched()
     }
@@ -199,8 +199,8 @@ impl Fracture {
         !self.breaking.is_empty()
     }
 
-    /// Finds the joints at the fronts of cracks that break, and the components in which cracks can grow. A crack that has
-    /// stopped can grow again.
+    /// Finds the joints at the fronts of cracks that break, and the components in which cracks can grow. A crack that
+    /// has stopped can grow again.
     fn grow(&mut self, limits: &Limits) {
         let Self { cracks, fronts, gradients, rotations, breaking, growing, .. } = self;
         growing.clear();
@@ -293,8 +293,8 @@ impl Fracture {
         self.breaking = breaking;
     }
 
-    /// Breaks all joints between the cells on the two sides of a plane at rest in the model's frame, with a plane for each
-    /// component of the lattice. Returns whether there are any.
+    /// Breaks all joints between the cells on the two sides of a plane at rest in the model's frame, with a plane for
+    /// each component of the lattice. Returns whether there are any.
     pub(crate) fn cut(&mut self, lattice: &Lattice, planes: &[Option<CrackPlane>]) -> bool {
         self.cracks.cut(lattice, planes)
     }

@@ -22,9 +22,8 @@ pub struct FractureOptions {
     /// (Rivers & James 2007, section 6). It depends on the size of the cells. `None`, the default: rotations break
     /// nothing.
     pub rotation: Option<f64>,
-    /// Greatest number of cracks that can grow in each connected part of the body, those that have stopped included, up to
-    /// four times the strain limit; from 1 to
-    /// [`FractureOptions::MAX_CRACKS`]; default 1.
+    /// Greatest number of cracks that can grow in each connected part of the body, those that have stopped included,
+    /// up to four times the strain limit; from 1 to [`FractureOptions::MAX_CRACKS`]; default 1.
     pub cracks: usize,
     /// Relative variation of the limit from joint to joint, in [0, 0.5]; default 0.05.
     pub noise: f64,

@@ -9,9 +9,9 @@ use super::cut::CutMesh;
 use crate::lattice::Lattice;
 use crate::mesh::UnionFind;
 
-/// Greatest share of the vertices of a shell that may follow other cells than those of its piece, in a mesh with openings.
-/// There the cut is open as well, and a shell with more of them lies in several pieces. In a closed mesh each shell is that
-/// of one piece.
+/// Greatest share of the vertices of a shell that may follow cells of other pieces, in a mesh with
+/// openings. There the cut is open as well, and a shell with a greater share lies in several pieces. In a closed mesh
+/// each shell belongs to one piece.
 const GREATEST_SHARE: f64 = 0.2;
 
 /// Assigns the vertices of each shell, a connected part of the mesh, that follow cells of other pieces than most of its

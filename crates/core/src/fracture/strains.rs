@@ -22,8 +22,9 @@ pub(crate) struct Deformation<'a> {
 }
 
 impl Deformation<'_> {
-    /// Returns the mean deformation gradient of the regions around the corners of a joint that holds, or of its cells if the
-    /// regions are cells. Regions whose vertices lie in a plane, which occur at the fronts of cracks, have none.
+    /// Returns the mean deformation gradient of the regions around the corners of a joint that holds, or of its cells
+    /// if the regions are cells. Regions whose vertices lie in a plane, which occur at the fronts of cracks, have
+    /// none.
     pub(super) fn gradient(&self, gradients: &Lanes<9>, joint: Joint) -> Matrix3<f64> {
         let Self { lattice, layout, .. } = self;
         let (mut sum, mut count) = (Matrix3::zeros(), 0.0);
@@ -51,8 +52,8 @@ impl Deformation<'_> {
         (self.gradient(gradients, joint) * direction).norm() - 1.0
     }
 
-    /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners, or of its cells if the
-    /// regions are cells.
+    /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners, or of its cells
+    /// if the regions are cells.
     pub(super) fn factor(&self, joint: Joint) -> f64 {
         self.factors.map_or(1.0, |(factors, greatest)| {
             let factor = |corner: u32| factors[corner as usize].min(greatest);
@@ -88,8 +89,8 @@ impl Deformation<'_> {
 }
 
 /// Finds the cells, in order, that have a corner whose region is stretched; if the regions are cells, those that have a
-/// corner in common with the first corner of a stretched one. The mean of gradients stretches no vector more than each of
-/// them, so that no other joint is stretched. `stretched` has a bit mask of the lanes of each block.
+/// corner in common with the first corner of a stretched one. The mean of gradients stretches no vector more than
+/// each of them, so that no other joint is stretched. `stretched` has a bit mask of the lanes of each block.
 pub(super) fn cells_beside(deformation: &Deformation, stretched: &[u8], cells: &mut Vec<u32>) {
     let Deformation { lattice, layout, .. } = deformation;
     cells.clear();
@@ -150,7 +151,7 @@ impl CellRotations {
     pub(super) fn angle(&self, lattice: &Lattice, joint: Joint) -> f64 {
         let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
         let [a, b] = [joint.cell, other].map(|cell| self.0[cell as usize]);
-        // The angle of 4-vectors is half of that of the rotations. The sine is exact for small angles.
+        // The angle of 4-vectors is half of the angle of the rotations. The sine is exact for small angles.
         4.0 * ((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0).asin()
     }
 }

@@ -5,8 +5,8 @@ use std::ops::Range;
 use crate::simd::lanes::{LANES, lane_stride};
 use crate::voxel::GridSet;
 
-/// Grid index of a block: that of its vertex in lane 0, plus the offset, divided by two. Blocks are stored in the order
-/// of their keys.
+/// Grid index of a block: the index of its vertex in lane 0, plus the offset, divided by two. Blocks are stored in
+/// the order of their keys.
 pub(super) type BlockKey = [i32; 3];
 
 /// Returns the block and the lane of the vertex at a grid index.

@@ -1,4 +1,4 @@
-//! What broken joints change in a lattice.
+//! The lattice data that broken joints change.
 
 use super::charts::Chart;
 use super::components::Components;
@@ -24,7 +24,7 @@ impl Joint {
     }
 }
 
-/// What broken joints change in a lattice.
+/// The lattice data that broken joints change.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Broken {
     /// The broken joints, sorted.
@@ -39,7 +39,7 @@ pub(super) struct Broken {
     /// Neighbors of each vertex at -x, +x, -y, +y, -z, +z; [`NO_NEIGHBOR`](super::charts::NO_NEIGHBOR) if there is
     /// none.
     pub(super) neighbors: Vec<[u32; 6]>,
-    /// How the vertices are stored in blocks.
+    /// The storage of the vertices in blocks.
     pub(super) chart: Chart,
 }
 

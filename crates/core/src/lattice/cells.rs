@@ -28,8 +28,8 @@ use crate::voxel::GridSet;
 /// edge of an occupied cell. Two vertices on opposite sides of a gap are not neighbors, however close they
 /// are.
 ///
-/// Where a body breaks, its lattice gets broken [joints](super::Joint). Several vertices can then have the same grid index.
-/// They follow the others in the vertex order ([`Lattice::whole_len`]).
+/// Where a body breaks, its lattice gets broken [joints](super::Joint). Several vertices can then have the same grid
+/// index. They follow the others in the vertex order ([`Lattice::whole_len`]).
 ///
 /// Rivers & James 2007 put the particles at the centers of the cells. Here the vertices are at the corners.
 /// Each vertex is then a corner of at least one cell, so that every region spans three dimensions even where

@@ -17,8 +17,8 @@ impl Lattice {
     /// occupied. A face that lies in a grid plane belongs to the cell on its inner side, so that a cube with
     /// edges of n cells gives n^3 cells, and a flat surface gives one layer of cells. A cell is enclosed iff
     /// no path of empty cells leads to it from outside, or if its center is inside an open surface by the
-    /// winding number. A sheet, which encloses nothing, gives a layer of cells along the surface; `shell` is then true in
-    /// the [report](Self::report).
+    /// winding number. A sheet, which encloses nothing, gives a layer of cells along the surface; `shell` is then
+    /// true in the [report](Self::report).
     ///
     /// # Errors
     ///

@@ -190,12 +190,15 @@ impl Embedding {
     pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
         assert_eq!(points.len(), self.len(), "one output per embedded point");
         let lattice: Vec<Xyzx> = vertices.iter().copied().map(xyzx).collect();
-        let (mut slopes, mut trust) = (Vec::new(), super::slopes::Trust::default());
+        let (mut slopes, mut slope_weights) = (Vec::new(), super::slopes::SlopeWeights::default());
         if let Some(smoothing) = &self.smoothing {
             smoothing.update_slopes(&lattice, &mut slopes);
-            smoothing.update_trust(vertices, &mut trust);
+            smoothing.update_slope_weights(vertices, &mut slope_weights);
         }
-        let slopes = self.smoothing.as_ref().map(|_| Slopes { slopes: &slopes, trust: trust.values() });
+        let slopes = self
+            .smoothing
+            .as_ref()
+            .map(|_| Slopes { slopes: &slopes, slope_weights: slope_weights.values() });
         for CellPoints { corners, points: members, .. } in self.by_cell() {
             let map = PointMap::new(corners, &lattice, slopes);
             for &point in members {
@@ -234,10 +237,10 @@ impl PointMap {
         let positions = corners.map(|corner| xyz(lattice[corner as usize]));
         match slopes {
             None => Self::Trilinear(trilinear::CellMap::new(positions)),
-            Some(Slopes { slopes, trust }) => Self::Smooth(SmoothCell::new(
+            Some(Slopes { slopes, slope_weights }) => Self::Smooth(SmoothCell::new(
                 positions.map(Vector3::from),
                 corners.map(|corner| slopes[corner as usize].map(|slope| xyz(slope).into())),
-                corners.map(|corner| trust[corner as usize]),
+                corners.map(|corner| slope_weights[corner as usize]),
             )),
         }
     }

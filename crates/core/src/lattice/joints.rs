@@ -46,7 +46,7 @@ impl Lattice {
         self.components.of_vertex[self.first_corner(cell) as usize]
     }
 
-    /// Returns the four vertices of the face of a joint; those of its lower cell if the joint is broken.
+    /// Returns the four vertices of the face of a joint, of its lower cell if the joint is broken.
     pub(crate) fn joint_corners(&self, joint: Joint) -> [u32; 4] {
         joint.corners(self.cell_corners(joint.cell))
     }

@@ -113,7 +113,7 @@ impl LooseCells {
 }
 
 impl LooseCell {
-    /// Returns whether links along z, then y, then x lead from the first corner to all others, as in the sums over windows.
+    /// Returns whether links along z, then y, then x lead from the first corner to all others, as in window sums.
     fn is_linked(&self, axes: &[AxisLinks; 3]) -> bool {
         let next = |slot: u32, axis: usize| axes[axis].next_slot(slot as usize).map(|slot| slot as u32);
         self.corners.iter().enumerate().all(|(k, &corner)| {

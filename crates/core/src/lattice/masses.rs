@@ -27,11 +27,11 @@ const MAX_TESTS: f64 = 3e7;
 /// Greatest number of solid angles for which a finer sampling of a mesh with openings is used: about two seconds.
 const MAX_ANGLES: f64 = 1e8;
 
-/// Number of cells at which the number of solid angles of a point is looked at.
+/// Number of cells after which the number of solid angles of a point is checked.
 const COST_SAMPLES: usize = 16;
 
-/// The masses of the vertices and cells of a lattice, in units of a full cell's mass. It is a slice of the masses of the
-/// vertices.
+/// The masses of the vertices and cells of a lattice, in units of a full cell's mass. It is a slice of the masses of
+/// the vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Masses {
     /// Mass of each vertex, shape `(n,)`: an eighth of the filled shares of its cells.
@@ -101,9 +101,9 @@ pub(crate) fn cell_shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f64> {
 /// Returns the filled share of each cell, from [`LEAST_SHARE`] to 1; `None` if all are 1, of a bare lattice (`mesh` is
 /// `None`) and of a [sheet](Interior::Sheet).
 ///
-/// For a closed mesh the share is the mean over the cell of the winding number of the mesh. The mean is exact along x and
-/// sampled along y and z. For a mesh with openings it is the share of the cell where the winding number exceeds 1/2, and 1
-/// in cells that sheets enter.
+/// For a closed mesh the share is the mean over the cell of the winding number of the mesh. The mean is exact along x
+/// and sampled along y and z. For a mesh with openings it is the share of the cell where the winding number exceeds
+/// 1/2, and 1 in cells that sheets enter.
 fn shares(lattice: &Lattice, mesh: Option<&Mesh>) -> Option<Vec<f64>> {
     let mesh = mesh?;
     match mesh.open_surface() {
@@ -136,8 +136,8 @@ pub(crate) fn masses_of_shares(lattice: &Lattice, shares: &[f64]) -> Vec<f32> {
     masses.into_iter().map(|mass| mass as f32).collect()
 }
 
-/// Returns the position of each vertex in cells from the origin of the lattice. Welded vertices have the same position, so
-/// that no line passes between the triangles at a seam.
+/// Returns the position of each vertex in cells from the origin of the lattice. Welded vertices have the same
+/// position, so that no line passes between the triangles at a seam.
 fn cell_positions(lattice: &Lattice, mesh: &Mesh) -> Vec<[f64; 3]> {
     let to_cells = |p: &Point3<f64>| <[f64; 3]>::from((p - lattice.origin) / lattice.cell_size);
     mesh.weld().iter().map(|&vertex| to_cells(&mesh.vertices()[vertex as usize])).collect()
@@ -154,8 +154,8 @@ fn entered(lattice: &Lattice, mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<bool> 
     is_entered
 }
 
-/// Returns the greatest number of lines per edge of a cell with which few enough solid angles are computed. Each line has a
-/// point in each cell that the surface enters.
+/// Returns the greatest number of lines per edge of a cell with which few enough solid angles are computed. Each line
+/// has a point in each cell that the surface enters.
 fn affordable_lines(lattice: &Lattice, solid: &WindingTree, is_entered: &[bool]) -> i32 {
     let entered: Vec<_> =
         lattice.cells.iter().zip(is_entered).filter(|(_, is_entered)| **is_entered).collect();
@@ -171,8 +171,9 @@ fn affordable_lines(lattice: &Lattice, solid: &WindingTree, is_entered: &[bool])
     LINES_PER_CELL.into_iter().find(is_affordable).unwrap_or(1)
 }
 
-/// Calls `visit` with each crossing of a sample line and the surface: the line, as indices along y and z, the x in cells,
-/// and the change of the winding number along the line. Returns the number of lines per edge of a cell, at most `most`.
+/// Calls `visit` with each crossing of a sample line and the surface: the line, as indices along y and z, the x in
+/// cells, and the change of the winding number along the line. Returns the number of lines per edge of a cell, at
+/// most `most`.
 fn visit_crossings(
     lattice: &Lattice,
     mesh: &Mesh,
@@ -212,8 +213,8 @@ fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
 
 /// Returns the share of each cell that a mesh with openings encloses.
 ///
-/// A line changes sides at its crossings with the surface. In cells that the surface does not enter the center decides, and
-/// in those at an opening points in a grid, because there the side changes within the cell.
+/// A line changes sides at its crossings with the surface. In cells that the surface does not enter the center
+/// decides, and in those at an opening points in a grid, because there the side changes within the cell.
 fn enclosed_shares(lattice: &Lattice, mesh: &Mesh, solid: &WindingTree) -> Vec<f64> {
     // The cell, the line in it, and the x from the cell.
     let mut crossings: Vec<(u32, [i32; 2], f64)> = Vec::new();
@@ -288,12 +289,12 @@ impl Lines {
     }
 }
 
-/// Returns the coordinates of a sample line along y and z, in cells. No line lies on a face between cells, where meshes like
-/// to have faces.
+/// Returns the coordinates of a sample line along y and z, in cells. No line lies on a face between cells, where
+/// meshes like to have faces.
 ///
-/// Each line is in a square of its own, so that the n lines of a cell with the same index along z have n different y. Their
-/// place in the square depends on the index along z: all lines of the cell together resolve n^2/2 levels of y, and in the
-/// same way of z. The lines of a cell are their own mirror images.
+/// Each line is in a square of its own, so that the n lines of a cell with the same index along z have n different y.
+/// Their place in the square depends on the index along z: all lines of the cell together resolve n^2/2 levels of y,
+/// and likewise of z. The lines of a cell are their own mirror images.
 fn position_of_line(line: [i32; 2], lines: i32) -> [f64; 2] {
     let place = |own: i32, other: i32| {
         let distinct = (lines / 2).max(1);
@@ -400,7 +401,8 @@ mod tests {
             (low + 1.0).min([2.4, 1.7, 3.1][c]) - low.max(0.0)
         };
         for (cell, share) in lattice.cells().iter().zip(&shares) {
-            // Along x the share is exact. Along y and z the overlap is sampled at 32 levels, or 8 in cells that end along both.
+            // Along x the share is exact. Along y and z the overlap is sampled at 32 levels, or 8 in cells that end
+            // along both.
             let is_edge = (1..3).all(|c| overlap(c, cell[c]) < 1.0);
             let half = if is_edge { 1.0 / 16.0 } else { 1.0 / 64.0 };
             let sampled = |c: usize| (overlap(c, cell[c]) - half, overlap(c, cell[c]) + half);

@@ -52,7 +52,7 @@ pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, LooseCell, LooseCells};
 pub(crate) use masses::{Masses, cell_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
-pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};
+pub(crate) use slopes::{SlopeWeights, Slopes, Smoothing, Stencil};
 pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};
 pub(crate) use tables::corners_from;
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};

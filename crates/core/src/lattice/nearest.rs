@@ -3,9 +3,9 @@
 //! A *run* is a row of consecutive cells along x; see [`GridSet`].
 //!
 //! The tree is own code, because a search for the nearest run of *another* group skips whole subtrees of the own group,
-//! by labels of the nodes. parry3d's `Bvh` has no such labels: it finds the same distances, but for two distant parts of
-//! 22,500 runs each it takes 4.6 s in place of 1.9 ms. It is twice as fast for the cells nearest to points, but chooses
-//! other ones of equally near cells, which would change the embedding of existing models.
+//! by labels of the nodes. parry3d's `Bvh` has no such labels: it finds the same distances, but for two distant parts
+//! of 22,500 runs each it takes 4.6 s in place of 1.9 ms. It is twice as fast for the cells nearest to points, but
+//! chooses other ones of equally near cells, which would change the embedding of existing models.
 
 use crate::voxel::GridSet;
 

@@ -19,7 +19,7 @@ const MIN_BRACKET: f64 = 1e-5;
 /// estimated cell size.
 const MAX_TRIAL_RATIO: u64 = 8;
 
-/// Memory in bytes up to which each trial gives a number of vertices: that of a lattice with four million vertices.
+/// Memory in bytes up to which each trial gives a number of vertices: a lattice with four million vertices.
 const MIN_TRIAL_BYTES: u64 = 1_000_000_000;
 
 /// Largest ln(vertices / requested) that is assumed for a trial without a result.

@@ -1,12 +1,12 @@
 //! Slopes of a deformed lattice: its derivatives at the vertices, by differences along the links.
 //!
 //! The smooth skin ([`smooth`](super::smooth)) is limited, as the slopes of finite-volume schemes are: where the links
-//! of a vertex differ from its slopes by half of them or more, it changes to the trilinear skin. The *trust* in the
-//! slopes of a vertex, in `[0, 1]`, is the factor of the smooth skin.
+//! of a vertex differ from its slopes by half of them or more, it changes to the trilinear skin. The *slope weight*
+//! of a vertex, in `[0, 1]`, is the factor of the smooth skin.
 //!
-//! Only vertices with a stencil have a bend, and only their bends count for the trust of their neighbors. They are the
-//! corners of the cells that contain mesh vertices, or for contact, samples. So where the mesh is coarser than the
-//! cells, the trust for contact may be less than the trust for the display.
+//! Only vertices with a stencil have a bend, and only their bends count for the slope weights of their neighbors.
+//! They are the corners of the cells that contain mesh vertices, or for contact, samples. So where the mesh is
+//! coarser than the cells, the slope weights for contact may be less than those for the display.
 
 use std::ops::{Mul, Sub};
 use std::sync::Arc;
@@ -19,14 +19,14 @@ use super::smooth::SmoothCoordinate;
 use crate::simd::level;
 use crate::simd::xyzx::Xyzx;
 
-/// Bend up to which the slopes are trusted fully. See [`Stencil::bend`].
+/// Bend up to which the slope weight is 1. See [`Stencil::bend`].
 ///
 /// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with
 /// 0.6 and 1.2 some have more folds.
-const TRUSTED: f32 = 0.5;
+const FULL_WEIGHT_BEND: f32 = 0.5;
 
-/// Bend from which the slopes are not used.
-const DISTRUSTED: f32 = 1.0;
+/// Bend from which the slope weight is 0.
+const ZERO_WEIGHT_BEND: f32 = 1.0;
 
 /// A vertex and its neighbors along the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,17 +99,20 @@ impl Stencil {
         if volume > 0.0 && greatest_square.is_finite() { greatest_square.sqrt() } else { f32::INFINITY }
     }
 
-    /// Returns the trust in the slopes, in `[0, 1]`, from the bends of the vertices.
+    /// Returns the slope weight of the vertex, in `[0, 1]`, from the bends of the vertices.
     ///
     /// The greatest bend of the vertex and its neighbors counts: a slope does not depend on the bend at the
     /// other end of a link.
     #[inline(always)]
-    pub(crate) fn trust(&self, bend: impl Fn(u32) -> f32) -> f32 {
+    pub(crate) fn slope_weight(&self, bend: impl Fn(u32) -> f32) -> f32 {
         let mut greatest = bend(self.vertex);
         for neighbor in self.neighbors {
             greatest = greatest.max(bend(neighbor));
         }
-        SmoothCoordinate::new(((DISTRUSTED - greatest) / (DISTRUSTED - TRUSTED)).clamp(0.0, 1.0)).s
+        SmoothCoordinate::new(
+            ((ZERO_WEIGHT_BEND - greatest) / (ZERO_WEIGHT_BEND - FULL_WEIGHT_BEND)).clamp(0.0, 1.0),
+        )
+        .s
     }
 
     /// Returns the stencil with other numbers for the vertices.
@@ -133,24 +136,24 @@ pub(crate) struct Smoothing {
     vertices: usize,
 }
 
-/// Slopes of the lattice at one time, `(x, y, z, x)` each, and the trust in them.
+/// Slopes of the lattice at one time, `(x, y, z, x)` each, and the slope weights.
 ///
 /// Arrays have one entry per lattice vertex. Entries of vertices without a stencil are not used.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slopes<'a> {
     pub(crate) slopes: &'a [[Xyzx; 3]],
-    pub(crate) trust: &'a [f32],
+    pub(crate) slope_weights: &'a [f32],
 }
 
-/// Trust in the slopes of a lattice, one number in `[0, 1]` per lattice vertex.
+/// Slope weights of a lattice, one number in `[0, 1]` per lattice vertex.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Trust {
+pub(crate) struct SlopeWeights {
     bends: Vec<f32>,
     values: Vec<f32>,
 }
 
-impl Trust {
-    /// Returns the trust of each lattice vertex; empty before the first update.
+impl SlopeWeights {
+    /// Returns the slope weight of each lattice vertex; empty before the first update.
     pub(crate) fn values(&self) -> &[f32] {
         &self.values
     }
@@ -181,9 +184,9 @@ impl Smoothing {
         size_of_val(&*self.stencils)
     }
 
-    /// Computes the trust in the slopes of the lattice `positions`.
-    pub(crate) fn update_trust(&self, positions: &[[f32; 3]], trust: &mut Trust) {
-        let Trust { bends, values } = trust;
+    /// Computes the slope weights of the lattice `positions`.
+    pub(crate) fn update_slope_weights(&self, positions: &[[f32; 3]], slope_weights: &mut SlopeWeights) {
+        let SlopeWeights { bends, values } = slope_weights;
         // The bends of vertices without a stencil do not count: they are not corners of cells with points.
         bends.clear();
         bends.resize(self.vertices, 0.0);
@@ -192,7 +195,7 @@ impl Smoothing {
             bends[stencil.vertex as usize] = stencil.bend(|vertex| positions[vertex as usize].into());
         }
         for stencil in &*self.stencils {
-            values[stencil.vertex as usize] = stencil.trust(|vertex| bends[vertex as usize]);
+            values[stencil.vertex as usize] = stencil.slope_weight(|vertex| bends[vertex as usize]);
         }
     }
 

@@ -19,8 +19,8 @@
 //! `e_a A + k_a B`, with `e = t - s`, `k = -t² (1 - t)`, and A and B bilinear in the `s` of the other axes. The
 //! [`polynomial`] of the slopes has the coefficients of both.
 //!
-//! Where the slopes are not trusted, the position is trilinear: it is `L + T (S - L)` with the trilinear position `L`,
-//! the smooth position `S`, and the interpolated trust `T = sum over i of N_i T_i`.
+//! Where the slope weights are 0, the position is trilinear: it is `L + T (S - L)` with the trilinear position `L`,
+//! the smooth position `S`, and the interpolated slope weight `T = sum over i of N_i T_i`.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -124,17 +124,21 @@ pub(crate) struct SmoothCell {
     corner: Vector3<f32>,
     linear: [Vector3<f32>; 8],
     terms: SmoothTerms<Vector3<f32>>,
-    trust: [f32; 8],
+    slope_weights: [f32; 8],
 }
 
 impl SmoothCell {
-    /// Builds the map of a cell from the positions of its corners, their slopes, and the trust in them.
-    pub(crate) fn new(corners: [Vector3<f32>; 8], slopes: [[Vector3<f32>; 3]; 8], trust: [f32; 8]) -> Self {
+    /// Builds the map of a cell from the positions of its corners, their slopes and slope weights.
+    pub(crate) fn new(
+        corners: [Vector3<f32>; 8],
+        slopes: [[Vector3<f32>; 3]; 8],
+        slope_weights: [f32; 8],
+    ) -> Self {
         Self {
             corner: corners[0],
             linear: polynomial(corners),
             terms: SmoothTerms::new(corners, slopes),
-            trust: polynomial(trust),
+            slope_weights: polynomial(slope_weights),
         }
     }
 
@@ -144,7 +148,8 @@ impl SmoothCell {
         let coordinates = inside.map(SmoothCoordinate::new);
         let steps = coordinates.map(|coordinate| coordinate.s);
         let (t, s) = (monomials(1.0, inside), monomials(1.0, steps));
-        let trust: f32 = self.trust.iter().zip(&s).map(|(term, monomial)| term * monomial).sum();
+        let slope_weights: f32 =
+            self.slope_weights.iter().zip(&s).map(|(term, monomial)| term * monomial).sum();
         // The offsets from corner 0.
         let mut linear: Vector3<f32> = (1..8).map(|k| self.linear[k] * t[k]).sum();
         let mut smooth: Vector3<f32> = (1..8).map(|k| self.terms.0[0][k] * s[k]).sum();
@@ -154,7 +159,7 @@ impl SmoothCell {
             let SmoothCoordinate { e, k, .. } = coordinates[axis];
             smooth += a * e + b * k;
             if outside[axis] != 0.0 {
-                // At 0 and 1 the derivative of `s` vanishes, that of `e` is 1, and that of `k` is 0 and 1.
+                // At 0 and 1 the derivative of `s` is 0, of `e` 1, and of `k` 0 and 1.
                 smooth += (a + b * inside[axis]) * outside[axis];
                 let rest = monomials(1.0, std::array::from_fn(|a| if a == axis { 1.0 } else { inside[a] }));
                 let slope: Vector3<f32> =
@@ -162,6 +167,6 @@ impl SmoothCell {
                 linear += slope * outside[axis];
             }
         }
-        self.corner + linear + (smooth - linear) * trust
+        self.corner + linear + (smooth - linear) * slope_weights
     }
 }

@@ -49,9 +49,9 @@ impl Lattice {
         }
     }
 
-    /// Returns vertices of the lattice without broken joints that should not split, because links do not connect one of
-    /// their copies with its component: at the front of a crack not every edge of a cell is a link, see
-    /// `split_links` and `charts`. Nothing would hold such a copy. Sorted; without those of `unsplit`.
+    /// Returns vertices of the lattice without broken joints that should not split, because no links connect one of
+    /// their copies with its component. At the front of a crack, some edges of cells are no links: see `split_links`
+    /// and `charts`. Such a copy would have no links. Sorted; without the copies in `unsplit`.
     ///
     /// In each component, these are the copies of one block: a block without copies has all links. With more of them, a
     /// crack whose last joint has no link across it would close along its whole length.
@@ -183,8 +183,8 @@ impl Classes {
         Self { corners, sources, split }
     }
 
-    /// Builds the lattice of the classes. `neighbors`: [`Lattice::neighbor_table`] of the whole lattice. `offset`: that of
-    /// its blocks.
+    /// Builds the lattice of the classes. `neighbors`: [`Lattice::neighbor_table`] of the whole lattice. `offset`:
+    /// that of its blocks.
     fn lattice(
         self,
         mut whole: Lattice,
@@ -249,7 +249,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     use super::*;
-    use crate::matching::{HalfWidth, Matching, Purpose, Shapes, Workspace};
+    use crate::matching::{HalfWidth, Matching, Purpose, RegionFit, Shapes, Workspace};
     use crate::parallel::Executor;
     use crate::reference::{Naive, Regions};
     use crate::simd::lanes::Lanes;
@@ -328,8 +328,8 @@ mod tests {
         assert_eq!((slit.components().count, slit.len()), (1, whole.len() + 2 * 4));
     }
 
-    /// Where the last joint of a section has no link across it, the copies of one block stay whole: a block has four places
-    /// in a section, one of them at the joint.
+    /// Where the last joint of a section has no link across it, the copies of one block stay whole: a block has four
+    /// places in a section, one of them at the joint.
     #[test]
     fn sections_of_which_one_joint_holds_stay_open() {
         for (size, last) in
@@ -403,7 +403,7 @@ mod tests {
                 }
                 let mut rotations = Lanes::filled(matching.layout.blocks(), crate::state::IDENTITIES);
                 let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
-                let fitted = (&local, &mut rotations, Shapes::Rest);
+                let fitted = RegionFit { positions: &local, rotations: &mut rotations, shapes: Shapes::Rest };
                 matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
                 let goals = matching.goals(&workspace, &executor);
                 let naive = Naive::new(&lattice, half_width, Regions::Staircase);

@@ -1,5 +1,5 @@
-//! Products, inverses and norms of symmetric matrices, one matrix in each lane. A symmetric matrix has the entries xx, yy,
-//! zz, xy, xz, yz; other matrices are stored column by column.
+//! Products, inverses and norms of symmetric matrices, one matrix in each lane. A symmetric matrix has the entries
+//! xx, yy, zz, xy, xz, yz; other matrices are stored column by column.
 
 use fearless_simd::{Select, Simd, SimdFloat, f32x16};
 

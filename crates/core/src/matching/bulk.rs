@@ -1,35 +1,36 @@
 //! The volume term of the fit of regions, which gives a body its Poisson's ratio.
 //!
-//! C = M⁻¹ Σ m/n y yᵀ is the rest spread of a region, F = A C⁻¹ its deformation gradient (see [`plastic`](super::plastic)),
-//! t = tr C⁻¹/3 and D = C⁻¹/t. K is the cofactor matrix of F, and J = det F. Beside the distance to a rigid motion, the
-//! elastic potential of a region has the term k W/t, times alpha M/dt², with
+//! C = M⁻¹ Σ m/n y yᵀ is the rest covariance of a region, F = A C⁻¹ its deformation gradient (see
+//! [`plastic`](super::plastic)), t = tr C⁻¹/3 and D = C⁻¹/t. K is the cofactor matrix of F, and J = det F. Beside the
+//! distance to a rigid motion, the elastic potential of a region has the term k W/t, times alpha M/dt², with
 //!
 //! ```text
 //! W = d²/(2 (q + 4 d²))      d = J - 1      q = K : K D
 //! ```
 //!
-//! W is half of the squared distance to the nearest map without a change of volume, to first order. It is at most 1/8, so
-//! that a region that is crushed or inverted returns by its rotation, and smooth for every F. Its gradient is P D with
+//! W is half of the squared distance to the nearest map without a change of volume, to first order. It is at most
+//! 1/8, so that a region that is crushed or inverted returns by its rotation, and smooth for every F. Its gradient is
+//! P D with
 //!
 //! ```text
 //! P = r (q K - d Z)      r = d/(q + 4 d²)²      Z = (K D) × F
 //! ```
 //!
-//! where × is the product of which the cofactors are the half: 2 K = F × F. A region then moves its vertices by T = R - k Y
-//! in place of R, with Y = P D. P Fᵀ is symmetric, so that the term exerts no torque. With k = 3 ν/(1 - 2 ν), Poisson's
-//! ratio is ν, the shear modulus that of k = 0, and the bulk modulus 1 + k times that of k = 0. The second derivatives of W
-//! in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
+//! where × is the product of which the cofactors are the half: 2 K = F × F. A region then moves its vertices by T = R -
+//! k Y in place of R, with Y = P D. P Fᵀ is symmetric, so that the term exerts no torque. With k = 3 ν/(1 - 2 ν),
+//! Poisson's ratio is ν, the shear modulus as for k = 0, and the bulk modulus 1 + k times the one for k = 0. The second
+//! derivatives of W in the metric C are at most 1.76, so that alpha (1 + k) <= 1.5 keeps a step stable.
 //!
-//! A region that is inflated to s times its volume is σ = ∛s times as long at rest. Its potential is that of F/σ, times σ²,
-//! so that T = σ (R - k Y(F/σ)). Its frequencies do not depend on s.
+//! A region that is inflated to s times its volume is σ = ∛s times as long at rest. Its potential is that of F/σ,
+//! times σ², so that T = σ (R - k Y(F/σ)). Its frequencies do not depend on s.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
 use super::algebra::{inverse, times};
 use super::cascade::RegionTransform;
+use super::covariances::InverseCovariances;
 use super::goals::{FitRotations, Pair, twice_trace};
 use super::rotation::columns;
-use super::spreads::InverseSpreads;
 use crate::simd::lanes::{Block, Lanes, load_two};
 
 /// Sizes q + 4 d² from here on have no volume term: their squares come near the greatest f32.
@@ -40,7 +41,7 @@ pub(crate) fn bulk_of(poisson_ratio: f64) -> f64 {
     3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
 }
 
-/// The ratio s of the rest volume around each lattice vertex to that of the lattice.
+/// The ratio s of the rest volume around each lattice vertex to its volume in the lattice.
 pub(crate) enum VolumeRatios<'a> {
     /// The same around all vertices.
     Uniform(f64),
@@ -51,7 +52,7 @@ pub(crate) enum VolumeRatios<'a> {
 /// The rest volumes of the regions, and how strongly they keep them.
 #[derive(Clone, Copy)]
 pub(super) struct RestVolumes<'a> {
-    pub(super) inverse_spreads: &'a InverseSpreads,
+    pub(super) inverse_covariances: &'a InverseCovariances,
     /// k, or 0 without a volume term.
     pub(super) bulk: f32,
     /// σ of each region; `None` if none is inflated.
@@ -68,8 +69,8 @@ impl RestVolumes<'_> {
     }
 }
 
-/// The region transform that fits a rotation to each region, and adds its volume term. Its memory is the quaternion of the
-/// rotation, as of [`FitRotations`].
+/// The region transform that fits a rotation to each region, and adds its volume term. Its memory is the quaternion
+/// of the rotation, as of [`FitRotations`].
 pub(super) struct FitBulk<'a> {
     pub(super) fit: FitRotations<'a>,
     pub(super) volumes: RestVolumes<'a>,
@@ -81,20 +82,20 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
         for index in (0..sums.len()).step_by(2) {
             let pair = Pair::new(first, index, sums.len());
             let (inverse_mass, means) = self.fit.means(simd, pair, sums);
-            let RestVolumes { inverse_spreads, bulk, .. } = self.volumes;
-            let spread = inverse_spreads.load_two(simd, pair.blocks);
+            let RestVolumes { inverse_covariances, bulk, .. } = self.volumes;
+            let covariance = inverse_covariances.load_two(simd, pair.blocks);
             let sigma = self.volumes.sigma(simd, pair.blocks);
             // A of F/σ.
             let a = divided(simd, means.central, sigma);
-            let term = match inverse_spreads.are_isotropic(pair.blocks) {
-                true => VolumeTerm::of_isotropic(simd, &a, spread[0], bulk),
-                false => VolumeTerm::new(simd, &times(&a, spread), spread, bulk),
+            let term = match inverse_covariances.are_isotropic(pair.blocks) {
+                true => VolumeTerm::of_isotropic(simd, &a, covariance[0], bulk),
+                false => VolumeTerm::new(simd, &times(&a, covariance), covariance, bulk),
             };
             let q = self.fit.rotate(simd, pair, (means.mean, means.central), quaternions);
             let r = columns(simd, q);
             if let Some(potential) = self.fit.potential {
                 let u = twice_trace(&a, &r) - term.energy;
-                let u = sigma.map_or(u, |sigma| inflated(u, sigma, inverse(simd, spread)));
+                let u = sigma.map_or(u, |sigma| inflated(u, sigma, inverse(simd, covariance)));
                 let masses = (inverse_mass, self.fit.factors);
                 potential.store(pair.blocks, self.fit.occupied(pair), masses, means.mean, u);
             }
@@ -120,8 +121,8 @@ pub(super) fn divided<S: Simd>(simd: S, matrix: [f32x16<S>; 9], sigma: Option<f3
     sigma.map_or(matrix, |sigma| scaled(matrix, f32x16::splat(simd, 1.0) / sigma))
 }
 
-/// Returns u of [`PotentialSums::store`](super::goals::PotentialSums::store) for inflated regions with the rest spread `c`,
-/// from `u` of the regions that are as much smaller: σ² u less the change of the trace of C.
+/// Returns u of [`PotentialSums::store`](super::goals::PotentialSums::store) for inflated regions with the rest
+/// covariance `c`, from `u` of the regions that are as much smaller: σ² u less the change of the trace of C.
 #[inline(always)]
 pub(super) fn inflated<S: Simd>(u: f32x16<S>, sigma: f32x16<S>, c: [f32x16<S>; 6]) -> f32x16<S> {
     let trace = c[0] + c[1] + c[2];
@@ -137,20 +138,21 @@ pub(super) struct VolumeTerm<S: Simd> {
 }
 
 impl<S: Simd> VolumeTerm<S> {
-    /// Computes the term of regions with the deformation gradient F and the inverse spread C⁻¹. It is zero for regions
-    /// without an inverse spread. `bulk` is k.
+    /// Computes the term of regions with the deformation gradient F and the inverse covariance C⁻¹. It is zero for
+    /// regions without an inverse covariance. `bulk` is k.
     #[inline(always)]
-    pub(super) fn new(simd: S, f: &[f32x16<S>; 9], mut spread: [f32x16<S>; 6], bulk: f32) -> Self {
-        let inverse_t = inverse_or_zero(simd, (spread[0] + spread[1] + spread[2]) * (1.0 / 3.0));
+    pub(super) fn new(simd: S, f: &[f32x16<S>; 9], mut covariance: [f32x16<S>; 6], bulk: f32) -> Self {
+        let inverse_t = inverse_or_zero(simd, (covariance[0] + covariance[1] + covariance[2]) * (1.0 / 3.0));
         for i in 0..6 {
-            spread[i] *= inverse_t;
+            covariance[i] *= inverse_t;
         }
         let cofactors = cofactors(f);
-        let (p, energy) = slope(simd, f, (&cofactors, &times(&cofactors, spread)), bulk);
-        Self { motion: times(&p, spread), energy: energy * inverse_t }
+        let (p, energy) = slope(simd, f, (&cofactors, &times(&cofactors, covariance)), bulk);
+        Self { motion: times(&p, covariance), energy: energy * inverse_t }
     }
 
-    /// Computes the term of regions whose inverse spreads are `t` times the identity, so that D is the identity. `a` is A.
+    /// Computes the term of regions whose inverse covariances are `t` times the identity, so that D is the identity.
+    /// `a` is A.
     #[inline(always)]
     fn of_isotropic(simd: S, a: &[f32x16<S>; 9], t: f32x16<S>, bulk: f32) -> Self {
         let f = scaled(*a, t);

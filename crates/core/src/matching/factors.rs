@@ -9,8 +9,8 @@ use crate::simd::lanes::{Block, Lanes};
 /// the forces of each region have no sum and no moment, whatever the factor.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors {
-    /// s of the region around each vertex, times an eighth of the filled share of a cell if the regions are cells. Zero in
-    /// lanes without a region.
+    /// s of the region around each vertex, times an eighth of the filled share of a cell if the regions are cells.
+    /// Zero in lanes without a region.
     pub(super) regions: Lanes<1>,
     /// S/n and 1/S of each vertex: S is the sum of the factors of the n regions that contain the vertex. S/n is the
     /// stiffness factor of the vertex, and 1/S turns a sum over the regions, weighted by s, into a mean. Zero in lanes

@@ -1,8 +1,9 @@
 //! Measures the deformation gradients of the regions, for bodies that break.
 //!
 //! F = A C⁻¹ is the matrix for which F y is closest to x - c over the vertices of a region, where y = x⁰ - c⁰, with the
-//! rest spread C = M⁻¹ Σ m/n y yᵀ (Müller et al. 2005, the product A_pq A_qq of section 4.2). In its plastic shape S, a
-//! region is stretched by F S⁻¹. Of a region that is inflated to σ³ times its volume, F is divided by σ, its stretch at rest.
+//! rest covariance C = M⁻¹ Σ m/n y yᵀ (Müller et al. 2005, the product A_pq A_qq of section 4.2). In its plastic
+//! shape S, a region is stretched by F S⁻¹. Of a region that is inflated to σ³ times its volume, F is divided by σ,
+//! its stretch at rest.
 
 use fearless_simd::{Simd, SimdFloat, SimdMask, dispatch, f32x16};
 
@@ -17,18 +18,18 @@ use crate::simd::level;
 
 /// The deformation gradients of regions.
 pub(crate) struct Gradients<'a> {
-    /// F of each region, column by column. Zero where the vertices of a region lie in a plane. Empty if only `stretched` is
-    /// wanted: memory that is not written saves a tenth of the step.
+    /// F of each region, column by column. Zero where the vertices of a region lie in a plane. Empty if only
+    /// `stretched` is wanted: memory that is not written saves a tenth of the step.
     pub(crate) values: &'a mut [Block<9>],
-    /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction. Some of
-    /// them may be stretched less.
+    /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction.
+    /// Some of them may be stretched less.
     pub(crate) stretched: &'a mut [u8],
     /// A stretch: the ratio of the length of a vector to that at rest.
     pub(crate) least: f32,
 }
 
-/// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the third
-/// part [`Gradients::values`].
+/// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the
+/// third part [`Gradients::values`].
 pub(super) struct MeasureGradients<'a, T> {
     pub(super) fit: &'a T,
     /// 1/M and d of each region.
@@ -92,8 +93,8 @@ impl<T> MeasureGradients<'_, T> {
             let constants = load_two(simd, [&constants[a], &constants[b]]);
             let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
             let means: Means<f32x16<S>> = Means::new(constants, moments);
-            let inverse_spread = self.volumes.inverse_spreads.load_two(simd, [a, b]);
-            let f = times(&means.central, inverse_spread);
+            let inverse_covariance = self.volumes.inverse_covariances.load_two(simd, [a, b]);
+            let f = times(&means.central, inverse_covariance);
             let f = divided(simd, f, self.volumes.sigma(simd, [a, b]));
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
             let halves = split_two(simd, f);
@@ -130,9 +131,9 @@ impl Gradients<'_> {
     }
 }
 
-/// Returns the lanes in which the greatest stretch of F may exceed `least`: an upper bound of it does. With the mean m of
-/// the eigenvalues of X = FᵀF and p² = |X - m|²/6, the greatest eigenvalue of X is at most m + 2 p, and is m + 2 p if the
-/// other two are equal.
+/// Returns the lanes in which the greatest stretch of F may exceed `least`: an upper bound of it does. With the mean
+/// m of the eigenvalues of X = FᵀF and p² = |X - m|²/6, the greatest eigenvalue of X is at most m + 2 p, and is m + 2
+/// p if the other two are equal.
 #[inline(always)]
 fn is_beyond<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, f: &[V; 9], least: f32) -> V::Mask {
     let dot = |a: usize, b: usize| {
@@ -143,7 +144,7 @@ fn is_beyond<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, f: &[V; 9], least
     let (dx, dy, dz) = (xx - mean, yy - mean, zz - mean);
     let diagonal = dx.mul_add(dx, dy.mul_add(dy, dz * dz));
     let beside = xy.mul_add(xy, xz.mul_add(xz, yz * yz));
-    let spread = (beside + beside + diagonal) * (1.0 / 6.0);
-    let greatest = spread.sqrt().mul_add(V::splat(simd, 2.0), mean);
+    let variance = (beside + beside + diagonal) * (1.0 / 6.0);
+    let greatest = variance.sqrt().mul_add(V::splat(simd, 2.0), mean);
     greatest.simd_gt(V::splat(simd, least * least))
 }

@@ -4,9 +4,9 @@ use std::fmt;
 
 /// Half-width w of the regions in cells: 1/2, or a whole number of at least 1.
 ///
-/// A region has 2 w + 1 vertices along each axis. With w = 1/2 each region is a cell with its 8 corners; otherwise it has
-/// the vertices up to w links from its center vertex along each axis (Rivers & James 2007). Regions of one cell have
-/// Young's modulus and Poisson's ratio as asked at every thickness, and need the shortest steps.
+/// A region has 2 w + 1 vertices along each axis. With w = 1/2 each region is a cell with its 8 corners; otherwise it
+/// has the vertices up to w links from its center vertex along each axis (Rivers & James 2007). Regions of one cell
+/// have Young's modulus and Poisson's ratio as asked at every thickness, and need the shortest steps.
 ///
 /// Any number can be converted; [`Material::validate`](crate::Material::validate) refuses those that are no half-width.
 ///

@@ -12,13 +12,14 @@
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 //! | `bulk` | the volume term of the fit of regions, which gives a body its Poisson's ratio |
 //! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
-//! | `spreads` | the inverse rest spreads of the regions, for plastic shapes and deformation gradients |
+//! | `covariances` | the inverse rest covariances of the regions, for plastic shapes and deformation gradients |
 //! | `algebra` | products, inverses and norms of symmetric matrices |
 //! | `gradients` | the deformation gradients of the regions |
 
 mod algebra;
 mod bulk;
 mod cascade;
+mod covariances;
 mod factors;
 mod goals;
 mod gradients;
@@ -26,12 +27,12 @@ mod half_width;
 mod plastic;
 mod regions;
 mod rotation;
-mod spreads;
 mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
 pub(crate) use bulk::{VolumeRatios, bulk_of};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
+pub(crate) use covariances::InverseCovariances;
 pub(crate) use factors::Factors;
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use gradients::Gradients;
@@ -41,7 +42,6 @@ pub(crate) use regions::{Regions, symmetric};
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
 pub(crate) use rotation::{ROTATIONS, rotations_near};
-pub(crate) use spreads::InverseSpreads;
 pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;
@@ -74,6 +74,14 @@ impl<'a> Shapes<'a> {
     }
 }
 
+/// The arrays of a fit of rigid motions to the regions.
+pub(crate) struct RegionFit<'a> {
+    pub(crate) positions: &'a Lanes<3>,
+    /// The warm start, which receives the fitted rotations.
+    pub(crate) rotations: &'a mut Lanes<4>,
+    pub(crate) shapes: Shapes<'a>,
+}
+
 /// The shape-matching stage: the regions of a lattice, and the cascade that sums over them. A [`Workspace`]
 /// has the buffers of the stage.
 #[derive(Clone, Debug)]
@@ -89,8 +97,8 @@ impl Matching {
         Self::with_layout((lattice, masses), Layout::new(lattice), half_width)
     }
 
-    /// Changes the half-width of the regions, which removes their stiffness factors. `lattice` and `masses` must be those
-    /// of [`Matching::new`].
+    /// Changes the half-width of the regions, which removes their stiffness factors. `lattice` and `masses` must be
+    /// those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, lattice: &Lattice, masses: &Masses, half_width: HalfWidth) {
         let renewed = Self::with_layout((lattice, masses), self.layout.clone(), half_width);
         let before = std::mem::replace(self, renewed);
@@ -99,33 +107,35 @@ impl Matching {
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
-        let (has_spreads, bulk) = (self.has_spreads(), self.regions.bulk);
+        let (has_covariances, bulk) = (self.has_covariances(), self.regions.bulk);
         self.regions.set_masses(masses, &self.layout);
-        self.set_terms(has_spreads, bulk);
+        self.set_terms(has_covariances, bulk);
     }
 
-    /// Gives the regions the volume term of those of another stage, and rest spreads if those have them.
+    /// Copies the volume term from another stage, and creates or removes the rest covariances as there.
     pub(crate) fn set_terms_of(&mut self, other: &Self) {
-        self.set_terms(other.has_spreads(), other.regions.bulk);
+        self.set_terms(other.has_covariances(), other.regions.bulk);
     }
 
-    fn set_terms(&mut self, has_spreads: bool, bulk: f32) {
-        self.set_spreads(has_spreads);
+    fn set_terms(&mut self, has_covariances: bool, bulk: f32) {
+        self.set_covariances(has_covariances);
         self.set_bulk(bulk);
     }
 
-    /// Creates or removes the rest spreads of the regions, which plastic shapes, [`Gradients`] and the volume term need.
-    pub(crate) fn set_spreads(&mut self, has_spreads: bool) {
-        self.regions.inverse_spreads = has_spreads.then(|| self.regions.inverse_spreads(&self.layout));
+    /// Creates or removes the rest covariances of the regions, which plastic shapes, [`Gradients`] and the volume
+    /// term need.
+    pub(crate) fn set_covariances(&mut self, has_covariances: bool) {
+        self.regions.inverse_covariances =
+            has_covariances.then(|| self.regions.inverse_covariances(&self.layout));
     }
 
-    /// Sets k of the volume term: see [`bulk`]. If it is not 0, the matching must have the rest spreads.
+    /// Sets k of the volume term: see [`bulk`]. If it is not 0, the matching must have the rest covariances.
     pub(crate) fn set_bulk(&mut self, bulk: f32) {
         self.regions.bulk = bulk;
     }
 
-    /// Sets s of each lattice vertex, the ratio of the rest volume around it to that of the lattice: see [`bulk`]. `None`
-    /// removes the ratios. With them, the matching must have the rest spreads.
+    /// Sets s of each lattice vertex, the ratio of the rest volume around it to its volume in the lattice: see
+    /// [`bulk`]. `None` removes the ratios. With them, the matching must have the rest covariances.
     pub(crate) fn set_inflation(&mut self, ratios: Option<VolumeRatios>) {
         self.regions.set_inflation(&self.layout, ratios);
     }
@@ -142,9 +152,9 @@ impl Matching {
         self.regions.set_factors(&self.layout, regions);
     }
 
-    /// Returns whether the regions have their rest spreads: see [`Matching::set_spreads`].
-    pub(crate) fn has_spreads(&self) -> bool {
-        self.regions.inverse_spreads.is_some()
+    /// Returns whether the regions have their rest covariances: see [`Matching::set_covariances`].
+    pub(crate) fn has_covariances(&self) -> bool {
+        self.regions.inverse_covariances.is_some()
     }
 
     fn with_layout((lattice, masses): (&Lattice, &Masses), layout: Layout, half_width: HalfWidth) -> Self {
@@ -153,9 +163,7 @@ impl Matching {
         Self { layout, regions, cascade }
     }
 
-    /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
-    /// fitted rotations. `shapes` are the plastic shapes of the regions. `potential` receives the sums of the elastic
-    /// potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
+    /// Fits a rigid motion to each region. `potential` receives the sums of the elastic potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
     ///
     /// Returns the number of rotations for which Newton's method did not converge. They are computed by the
     /// fallback: an eigenvalue problem in f64.
@@ -163,23 +171,23 @@ impl Matching {
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
+        arrays: RegionFit<'_>,
         potential: Option<&PotentialSums>,
         purpose: Purpose,
     ) -> usize {
-        self.fit_regions((workspace, executor), fitted, (potential, None), purpose)
+        self.fit_regions((workspace, executor), arrays, (potential, None), purpose)
     }
 
-    /// As [`Matching::fit`] with [`Purpose::Vertices`], and measures the deformation gradient of each region. The matching
-    /// must have the [rest spreads](Matching::set_spreads).
+    /// As [`Matching::fit`] with [`Purpose::Vertices`], and measures the deformation gradient of each region. The
+    /// matching must have the [rest covariances](Matching::set_covariances).
     pub(crate) fn fit_and_measure(
         &self,
         workspace: &mut Workspace,
         executor: &Executor,
-        fitted: (&Lanes<3>, &mut Lanes<4>, Shapes),
+        arrays: RegionFit<'_>,
         gradients: Gradients,
     ) -> usize {
-        self.fit_regions((workspace, executor), fitted, (None, Some(gradients)), Purpose::Vertices)
+        self.fit_regions((workspace, executor), arrays, (None, Some(gradients)), Purpose::Vertices)
     }
 
     /// Measures the deformation gradient of each region at `positions`. Results are the same as those of
@@ -198,7 +206,7 @@ impl Matching {
     fn fit_regions(
         &self,
         (workspace, executor): (&mut Workspace, &Executor),
-        (positions, rotations, shapes): (&Lanes<3>, &mut Lanes<4>, Shapes),
+        RegionFit { positions, rotations, shapes }: RegionFit<'_>,
         (potential, gradients): (Option<&PotentialSums>, Option<Gradients>),
         purpose: Purpose,
     ) -> usize {
@@ -234,7 +242,8 @@ impl Matching {
         unconverged.into_inner()
     }
 
-    /// Sums the positions over each region, and transforms the sums by `fit`, after the deformation gradients are measured.
+    /// Sums the positions over each region, and transforms the sums by `fit`, after the deformation gradients are
+    /// measured.
     fn forward<M: Split, T: RegionTransform<M>>(
         &self,
         (workspace, executor): (&mut Workspace, &Executor),
@@ -261,7 +270,8 @@ impl Matching {
         }
     }
 
-    /// Writes, for each lattice vertex, the quaternion of the rotation of its region: of the cells around it their mean.
+    /// Writes, for each lattice vertex, the quaternion of the rotation of its region: of the cells around it their
+    /// mean.
     pub(crate) fn rotations_at_vertices(&self, rotations: &Lanes<4>, vertices: &mut Vec<[f32; 4]>) {
         let Self { layout, regions, .. } = self;
         vertices.clear();

@@ -2,25 +2,26 @@
 //! al. 2005).
 //!
 //! The plastic shape S of a region is a symmetric matrix with positive eigenvalues and the determinant 1. The region is
-//! fitted with the rest offsets S y in place of y = x⁰ - c⁰: R is the rotation of A Sᵀ, and the motion of the region moves
-//! a vertex to R S y + c. The sums over the regions stay the same, and so do the momenta: Σ m/n S y is zero, and R is
-//! optimal for the moments of x and S y. S does not change the volume of the region.
+//! fitted with the rest offsets S y in place of y = x⁰ - c⁰: R is the rotation of A Sᵀ, and the motion of the region
+//! moves a vertex to R S y + c. The sums over the regions stay the same, and so do the momenta: Σ m/n S y is zero,
+//! and R is optimal for the moments of x and S y. S does not change the volume of the region.
 //!
-//! C = M⁻¹ Σ m/n y yᵀ is the rest spread of a region, and F = A C⁻¹ its deformation gradient, the matrix for which F y is
-//! closest to x - c. F S⁻¹ is its elastic part, and E = sym(Rᵀ F S⁻¹) the stretch of this part. The strain is the
-//! deviatoric part D of E, relative to the mean stretch e = tr E/3. Without it, |D| is zero, also for a region that is
-//! only compressed or expanded. Where |D| exceeds the yield strain, S moves towards the present shape:
+//! C = M⁻¹ Σ m/n y yᵀ is the rest covariance of a region, and F = A C⁻¹ its deformation gradient, the matrix for
+//! which F y is closest to x - c. F S⁻¹ is its elastic part, and E = sym(Rᵀ F S⁻¹) the stretch of this part. The
+//! strain is the deviatoric part D of E, relative to the mean stretch e = tr E/3. Without it, |D| is zero, also for a
+//! region that is only compressed or expanded. Where |D| exceeds the yield strain, S moves towards the present shape:
 //!
 //! ```text
 //! k = c (1 - yield/|D|)      H = k D/2      S ← (1 + H) S (1 + H)
 //! ```
 //!
-//! with c = 1 - exp(-creep h), at most 1/2, and |k D| at most 1/2. Then S is scaled to the determinant 1, and pulled back
-//! to |S - 1| <= max. |·| is the Frobenius norm.
+//! with c = 1 - exp(-creep h), at most 1/2, and |k D| at most 1/2. Then S is scaled to the determinant 1, and pulled
+//! back to |S - 1| <= max. |·| is the Frobenius norm.
 //!
-//! Müller et al. replace S by (1 + k D) S, which is not symmetric, and divide E by the cube root of its determinant. The
-//! product with 1 + H on both sides agrees with the symmetric part of theirs to first order, and is positive definite for
-//! every S. Dividing by the mean stretch agrees to first order as well, needs no root, and is safe for inverted regions.
+//! Müller et al. replace S by (1 + k D) S, which is not symmetric, and divide E by the cube root of its determinant.
+//! The product with 1 + H on both sides agrees with the symmetric part of theirs to first order, and is positive
+//! definite for every S. Dividing by the mean stretch agrees to first order as well, needs no root, and is safe for
+//! inverted regions.
 //!
 //! The state stores T = S - 1, which is exactly zero in a region that has never yielded.
 
@@ -60,8 +61,8 @@ pub(super) struct FitPlastic<'a> {
     pub(super) strains: &'a Lanes<6>,
 }
 
-/// The region transform that fits rotations as [`FitPlastic`], and then lets the plastic shapes flow. The second part of
-/// its memory is T of each region.
+/// The region transform that fits rotations as [`FitPlastic`], and then lets the plastic shapes flow. The second part
+/// of its memory is T of each region.
 pub(super) struct FitFlowing<'a> {
     pub(super) fit: FitRotations<'a>,
     pub(super) volumes: RestVolumes<'a>,
@@ -108,7 +109,8 @@ impl RegionTransform<(&mut [Block<4>], &mut [Block<6>])> for FitFlowing<'_> {
 }
 
 impl FitFlowing<'_> {
-    /// Fits the regions of two blocks, and lets their plastic shapes 1 + `t` flow. `IS_SHAPED`: whether `t` is not zero.
+    /// Fits the regions of two blocks, and lets their plastic shapes 1 + `t` flow. `IS_SHAPED`: whether `t` is not
+    /// zero.
     #[inline(always)]
     fn fit_pair<S: Simd, const IS_SHAPED: bool>(
         &self,
@@ -148,8 +150,8 @@ struct Fitted<S: Simd> {
     g: [f32x16<S>; 9],
 }
 
-/// Fits the regions of two blocks in their plastic shapes 1 + `t`, as [`FitRotations`] fits regions in their rest shapes.
-/// `IS_SHAPED`: whether `t` is not zero.
+/// Fits the regions of two blocks in their plastic shapes 1 + `t`, as [`FitRotations`] fits regions in their rest
+/// shapes. `IS_SHAPED`: whether `t` is not zero.
 #[inline(always)]
 fn fit<S: Simd, const IS_SHAPED: bool>(
     simd: S,
@@ -160,21 +162,22 @@ fn fit<S: Simd, const IS_SHAPED: bool>(
     quaternions: &mut [Block<4>],
 ) -> Fitted<S> {
     let (inverse_mass, means): (_, Means<f32x16<S>>) = fit.means(simd, pair, sums);
-    let inverse_spread = volumes.inverse_spreads.load_two(simd, pair.blocks);
+    let inverse_covariance = volumes.inverse_covariances.load_two(simd, pair.blocks);
     let sigma = volumes.sigma(simd, pair.blocks);
     let central = divided(simd, means.central, sigma);
-    let gradient = times(&central, inverse_spread);
+    let gradient = times(&central, inverse_covariance);
     let a = if IS_SHAPED { times(&central, shape(simd, t)) } else { central };
     let r = columns(simd, fit.rotate(simd, pair, (means.mean, a), quaternions));
     // The plastic shape has the determinant 1, so that the volume term does not depend on it.
-    let term = (volumes.bulk != 0.0).then(|| VolumeTerm::new(simd, &gradient, inverse_spread, volumes.bulk));
+    let term =
+        (volumes.bulk != 0.0).then(|| VolumeTerm::new(simd, &gradient, inverse_covariance, volumes.bulk));
     if let Some(potential) = fit.potential {
-        let spread = inverse(simd, inverse_spread);
-        let mut u = twice_trace(&a, &r) - spread_change(spread, t);
+        let covariance = inverse(simd, inverse_covariance);
+        let mut u = twice_trace(&a, &r) - covariance_change(covariance, t);
         if let Some(term) = &term {
             u -= term.energy;
         }
-        let u = sigma.map_or(u, |sigma| inflated(u, sigma, spread));
+        let u = sigma.map_or(u, |sigma| inflated(u, sigma, covariance));
         potential.store(pair.blocks, fit.occupied(pair), (inverse_mass, fit.factors), means.mean, u);
     }
     let g = if IS_SHAPED { times(&r, shape(simd, t)) } else { r };
@@ -203,10 +206,10 @@ pub(crate) fn shape<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, mut t: [V;
     t
 }
 
-/// Computes the change of the trace of the spread C of a region by its plastic shape S = 1 + T: tr(S C S) - tr C, which is
-/// tr(C (2 T + T²)).
+/// Computes the change of the trace of the covariance C of a region by its plastic shape S = 1 + T: tr(S C S) - tr C,
+/// which is tr(C (2 T + T²)).
 #[inline(always)]
-fn spread_change<S: Simd>(c: [f32x16<S>; 6], t: [f32x16<S>; 6]) -> f32x16<S> {
+fn covariance_change<S: Simd>(c: [f32x16<S>; 6], t: [f32x16<S>; 6]) -> f32x16<S> {
     let change = symmetric_product(&full(t), t);
     let term = |i: usize| c[i] * (t[i] + t[i] + change[i]);
     let beside = term(3) + term(4) + term(5);
@@ -220,12 +223,12 @@ const ROUNDING: f32 = 32.0 * f32::EPSILON;
 impl<S: Simd> Fitted<S> {
     /// Returns whether |D| of some region may be above `limit`. `t` is T, and `IS_SHAPED` whether it is not zero.
     ///
-    /// The result is that of an upper bound of |D|, which is fast to compute. For limits below about 0.003, its rounding
-    /// errors exceed the limit, so that every region may yield.
+    /// The result uses an upper bound of |D|, which is fast to compute. For limits below about 0.003, its
+    /// rounding errors exceed the limit, so that every region may yield.
     ///
-    /// E - c is the symmetric part of Rᵀ(F - c G) S⁻¹ for any number c. So |E - c| is at most b = s |F - c G|, where s is an
-    /// upper bound of the eigenvalues of S⁻¹. Hence |D| e is at most b, and e is at least c - b/√3. b is least for
-    /// c = F:G/|G|², where F:G is the sum of the products of the entries.
+    /// E - c is the symmetric part of Rᵀ(F - c G) S⁻¹ for any number c. So |E - c| is at most b = s |F - c G|, where
+    /// s is an upper bound of the eigenvalues of S⁻¹. Hence |D| e is at most b, and e is at least c - b/√3. b is
+    /// least for c = F:G/|G|², where F:G is the sum of the products of the entries.
     ///
     /// The greatest eigenvalue v of S⁻¹ meets v⁻² + 2 v <= |S|², because the determinant of S is 1. So v is at most |S|²/2,
     /// and, because the left side is convex, at most the tangent at v = 1.25.
@@ -326,8 +329,8 @@ impl<S: Simd> Strain<S> {
             for i in 0..6 {
                 t[i] = beyond.select(t[i] * share, t[i]);
             }
-            // log det is concave, so that the determinant is at least 1 on the way back to 1, and the scaling to the
-            // determinant 1 shrinks the shape further. Two times, because the determinant may be up to 2.
+            // log det is concave, so that the determinant is at least 1 on the segment back to 1, and the scaling to
+            // the determinant 1 shrinks the shape further. Two times, because the determinant may be up to 2.
             t = of_volume_one(simd, of_volume_one(simd, t));
         }
         t
@@ -413,8 +416,8 @@ mod tests {
             let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
             let t = entries.map(|at| (shape - Matrix3::identity())[at] as f32);
             let shape = Matrix3::identity() + symmetric(t);
-            // An elastic part with a strain, a size, and a rotation that is not the fitted one in every second case. Some are
-            // strained along the axis, where F shows it least, and some are inverted.
+            // An elastic part with a strain, a size, and a rotation that is not the fitted one in every second case.
+            // Some are strained along the axis, where F shows it least, and some are inverted.
             let strain = 0.6 * noise().powi(3);
             let mut change = Matrix3::from_fn(|_, _| strain * noise());
             let is_symmetric = case / 4 % 2 == 0;

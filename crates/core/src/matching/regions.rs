@@ -4,9 +4,9 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::bulk::{RestVolumes, VolumeRatios};
+use super::covariances::InverseCovariances;
 use super::factors::Factors;
 use super::half_width::HalfWidth;
-use super::spreads::InverseSpreads;
 use crate::lattice::{Lattice, Layout, LooseCell, Masses};
 use crate::simd::lanes::{Block, LANES, Lanes, Row};
 
@@ -18,8 +18,8 @@ use crate::simd::lanes::{Block, LANES, Lanes, Row};
 /// So Σ m g = Σ m x for the positions x and the goal positions g, and shape matching conserves linear
 /// momentum.
 ///
-/// The regions of half-width 1/2 are the cells: a corner has the weight 1 in its cell, and a cell of the filled share f the
-/// factor f/8. So n of a vertex is its mass, the sum of the factors of its cells, and Σ m g = Σ m x here too.
+/// The regions of half-width 1/2 are the cells: a corner has the weight 1 in its cell, and a cell of the filled share
+/// f the factor f/8. So n of a vertex is its mass, the sum of the factors of its cells, and Σ m g = Σ m x here too.
 ///
 /// Arrays are indexed by slot, the index of a vertex in the storage order ([`Lanes`]).
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub(crate) struct Regions {
     /// `None` unless the regions are cells.
     cells: Option<Cells>,
     /// `None` if the body is neither plastic nor can break, and has no volume term.
-    pub(crate) inverse_spreads: Option<InverseSpreads>,
+    pub(crate) inverse_covariances: Option<InverseCovariances>,
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
     /// σ of each region: see [`bulk`](super::bulk). 1 in lanes without a region. `None` if no region is inflated.
@@ -64,8 +64,8 @@ impl Regions {
         }
     }
 
-    /// Creates the regions of the windows of all vertices. `masses` has the mass of each lattice vertex in units of a full
-    /// cell's mass.
+    /// Creates the regions of the windows of all vertices. `masses` has the mass of each lattice vertex in units of a
+    /// full cell's mass.
     fn of_windows(masses: &[f32], layout: &Layout, half_width: HalfWidth) -> Self {
         let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
@@ -112,7 +112,7 @@ impl Regions {
             constants: Lanes::zeros(layout.blocks()),
             factors: None,
             cells: None,
-            inverse_spreads: None,
+            inverse_covariances: None,
             bulk: 0.0,
             inflation: None,
             half_width,
@@ -129,8 +129,8 @@ impl Regions {
         *self = Self { factors, inflation, ..Self::of_windows(masses, layout, self.half_width) };
     }
 
-    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; that of a cell is the mean of
-    /// those of its corners. `None` removes them.
+    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; the factor of a cell is
+    /// the mean over its corners. `None` removes them.
     pub(super) fn set_factors(&mut self, layout: &Layout, factors: Option<Lanes<1>>) {
         self.factors = factors.map(|mut factors| {
             if let Some(cells) = &self.cells {
@@ -146,8 +146,8 @@ impl Regions {
         });
     }
 
-    /// Sets s of each vertex, the ratio of the rest volume around it. σ³ of a region is that of its center vertex, and of a
-    /// cell the mean of those of its corners. `None` removes the ratios.
+    /// Sets s of each vertex, the ratio of the rest volume around it. σ³ of a region is s of its center vertex,
+    /// and of a cell the mean over its corners. `None` removes the ratios.
     pub(super) fn set_inflation(&mut self, layout: &Layout, ratios: Option<VolumeRatios>) {
         let Some(ratios) = ratios else {
             self.inflation = None;
@@ -177,10 +177,10 @@ impl Regions {
         self.inflation = Some(sigma);
     }
 
-    /// Returns the constants of the volume term and of inflation, if the regions have rest spreads.
+    /// Returns the constants of the volume term and of inflation, if the regions have rest covariances.
     pub(super) fn rest_volumes(&self) -> Option<RestVolumes<'_>> {
-        let inverse_spreads = self.inverse_spreads.as_ref()?;
-        Some(RestVolumes { inverse_spreads, bulk: self.bulk, inflation: self.inflation.as_ref() })
+        let inverse_covariances = self.inverse_covariances.as_ref()?;
+        Some(RestVolumes { inverse_covariances, bulk: self.bulk, inflation: self.inflation.as_ref() })
     }
 
     /// Returns the factors of regions with their sums at the vertices.
@@ -195,19 +195,20 @@ impl Regions {
         Factors { regions, vertices }
     }
 
-    /// Returns m and 1/n of each vertex, the weights of vectors in sums over regions. `None` if the regions are cells, in
-    /// which all weights are 1.
+    /// Returns m and 1/n of each vertex, the weights of vectors in sums over regions. `None` if the regions are
+    /// cells, in which all weights are 1.
     pub(crate) fn vector_weights(&self) -> Option<&[Block<2>]> {
         self.cells.is_none().then(|| self.weights.blocks())
     }
 
-    /// Returns the factors with which the regions count in goal positions: the stiffness factors, times f/8 of cells. `None`
-    /// if all are 1.
+    /// Returns the factors with which the regions count in goal positions: the stiffness factors, times f/8 of cells.
+    /// `None` if all are 1.
     pub(crate) fn factors(&self) -> Option<&Factors> {
         self.factors.as_ref().or(self.shares())
     }
 
-    /// Returns the factors with which the regions count where their stiffness does not: f/8 of cells. `None` if all are 1.
+    /// Returns the factors with which the regions count where their stiffness does not: f/8 of cells. `None` if all
+    /// are 1.
     pub(crate) fn shares(&self) -> Option<&Factors> {
         self.cells.as_ref().map(|cells| &cells.shares)
     }
@@ -238,8 +239,8 @@ impl Regions {
         linked.chain(loose)
     }
 
-    /// Returns, as the second number of each vertex, what turns a sum over the regions that contain the vertex into a
-    /// mean: 1/n, or 1/S with factors.
+    /// Returns, as the second number of each vertex, the weight of a mean over the regions that contain the vertex:
+    /// 1/n, or 1/S with factors.
     pub(crate) fn mean_weights(&self) -> &Lanes<2> {
         self.factors().map_or(&self.weights, |factors| &factors.vertices)
     }
@@ -250,14 +251,14 @@ impl Regions {
     ///
     /// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a
     /// layer is proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to
-    /// d + w. Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w)
-    /// times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more
-    /// the regions at the hold would be stiffer than the others, and with less the body would slip out of its hold. A
-    /// layer of a region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together. Cells need no such
-    /// factor: a hold acts on their corners.
+    /// d + w. Its mean displacement equals the displacement of its center if the held layer counts (d + w)(d + w +
+    /// 1)/(2 d) - (d + w) times. The mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3
+    /// for w = 6. With more the regions at the constraint would be stiffer than the others, and with less the body
+    /// would slip out of the constraint. A layer of a region has about N^(2/3) vertices; fewer held ones weigh as
+    /// much as a layer together. Cells need no such factor: a constraint acts on their corners.
     ///
     /// `constrained` has one entry per vertex, or none if no vertex is constrained.
-    pub(crate) fn hold_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
+    pub(crate) fn constraint_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
         let mut factors = vec![1.0; layout.slots().len()];
         if !constrained.contains(&true) || self.half_width.is_cell() {
             return factors;
@@ -282,8 +283,8 @@ impl Regions {
     }
 
     /// Returns the mass of the vertex in a slot in the fits, in units of a full cell's mass, times its stiffness
-    /// factor: the strength with which its regions pull it to its goal position.
-    pub(crate) fn pull(&self, slot: u32) -> f64 {
+    /// factor: the strength with which its regions accelerate it to its goal position.
+    pub(crate) fn goal_strength(&self, slot: u32) -> f64 {
         let factor = self.factors().map_or(1.0, |factors| f64::from(factors.vertices.get(slot)[0]));
         f64::from(self.weights.get(slot)[0]) * factor
     }
@@ -292,9 +293,9 @@ impl Regions {
     pub(crate) fn bytes(&self) -> usize {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes)
             + self.cells.as_ref().map_or(0, |cells| cells.shares.bytes() + cells.occupied.len());
-        let inverse_spreads = self.inverse_spreads.as_ref().map_or(0, InverseSpreads::bytes);
+        let inverse_covariances = self.inverse_covariances.as_ref().map_or(0, InverseCovariances::bytes);
         let inflation = self.inflation.as_ref().map_or(0, Lanes::bytes);
-        self.weights.bytes() + self.constants.bytes() + factors + inverse_spreads + inflation
+        self.weights.bytes() + self.constants.bytes() + factors + inverse_covariances + inflation
     }
 
     /// Returns the half-width of the regions.
@@ -304,14 +305,14 @@ impl Regions {
 
     /// Computes the sum, over all regions and the vertices of each region, of s m/n |y|², where y is the rest
     /// offset of the vertex from the rest centroid of the region, in cells, and s the factor of the region.
-    pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
+    pub(crate) fn rest_moment(&self, layout: &Layout) -> f64 {
         let [xx, yy, zz, ..] = self.second_moments(layout);
-        let spread = self.slots(layout).map(|&slot| {
+        let moments = self.slots(layout).map(|&slot| {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let i = slot as usize;
             self.factor(slot) * (xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass)
         });
-        spread.sum()
+        moments.sum()
     }
 
     /// Computes the sum, over all regions and the vertices of each region, of s m/n |R y + c - x|², in f64. x is the
@@ -320,8 +321,8 @@ impl Regions {
     ///
     /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
     /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough. `strains` are
-    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y, and σ y in an inflated region. With a
-    /// volume term, 2 M σ² k W/t of each region is added, times s.
+    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y, and σ y in an inflated region.
+    /// With a volume term, 2 M σ² k W/t of each region is added, times s.
     pub(crate) fn misfit(
         &self,
         layout: &Layout,
@@ -347,13 +348,13 @@ impl Regions {
             let i = slot as usize;
             let moment = |k: usize| Vector3::new(x[k][i], y[k][i], z[k][i]);
             let (sum, d) = (moment(0), Vector3::new(rest[0][i], rest[1][i], rest[2][i]) / mass[i]);
-            let rest_spread = yy0[i] + yy1[i] + yy2[i] - mass[i] * d.norm_squared();
-            let spread = xx[i] - sum.norm_squared() / mass[i];
+            let rest_moment = yy0[i] + yy1[i] + yy2[i] - mass[i] * d.norm_squared();
+            let central = xx[i] - sum.norm_squared() / mass[i];
             let [qx, qy, qz, qw] = rotation(slot).map(f64::from);
             let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
             // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
             let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
-            let c = || self::spread(second.each_ref().map(|moment| moment[i] / mass[i]), d);
+            let c = || self::covariance(second.each_ref().map(|moment| moment[i] / mass[i]), d);
             let a = || Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row] / mass[i]);
             let sigma = self.inflation.as_ref().map_or(1.0, |sigma| f64::from(sigma.get(slot)[0]));
             let change = strains.map_or(0.0, |strains| {
@@ -365,7 +366,7 @@ impl Regions {
                 0.0 => 0.0,
                 bulk => 2.0 * f64::from(bulk) * volume_energy(a() / sigma, c()) * (sigma * sigma),
             };
-            let misfit = spread + rest_spread * (sigma * sigma) - 2.0 * sigma * product;
+            let misfit = central + rest_moment * (sigma * sigma) - 2.0 * sigma * product;
             self.factor(slot) * (misfit + mass[i] * (change + volume))
         };
         self.slots(layout).map(misfit_of).sum()
@@ -383,8 +384,8 @@ impl Regions {
         LineWindows::new(layout, self.half_width).second_moments(&self.region_weights(layout))
     }
 
-    /// Returns the region weight m/n of the vertex in each slot, or 1 in cells. The product is rounded to f32, as in the window
-    /// sums of a step.
+    /// Returns the region weight m/n of the vertex in each slot, or 1 in cells. The product is rounded to f32, as in
+    /// the window sums of a step.
     fn region_weights(&self, layout: &Layout) -> Vec<f64> {
         let is_cell = self.half_width.is_cell();
         field_of(layout, |slot| {
@@ -397,32 +398,33 @@ impl Regions {
     /// mass. y is the rest offset of a vertex from the rest centroid, in cells, and I is the identity. The
     /// entries of a matrix are in the order xx, yy, zz, xy, xz, yz.
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
-        self.inverses(layout, |spread| Matrix3::identity() * spread.trace() - spread)
+        self.inverses(layout, |covariance| Matrix3::identity() * covariance.trace() - covariance)
     }
 
-    /// Computes [`Regions::inverse_spreads`]. Numbers at the level of rounding errors become zero, so that most blocks
-    /// with the same spreads have the same bits.
-    pub(super) fn inverse_spreads(&self, layout: &Layout) -> InverseSpreads {
-        let mut spreads = self.inverses(layout, |spread| spread);
+    /// Computes [`Regions::inverse_covariances`]. Numbers at the level of rounding errors become zero, so that most
+    /// blocks with the same covariances have the same bits.
+    pub(super) fn inverse_covariances(&self, layout: &Layout) -> InverseCovariances {
+        let mut covariances = self.inverses(layout, |covariance| covariance);
         for &slot in layout.slots() {
-            let spread = spreads.get(slot);
-            let noise = (spread[0] + spread[1] + spread[2]) * f32::EPSILON;
-            spreads.set(slot, spread.map(|number| if number.abs() > noise { number } else { 0.0 }));
+            let covariance = covariances.get(slot);
+            let noise = (covariance[0] + covariance[1] + covariance[2]) * f32::EPSILON;
+            covariances.set(slot, covariance.map(|number| if number.abs() > noise { number } else { 0.0 }));
         }
-        InverseSpreads::new(&spreads)
+        InverseCovariances::new(&covariances)
     }
 
-    /// Computes, for each region, the inverse of a matrix that depends on its rest spread; zero if it has none. In a
-    /// whole body every region contains the corners of a cell, so that its spread and its inertia have an inverse. At
-    /// the front of a crack, where links are left out, a region can be planar, and its spread has none.
+    /// Computes, for each region, the inverse of a matrix that depends on its rest covariance; zero if it has none.
+    /// In a whole body every region contains the corners of a cell, so that its covariance and its inertia have an
+    /// inverse. At the front of a crack, where links are left out, a region can be planar, and its covariance has
+    /// none.
     fn inverses(&self, layout: &Layout, matrix: impl Fn(Matrix3<f64>) -> Matrix3<f64>) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in self.slots(layout) {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
-            let spread = spread(moments, Vector3::new(x, y, z));
-            let inverse = matrix(spread).try_inverse().unwrap_or_else(Matrix3::zeros);
+            let covariance = covariance(moments, Vector3::new(x, y, z));
+            let inverse = matrix(covariance).try_inverse().unwrap_or_else(Matrix3::zeros);
             lanes.set(slot, SYMMETRIC.map(|at| inverse[at] as f32));
         }
         lanes
@@ -441,7 +443,7 @@ fn field_of(layout: &Layout, value: impl Fn(u32) -> f64) -> Vec<f64> {
     field
 }
 
-/// Returns W/t of the [volume term](super::bulk) of a region, from A and the rest spread C; 0 if C has no inverse.
+/// Returns W/t of the [volume term](super::bulk) of a region, from A and the rest covariance C; 0 if C has no inverse.
 fn volume_energy(a: Matrix3<f64>, c: Matrix3<f64>) -> f64 {
     let Some(inverse) = c.try_inverse() else { return 0.0 };
     let (f, t) = (a * inverse, inverse.trace() / 3.0);
@@ -454,9 +456,9 @@ fn volume_energy(a: Matrix3<f64>, c: Matrix3<f64>) -> f64 {
 /// The order of the entries of a symmetric matrix: xx, yy, zz, xy, xz, yz.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// Computes the spread of a region. The arguments are the second moments about the center vertex, divided by the mass,
-/// and the rest centroid `d` relative to the center vertex.
-fn spread([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> Matrix3<f64> {
+/// Computes the covariance of a region. The arguments are the second moments about the center vertex, divided by the
+/// mass, and the rest centroid `d` relative to the center vertex.
+fn covariance([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose()
 }
 
@@ -468,13 +470,13 @@ pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
 /// Window sums in f64 over arrays by slot, for constants that are computed once.
 ///
 /// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
-/// links along this axis; that of a cell the vertex and the next one. A line is a maximal sequence of linked vertices along
-/// an axis.
+/// links along this axis; the window of a cell has the vertex and the next one. A line is a maximal sequence of
+/// linked vertices along an axis.
 struct LineWindows<'a> {
     /// Lines of each axis, the result of [`lines`].
     axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: HalfWidth,
-    /// The cells whose corners links do not all join; none unless the windows are those of cells.
+    /// The loose cells; empty unless the regions are cells.
     loose: &'a [LooseCell],
 }
 
@@ -498,11 +500,11 @@ impl<'a> LineWindows<'a> {
     /// of the region.
     fn sums_over_regions(&self, mut field: Vec<f64>) -> Vec<f64> {
         let is_cell = self.half_width.is_cell();
-        let reach = if is_cell { [1, 0] } else { [self.half_width.links(); 2] };
+        let links = if is_cell { [1, 0] } else { [self.half_width.links(); 2] };
         let taken: Vec<f64> =
             self.loose.iter().map(|cell| std::mem::take(&mut field[cell.slot as usize])).collect();
         let mut sums =
-            (0..3).rev().fold(field, |field, axis| self.moment_within(reach, 0.0, (axis, 0), &field));
+            (0..3).rev().fold(field, |field, axis| self.moment_within(links, 0.0, (axis, 0), &field));
         for (cell, value) in self.loose.iter().zip(taken) {
             cell.corners.iter().for_each(|&corner| sums[corner as usize] += value);
         }
@@ -549,8 +551,8 @@ impl<'a> LineWindows<'a> {
         }
     }
 
-    /// As [`Self::moment`], for windows that reach some numbers of links back and forth from a vertex, with their centers
-    /// `shift` links further than the vertex.
+    /// As [`Self::moment`], for windows that reach some numbers of links back and forth from a vertex, with their
+    /// centers `shift` links further than the vertex.
     fn moment_within(
         &self,
         [back, forth]: [usize; 2],

@@ -108,8 +108,8 @@ impl Mesh {
         Ok(if is_cut { mesh } else { mesh.or_exactly_welded() })
     }
 
-    /// Returns the mesh with only vertices at equal positions welded if its surface then has fewer open edges. Details that
-    /// are finer than the tolerance do not open a closed surface.
+    /// Returns the mesh with only vertices at equal positions welded if its surface then has fewer open edges.
+    /// Details that are finer than the tolerance do not open a closed surface.
     fn or_exactly_welded(self) -> Self {
         let is_exact = |(vertex, &first): (&Point3<f64>, &u32)| self.vertices[first as usize] == *vertex;
         if self.vertices.iter().zip(self.weld.iter()).all(is_exact) || self.is_closed() {
@@ -120,8 +120,8 @@ impl Mesh {
         if exact.topology().open_edges < self.topology().open_edges { exact } else { self }
     }
 
-    /// Scales the mesh about the origin. An odd number of negative factors mirrors it; the faces then have their corners
-    /// in reverse order after the first, so that their outside stays outside.
+    /// Scales the mesh about the origin. An odd number of negative factors mirrors it; the faces then have their
+    /// corners in reverse order after the first, so that their outside stays outside.
     ///
     /// # Errors
     /// If the scale is invalid (see [`Scale`]), or if the scaled mesh has a coordinate outside the range of `f32` or no

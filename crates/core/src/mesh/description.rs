@@ -4,9 +4,9 @@ use super::winding_tree::WindingTree;
 
 /// A description of a surface. Unusual properties are counted here and are not errors.
 ///
-/// It describes the welded surface: vertices at equal positions ([`Mesh::weld`](super::Mesh::weld)) count as one vertex. Edges and volumes are
-/// those of the surface in which a face that is there several times, in one direction or in both, is there once. Where a
-/// component is closed only without its two-sided faces, it has none of them.
+/// It describes the welded surface: vertices at equal positions ([`Mesh::weld`](super::Mesh::weld)) count as one
+/// vertex. Edges and volumes are those of the surface in which a face that is there several times, in one direction
+/// or in both, is there once. Where a component is closed only without its two-sided faces, it has none of them.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Topology {
@@ -35,8 +35,8 @@ pub struct Topology {
     /// Number of used vertices minus the number of their distinct positions. Such additional vertices occur
     /// at UV seams and hard edges. Vertices at the same position have the same motion.
     pub seam_vertices: usize,
-    /// Number of vertices on open edges that nearly meet another one: they are within 1e-5 of the longest side of the bounding
-    /// box, but not welded.
+    /// Number of vertices on open edges that nearly meet another one: they are within 1e-5 of the longest side of the
+    /// bounding box, but not welded.
     pub near_misses: usize,
     /// Greatest distance of such vertices, in units of length.
     pub near_miss_distance: f64,

@@ -1,5 +1,5 @@
-//! Finds faces that repeat an earlier face: a face with the same welded corners in the same cyclic order, in the same or
-//! in the opposite direction. The surface has each of them once.
+//! Finds faces that repeat an earlier face: a face with the same welded corners in the same cyclic order, in the same
+//! or in the opposite direction. The surface has each of them once.
 
 use std::cmp::Ordering;
 
@@ -15,11 +15,11 @@ pub(super) struct Repeated {
     pub(super) duplicate: usize,
     /// Number of faces that have the opposite direction of the earlier face.
     pub(super) two_sided: usize,
-    /// What becomes of each face in the surface. Empty if no face is repeated.
+    /// The use of each face in the surface. Empty if no face is repeated.
     pub(super) uses: Vec<Use>,
 }
 
-/// What becomes of a face in the surface.
+/// The use of a face in the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
     /// The surface has it.
@@ -63,8 +63,9 @@ struct Group {
 
 /// Finds the repeated faces. Degenerate faces are ignored.
 ///
-/// Of faces that are there several times the surface has the first one, in the direction that fits its neighbors. Where a
-/// component of the surface is closed only without its two-sided faces, as one with a wall inside, it has none of them.
+/// Of faces that are there several times the surface has the first one, in the direction that fits its neighbors.
+/// Where a component of the surface is closed only without its two-sided faces, as one with a wall inside, it has
+/// none of them.
 pub(super) fn find(mesh: &Mesh) -> Repeated {
     let mut repeated = Repeated::default();
     let groups = groups(mesh, &mut repeated);
@@ -116,8 +117,8 @@ fn groups(mesh: &Mesh, repeated: &mut Repeated) -> Vec<Group> {
     groups
 }
 
-/// Gives the first faces of two-sided groups the directions that fit their neighbors: those of the other faces, or of the
-/// first face of each component that has only two-sided faces.
+/// Gives the first faces of two-sided groups the directions that fit their neighbors: the other faces, or
+/// the first face of each component that has only two-sided faces.
 fn orient(mesh: &Mesh, groups: &[Group], uses: &mut [Use]) {
     let mut is_free = vec![false; uses.len()];
     groups.iter().filter(|group| group.is_two_sided).for_each(|group| is_free[group.first as usize] = true);

@@ -1,4 +1,4 @@
-//! Which points are inside a surface.
+//! Finds which points are inside a surface.
 
 use nalgebra::Point3;
 
@@ -33,14 +33,14 @@ impl Interior {
     }
 }
 
-/// Greatest amount by which the mean winding number on an open component may be below that on a closed surface, 1/2, if the
-/// component encloses a space. On a flat sheet the difference is 1/2; on half of a sphere it is 0.2, on a cube without one
-/// face 0.09.
+/// Greatest amount by which the mean winding number on an open component may be below that on a closed surface, 1/2,
+/// if the component encloses a space. On a flat sheet the difference is 1/2; on half of a sphere it is 0.2, on a cube
+/// without one face 0.09.
 const GREATEST_DEFICIT: f64 = 0.125;
 
 /// Greatest mean number of solid angles for the winding number at a point, if a component encloses a space. It is a few
-/// hundred where triangles are small beside the surface, and nearly all triangles where they cross the whole surface: such
-/// surfaces enclose nothing, and the time of a lattice stays bounded.
+/// hundred where triangles are small beside the surface, and nearly all triangles where they cross the whole surface:
+/// such surfaces enclose nothing, and the time of a lattice stays bounded.
 const GREATEST_COST: f64 = 2048.0;
 
 /// The same where it is more than half of the triangles.
@@ -68,10 +68,10 @@ impl Mesh {
 impl OpenSurface {
     /// Divides the components of a mesh into those that enclose a space and sheets.
     ///
-    /// A component encloses a space if it is closed, or if the winding number of the whole surface at its triangles, without
-    /// the triangle itself, is nearly 1/2 as on a closed surface, or -1/2 if the normals point inwards. Panels that are not
-    /// joined enclose a space together. A greater number is that of a surface that lies there twice, or of a sheet inside
-    /// another surface; then the component alone decides.
+    /// A component encloses a space if it is closed, or if the winding number of the whole surface at its triangles,
+    /// without the triangle itself, is nearly 1/2 as on a closed surface, or -1/2 if the normals point inwards.
+    /// Panels that are not joined enclose a space together. A greater number is that of a surface that lies there
+    /// twice, or of a sheet inside another surface; then the component alone decides.
     fn new(mesh: &Mesh) -> Self {
         let (surface, weld) = (mesh.surface(), mesh.weld());
         let mut sets = UnionFind::new(weld.len());
@@ -130,7 +130,8 @@ fn mean_cost(
     sum / f64::max(count, 1.0)
 }
 
-/// Returns the mean of the winding number over some triangles, weighted by area, from samples at equal distances of area.
+/// Returns the mean of the winding number over some triangles, weighted by area, from samples at equal distances of
+/// area.
 fn mean_number(
     tree: &WindingTree,
     surface: &[[u32; 3]],

@@ -6,8 +6,8 @@
 //! * `scale`: factors by which a model is scaled; `refine` divides large faces.
 //! * `weld`: finds vertices at equal positions.
 //! * `triangles`: the triangles of the faces. `polygon` triangulates a polygon in a plane.
-//! * `topology`: the `description` of a surface. `duplicates` finds repeated faces; `volume` and `measure` compute volume
-//!   and area.
+//! * `topology`: the `description` of a surface. `duplicates` finds repeated faces; `volume` and `measure` compute
+//!   volume and area.
 //! * `interior`: which points are inside; `winding_tree` computes winding numbers.
 //! * `surface_tree`: closest points on a mesh.
 //! * `animation`: positions of the vertices at several times.

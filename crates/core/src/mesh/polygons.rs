@@ -60,8 +60,8 @@ impl Mesh {
 
     /// Returns the triangles of the faces, in the order of the faces.
     ///
-    /// A face with `n >= 3` corners gives `n - 2` triangles: a fan from its first corner, or ears if the face is concave
-    /// and triangles of its fan would lie outside of it.
+    /// A face with `n >= 3` corners gives `n - 2` triangles: a fan from its first corner, or ears if the face is
+    /// concave and triangles of its fan would lie outside of it.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.faces.triangles
     }
@@ -77,9 +77,10 @@ impl Mesh {
         self.bounds
     }
 
-    /// Returns, for each vertex, the first vertex at the same position, shape `(n,)`. Positions are the same if they differ,
-    /// along each axis, by at most 4 units in the last place of the greatest coordinate: of `f32` if all coordinates are
-    /// values of `f32`, else of `f64`. In a mesh that a crack cuts, vertices on different sides of the crack are distinct.
+    /// Returns, for each vertex, the first vertex at the same position, shape `(n,)`. Positions are the same if they
+    /// differ, along each axis, by at most 4 units in the last place of the greatest coordinate: of `f32` if all
+    /// coordinates are values of `f32`, else of `f64`. In a mesh that a crack cuts, vertices on different sides of
+    /// the crack are distinct.
     pub fn weld(&self) -> &[u32] {
         &self.weld
     }

@@ -1,8 +1,9 @@
 //! Divides faces that are large, so that a surface bends between the vertices of its mesh.
 //!
-//! An edge that is longer than the limit is halved, in all faces that have it, until no edge is too long. A triangle with
-//! one, two or three halved edges gives two, three or four triangles (Bank, Sherman & Weiser 1983, "Some refinement
-//! algorithms and data structures for regular local mesh refinement": red and green triangles). The surface stays the same.
+//! An edge that is longer than the limit is halved, in all faces that have it, until no edge is too long. A triangle
+//! with one, two or three halved edges gives two, three or four triangles (Bank, Sherman & Weiser 1983, "Some
+//! refinement algorithms and data structures for regular local mesh refinement": red and green triangles). The
+//! surface stays the same.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ use super::triangles;
 /// Largest number of faces of a refined mesh.
 const MAX_FACES: usize = 4_000_000;
 
-/// Whether faces that are larger than cells are divided on the way into a body.
+/// Whether faces that are larger than cells are divided before a body is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Refine {

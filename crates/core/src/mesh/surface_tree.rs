@@ -2,8 +2,8 @@
 //!
 //! The bounding volume hierarchy, its traversal and the projection on one triangle are parry3d's. The side follows from
 //! angle-weighted pseudonormals (Bærentzen & Aanæs 2005): at a closest point on a face, an edge or a corner, the sum of
-//! the normals of the faces there, at corners weighted by their angles. The sign of its product with the way from the
-//! closest point is right for every closed surface that does not intersect itself.
+//! the normals of the faces there, at corners weighted by their angles. The sign of its product with the vector from
+//! the closest point is right for every closed surface that does not intersect itself.
 
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
@@ -129,10 +129,10 @@ impl SurfaceTree {
         (bounds.mins - target).max(target - bounds.maxs).max(Vector::ZERO).length()
     }
 
-    /// Returns where the segment from `start` to `start` + `way` first meets the surface, from either side: the
-    /// fraction of `way` in [0, 1], and the triangle.
-    pub(crate) fn cast(&self, start: &Point3<f64>, way: &Vector3<f64>) -> Option<(f64, u32)> {
-        let ray = Ray::new(to_parry(start), to_parry(&Point3::from(*way)));
+    /// Returns where the segment from `start` to `start` + `displacement` first meets the surface, from either side:
+    /// the fraction of `displacement` in [0, 1], and the triangle.
+    pub(crate) fn cast(&self, start: &Point3<f64>, displacement: &Vector3<f64>) -> Option<(f64, u32)> {
+        let ray = Ray::new(to_parry(start), to_parry(&Point3::from(*displacement)));
         // Accepts the end of the segment.
         let end = 1.0 + f64::EPSILON;
         let hit = |triangle: u32, _| self.mesh.triangle(triangle).cast_local_ray(&ray, end, false);

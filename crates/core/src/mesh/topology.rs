@@ -12,7 +12,8 @@ use super::weld::is_degenerate;
 const NEAR: f64 = 1e-5;
 
 impl Mesh {
-    /// Returns the triangles of the surface: those of [`Mesh::triangles`], with each repeated face once; see [`Topology`].
+    /// Returns the triangles of the surface: [`Mesh::triangles`], with each repeated face once; see
+    /// [`Topology`].
     pub(crate) fn surface(&self) -> &[[u32; 3]] {
         self.topology().surface.as_deref().unwrap_or(self.triangles())
     }
@@ -114,7 +115,7 @@ fn count_vertices(mesh: &Mesh) -> (usize, usize) {
     (weld.len() - count(&used), count(&used) - count(&position_used))
 }
 
-/// Numbers of edges of a welded surface, by the way faces use them; see [`Topology`].
+/// Numbers of edges of a welded surface, by how faces use them; see [`Topology`].
 #[derive(Debug, Default)]
 struct EdgeCounts {
     edges: usize,
@@ -165,7 +166,7 @@ impl EdgeCounts {
     }
 }
 
-/// Finds the components, in descending order of their number of faces. `triangles`: those of the surface. `open`: the
+/// Finds the components, in descending order of their number of faces. `triangles`: of the surface. `open`: the
 /// vertices of open edges.
 fn components(mesh: &Mesh, triangles: &[[u32; 3]], open: &[u32]) -> Vec<Component> {
     let weld = mesh.weld();

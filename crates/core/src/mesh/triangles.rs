@@ -1,18 +1,19 @@
 //! The triangles of the faces.
 //!
-//! In the fan of a concave face, triangles can be turned over and lie outside of the face. Such a face is cut into ears.
+//! In the fan of a concave face, triangles can be turned over and lie outside of the face. Such a face is cut into
+//! ears.
 
 use nalgebra::{Point3, Vector3};
 
 use super::Csr;
 use super::polygon::{Planar, triangulate};
 
-/// Area of a triangle that is turned over, relative to the area of its face, up to which the fan is kept. It is above the
-/// rounding error of corners on a straight line, and too small to be seen.
+/// Area of a triangle that is turned over, relative to the area of its face, up to which the fan is kept. It is above
+/// the rounding error of corners on a straight line, and too small to be seen.
 const TURNED: f64 = 1e-9;
 
-/// Triangulates polygons: a polygon with `n >= 3` corners gives `n - 2` triangles, in the order of the polygons. It gives
-/// a fan from its first corner, or ears if a triangle of the fan is turned over and no ear is.
+/// Triangulates polygons: a polygon with `n >= 3` corners gives `n - 2` triangles, in the order of the polygons. It
+/// gives a fan from its first corner, or ears if a triangle of the fan is turned over and no ear is.
 pub(super) fn of_polygons(vertices: &[Point3<f64>], polygons: &Csr<u32>) -> Vec<[u32; 3]> {
     let count = polygons.items().len().saturating_sub(2 * polygons.len());
     let mut triangles = Vec::with_capacity(count);
@@ -25,7 +26,7 @@ pub(super) fn of_polygons(vertices: &[Point3<f64>], polygons: &Csr<u32>) -> Vec<
     triangles
 }
 
-/// Returns whether `triangles`, those of `polygons`, are fans from their first corners.
+/// Returns whether `triangles`, the triangulation of `polygons`, are fans from their first corners.
 pub(super) fn are_fans(triangles: &[[u32; 3]], polygons: &Csr<u32>) -> bool {
     let faces = polygons.rows().filter(|corners| corners.len() > 2);
     faces.flat_map(fan).eq(triangles.iter().copied())

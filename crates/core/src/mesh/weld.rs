@@ -17,7 +17,8 @@ const CELL: f64 = 64.0;
 const EMPTY: u32 = u32::MAX;
 
 /// Returns the greatest distance of welded vertices along an axis: a few units in the last place of the greatest
-/// coordinate, in `f32` if all coordinates are values of `f32`, else in `f64`. `extent`: longest side of the bounding box.
+/// coordinate, in `f32` if all coordinates are values of `f32`, else in `f64`. `extent`: longest side of the bounding
+/// box.
 pub(super) fn tolerance(vertices: &[Point3<f64>], extent: f64) -> f64 {
     let coordinates = || vertices.iter().flat_map(|vertex| vertex.coords.iter().copied());
     let farthest = coordinates().map(f64::abs).fold(0.0, f64::max);
@@ -28,12 +29,13 @@ pub(super) fn tolerance(vertices: &[Point3<f64>], extent: f64) -> f64 {
     (UNITS * unit * farthest).min(GREATEST * extent)
 }
 
-/// Returns, for each vertex, the first vertex that is within the tolerance along each axis, of those that are welded with
-/// no vertex before them. `-0.0` equals `0.0`.
+/// Returns, for each vertex, the first vertex that is within the tolerance along each axis, of those that are welded
+/// with no vertex before them. `-0.0` equals `0.0`.
 ///
-/// Uses a hash table of cells with open addressing. It takes linear time, and the result does not depend on the order of
-/// the table. A table of our own is used because every mesh is welded: for 500,000 vertices at exactly equal positions,
-/// sorting takes 4 times as long, `HashMap` 16 times as long, and `HashMap` with this hash function 6 times as long.
+/// Uses a hash table of cells with open addressing. It takes linear time, and the result does not depend on the order
+/// of the table. A table of our own is used because every mesh is welded: for 500,000 vertices at exactly equal
+/// positions, sorting takes 4 times as long, `HashMap` 16 times as long, and `HashMap` with this hash function 6
+/// times as long.
 pub(super) fn weld(vertices: &[Point3<f64>], tolerance: f64) -> Vec<u32> {
     let mask = (2 * vertices.len()).next_power_of_two().max(2) - 1;
     let mut table = vec![EMPTY; mask + 1];

@@ -1,10 +1,10 @@
-//! Generalized winding numbers of triangles that need not be closed (Jacobson et al. 2013), by a tree of clusters (Barill
-//! et al. 2018).
+//! Generalized winding numbers of triangles that need not be closed (Jacobson et al. 2013), by a tree of clusters
+//! (Barill et al. 2018).
 //!
 //! The winding number at q is the sum of the solid angles of the triangles seen from q, divided by 4 π. Inside a closed
-//! surface with outward normals it is 1, outside 0; in front of an opening it falls smoothly from 1 to 0. Far away a cluster
-//! counts by the first three terms of its expansion about its center p, with d = p - q and r = |d|. They are the terms of
-//! the integrals of n, n x and n x x over its triangles, with the unit normal n and the offset x from p:
+//! surface with outward normals it is 1, outside 0; in front of an opening it falls smoothly from 1 to 0. Far away a
+//! cluster counts by the first three terms of its expansion about its center p, with d = p - q and r = |d|. They are
+//! the terms of the integrals of n, n x and n x x over its triangles, with the unit normal n and the offset x from p:
 //!
 //! ```text
 //! n . d / r^3,   n . x / r^3 - 3 (n . d) (x . d) / r^5,
@@ -182,8 +182,8 @@ fn cluster(given: &[[Point3<f64>; 3]], indices: &[u32], first: u32) -> Cluster {
     Cluster { center, radius, moments, triangles: first..first + indices.len() as u32, next: 0 }
 }
 
-/// Returns the solid angle of a triangle seen from a point: positive if its normal points away from the point (Van Oosterom
-/// & Strackee 1983). Seen from its own plane it is 0 outside of the triangle.
+/// Returns the solid angle of a triangle seen from a point: positive if its normal points away from the point (Van
+/// Oosterom & Strackee 1983). Seen from its own plane it is 0 outside of the triangle.
 fn solid_angle(triangle: &[Point3<f64>; 3], point: &Point3<f64>) -> f64 {
     let [a, b, c] = triangle.map(|corner| corner - point);
     let volume = a.dot(&b.cross(&c));

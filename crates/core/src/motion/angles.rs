@@ -2,8 +2,9 @@
 //! and unit vectors.
 //!
 //! Sine and cosine are own code, because the standard library's have other bits on other platforms. Those of the crate
-//! libm have the same bits everywhere, but need the exact reduction of degrees as well, are not faster (26 ns in place of
-//! 25 ns), and differ in the last place for 5 % of the angles, which would change the frames of existing scenes.
+//! libm have the same bits everywhere, but need the exact reduction of degrees as well, are not faster (26 ns in
+//! place of 25 ns), and differ in the last place for 5 % of the angles, which would change the frames of existing
+//! scenes.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -13,8 +13,8 @@ pub struct CurveKey {
     pub value: f64,
 }
 
-/// A number along keyframes. It is linear in time between two keyframes unless it has another [`Interpolation`], and constant
-/// before the first and after the last keyframe.
+/// A number along keyframes. It is linear in time between two keyframes unless it has another [`Interpolation`], and
+/// constant before the first and after the last keyframe.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curve {

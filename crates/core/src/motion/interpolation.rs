@@ -1,13 +1,13 @@
 //! Interpolates keyframes: linear, with rests at the keyframes, or cubic through them.
 
-/// How the motion between two keyframes goes. Before the first and after the last keyframe it always rests.
+/// The interpolation between two keyframes. Before the first and after the last keyframe it always rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Interpolation {
     /// With constant velocity, which jumps at the keyframes. The default.
     #[default]
     Linear,
-    /// From rest to rest: the velocity is zero at each keyframe. The share s of the way is 3 s² - 2 s³.
+    /// From rest to rest: the velocity is zero at each keyframe. The share s of the displacement is 3 s² - 2 s³.
     Smooth,
     /// Through the keyframes with a continuous velocity. A coordinate rests at the first and the last keyframe, and
     /// where it turns back or did not change; it stays between its values at the two keyframes.
@@ -34,8 +34,8 @@ impl Interpolation {
     }
 }
 
-/// Returns the value of a coordinate at `time`, where `keys` are keyframes in order of time. Before the first and after the
-/// last keyframe it is constant; without keyframes it is 0.
+/// Returns the value of a coordinate at `time`, where `keys` are keyframes in order of time. Before the first and
+/// after the last keyframe it is constant; without keyframes it is 0.
 pub(super) fn value_at<K>(
     keys: &[K],
     (time, interpolation): (f64, Interpolation),
@@ -75,7 +75,7 @@ fn slope_at<K>(keys: &[K], key: usize, time_of: impl Fn(&K) -> f64, value_of: im
     )
 }
 
-/// Returns the share of the way from rest to rest: the cubic with slope zero at s = 0 and s = 1.
+/// Returns the share of the displacement from rest to rest: the cubic with slope zero at s = 0 and s = 1.
 fn smooth(s: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }

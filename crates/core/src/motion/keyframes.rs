@@ -89,7 +89,7 @@ pub enum MotionError {
 }
 
 impl MotionError {
-    /// Checks that the time of a keyframe is after that of the one before.
+    /// Checks that the time of a keyframe is after the time of the one before.
     pub(super) fn check_order(key: usize, time: f64, before: Option<f64>) -> Result<(), Self> {
         match before {
             Some(previous) if time <= previous => Err(Self::NotIncreasing { key, time, previous }),

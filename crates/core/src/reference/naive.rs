@@ -76,7 +76,7 @@ impl RegionMotion {
 impl<'a> Naive<'a> {
     /// Prepares the method for regions of half-width `half_width`: one around each vertex, or each cell if it is 1/2.
     ///
-    /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are those of a bare
+    /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are as in a bare
     /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: impl Into<HalfWidth>, regions: Regions) -> Self {
         let half_width = half_width.into();
@@ -165,7 +165,8 @@ impl<'a> Naive<'a> {
         Self { ratios: Some(ratios), ..self }
     }
 
-    /// Uses plastic shapes: `shapes` has the plastic shape of each region, a symmetric matrix of determinant 1, as [`Body::plastic_shapes`](crate::Body::plastic_shapes).
+    /// Uses plastic shapes: `shapes` has the plastic shape of each region, a symmetric matrix of determinant 1, as
+    /// [`Body::plastic_shapes`](crate::Body::plastic_shapes).
     ///
     /// # Panics
     ///
@@ -212,8 +213,8 @@ impl<'a> Naive<'a> {
         self.at_region(self.ratios.as_deref(), region).cbrt()
     }
 
-    /// Returns a number of a region: that of its center vertex, or the mean of those of the corners of a cell; 1 without
-    /// numbers.
+    /// Returns a number of a region: the number of its center vertex, or the mean over the corners of a cell; 1
+    /// without numbers.
     fn at_region(&self, numbers: Option<&[f64]>, region: u32) -> f64 {
         let Some(numbers) = numbers else { return 1.0 };
         match self.half_width.is_cell() {
@@ -268,7 +269,7 @@ impl<'a> Naive<'a> {
         &self.weights
     }
 
-    /// Returns the vertices of a region; those of a vertex are sorted.
+    /// Returns the vertices of a region. The vertices of a region around a vertex are sorted.
     fn members(&self, number: u32) -> Cow<'_, [u32]> {
         match &self.listed {
             Some(listed) => Cow::Borrowed(&listed[number as usize]),
@@ -310,14 +311,14 @@ impl<'a> Naive<'a> {
         };
         let rest_centroid = mean(&|i| self.rest(i));
         let centroid = mean(&|i| positions[i as usize]);
-        let (mut moments, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
+        let (mut moments, mut covariance) = (Matrix3::zeros(), Matrix3::zeros());
         for &i in members {
             let y = self.rest(i) - rest_centroid;
             moments += (positions[i as usize] - centroid) * y.transpose() * self.weight(i);
-            spread += y * y.transpose() * self.weight(i);
+            covariance += y * y.transpose() * self.weight(i);
         }
-        // The spread is singular only for a region of one vertex, which has no gradient.
-        let inverse = spread.try_inverse().unwrap_or_else(Matrix3::zeros);
+        // The covariance is singular only for a region of one vertex, which has no gradient.
+        let inverse = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
         let gradient = moments * inverse / stretch;
         let (volume_motion, volume_energy) = volume_term(&gradient, &(inverse * mass), self.poisson_ratio);
         RegionMotion {
@@ -376,7 +377,8 @@ impl<'a> Naive<'a> {
         velocities.iter().zip(&means).map(|(v, mean)| v + (mean - v) * damping).collect()
     }
 
-    /// Computes, for each vertex, the mean of a value over the regions that contain it, weighted by the `factor` of each.
+    /// Computes, for each vertex, the mean of a value over the regions that contain it, weighted by the `factor` of
+    /// each.
     ///
     /// `value`: returns, for the motion and the vertices of a region, the value as a function of the rest
     /// position.
@@ -402,8 +404,8 @@ impl<'a> Naive<'a> {
     }
 
     /// Computes half the sum, over all vertices of all regions, of the weighted squared distance from the
-    /// vertex to its rest position moved by the rigid motion of the region, and of the potential of its volume term, times
-    /// the stiffness factor of the region.
+    /// vertex to its rest position moved by the rigid motion of the region, and of the potential of its volume term,
+    /// times the stiffness factor of the region.
     ///
     /// The gradient of this sum with respect to the position x_i of vertex i is `s_i m_i (x_i - g_i)`, where m_i
     /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and
@@ -452,9 +454,9 @@ impl<'a> Naive<'a> {
     }
 }
 
-/// Returns k Y and k W/t of the volume term of a region, from its deformation gradient F and its inverse rest spread C⁻¹.
-/// With t = tr C⁻¹/3, D = C⁻¹/t, the cofactors K of F, d = det F - 1 and q = K : K D, the potential is
-/// W = d²/(2 (q + 4 d²)), and Y D⁻¹ its gradient with respect to F.
+/// Returns k Y and k W/t of the volume term of a region, from its deformation gradient F and its inverse rest
+/// covariance C⁻¹. With t = tr C⁻¹/3, D = C⁻¹/t, the cofactors K of F, d = det F - 1 and q = K : K D, the potential
+/// is W = d²/(2 (q + 4 d²)), and Y D⁻¹ its gradient with respect to F.
 fn volume_term(f: &Matrix3<f64>, inverse: &Matrix3<f64>, poisson_ratio: f64) -> (Matrix3<f64>, f64) {
     let (k, t) = (3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio), inverse.trace() / 3.0);
     if k == 0.0 || t == 0.0 {

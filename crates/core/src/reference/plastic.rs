@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use crate::dynamics::Plasticity;
 
-/// Least mean stretch to which strains are relative: that of a cube compressed evenly to a twentieth of its volume.
+/// Least mean stretch to which strains are relative: a cube compressed evenly to a twentieth of its volume.
 const LEAST_STRETCH: f64 = 0.37;
 
 /// Greatest |k D| of a step.

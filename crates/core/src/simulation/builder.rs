@@ -145,7 +145,7 @@ impl SimulationBuilder {
         let mut bodies = self.bodies;
         for body in &mut bodies {
             body.update_contact_stage(&colliders);
-            body.search_ways_out();
+            body.search_escapes();
             body.fix_elasticity(gravity.norm(), dt);
         }
         let contacts = groups::create(&mut bodies, self.contact);

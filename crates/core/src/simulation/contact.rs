@@ -2,7 +2,7 @@
 
 use super::world::Simulation;
 use crate::body::{Body, StepContext};
-use crate::contact::bodies::BodyContacts;
+use crate::contact::bodies::{BodyContacts, ContactStep};
 use crate::parallel::Executor;
 use crate::state::PairSupports;
 
@@ -25,7 +25,7 @@ impl Simulation {
         context: &StepContext,
         executor: &Executor,
     ) {
-        let step = (context.interval.dt, context.gravity.norm());
+        let step = ContactStep { dt: context.interval.dt, gravity: context.gravity.norm() };
         let prepare = |body: &mut Body, is_alone| body.prepare_body_contact(context, is_alone);
         contacts.resolve(bodies, prepare, step, executor);
         let found = &*contacts;

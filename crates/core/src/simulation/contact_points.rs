@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::world::Simulation;
 
-/// What a body touches.
+/// The body or collider that a body touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touched {
     /// The body with this index; the body itself in self-contact.
@@ -20,7 +20,7 @@ pub enum Touched {
 pub struct ContactPoint {
     /// Index of the body; the lesser one of two bodies.
     pub body: usize,
-    /// What it touches.
+    /// The other body or the collider.
     pub other: Touched,
     /// Position of the contact.
     pub point: Point3<f64>,
@@ -53,7 +53,7 @@ impl Simulation {
         let records = self.contacts.iter().flat_map(|contacts| contacts.records());
         let between = records.map(|(pair, force)| {
             let [body, other] = pair.bodies.map(|body| body as usize);
-            // The normal and the force are those of the lesser body.
+            // The normal and the force refer to the lesser body.
             let (body, other, sign) = if body <= other { (body, other, 1.0) } else { (other, body, -1.0) };
             ContactPoint {
                 body,

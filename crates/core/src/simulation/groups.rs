@@ -1,4 +1,4 @@
-//! Which bodies can touch each other, and what touching bodies decide and compute together.
+//! Selects the bodies that can touch each other, and computes for groups of touching bodies.
 
 use crate::body::{Body, RestVote, StepContext};
 use crate::contact::bodies::{BodyContacts, ContactFilter};
@@ -6,12 +6,12 @@ use crate::dynamics::Coupling;
 use crate::mesh::UnionFind;
 use crate::state::PairSupports;
 
-/// Which bodies can touch each other or themselves.
+/// The contacts between bodies that are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ContactSettings {
     /// Whether bodies touch each other.
     pub(super) between: bool,
-    /// Whether bodies touch themselves that do not say so themselves.
+    /// The default self-contact, of bodies without a setting of their own.
     pub(super) with_itself: bool,
 }
 

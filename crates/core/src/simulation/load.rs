@@ -5,9 +5,9 @@ use nalgebra::{Point3, Vector3};
 use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 
-/// Returns for each body its mass and those of the bodies above it, along gravity, which it touches if they fall on it.
-/// Of a body above, the part counts whose box, seen along gravity, covers that of the body. `contacts` is `None` if
-/// bodies do not touch each other.
+/// Returns for each body the sum of its mass and the masses of the bodies above it, along gravity, which it touches
+/// if they fall on it. Of a body above, the part counts whose box, seen along gravity, covers that of the body.
+/// `contacts` is `None` if bodies do not touch each other.
 pub(super) fn stacked_masses(
     bodies: &[Body],
     contacts: Option<&BodyContacts>,

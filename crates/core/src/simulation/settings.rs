@@ -111,7 +111,7 @@ impl Simulation {
         self.colliders.animate_to(self.clock.time());
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
-            body.search_ways_out();
+            body.search_escapes();
             body.forget_contact_forces();
         }
         self.wake();

@@ -17,7 +17,7 @@
 //!   fifth of a cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a
 //!   column of the body's material that has the mass of the body and of those above it, and the body's mean cross
 //!   section. Of a body above, the part counts that covers the body, seen along gravity. Contact would have to take
-//!   back a longer way in each step.
+//!   back a longer displacement in each step.
 
 use nalgebra::{Point3, Vector3};
 
@@ -34,8 +34,8 @@ const MAX_STEPS: f64 = 1000.0;
 /// Greatest slip of a held layer in cells.
 const MAX_SLIP: f64 = 0.5;
 
-/// Greatest way in cells of a layer in a step under the weight of the bodies above it.
-const MAX_LOAD_WAY: f64 = 0.2;
+/// Greatest displacement in cells of a layer in a step under the weight of the bodies above it.
+const MAX_LOAD_DISPLACEMENT: f64 = 0.2;
 
 /// The number of steps per frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub enum Substeps {
     Auto,
 }
 
-/// What determines the number of steps per frame that [`Substeps::Auto`] chooses.
+/// The condition that determines the number of steps per frame of [`Substeps::Auto`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StepReason {
@@ -136,7 +136,7 @@ impl Needs {
         let handle_speed = speeds.fold(0.0, f64::max);
         let up = -gravity / gravity.norm();
         let lifts = body.constraints().map(|constraint| constraint.greatest_displacement(&up));
-        let lifted = lifts.fold(0.0, f64::max);
+        let height = lifts.fold(0.0, f64::max);
         let center = nalgebra::center(&low, &high);
         let initial_speed = body.velocities().iter().map(|velocity| velocity.norm()).fold(0.0, f64::max);
         let fall_speed = if gravity == Vector3::zeros() {
@@ -144,7 +144,7 @@ impl Needs {
         } else {
             let depths =
                 colliders.list().map(|collider| depth_below(&collider.shape, &center, &gravity.normalize()));
-            let fall = lifted + depths.fold(0.0, f64::max);
+            let fall = height + depths.fold(0.0, f64::max);
             (initial_speed * initial_speed + 2.0 * gravity.norm() * fall).sqrt()
         };
         let rests = !colliders.is_empty() || body.constraints().next().is_some();
@@ -169,7 +169,7 @@ fn material_rate(body: &Body, modulus: f64) -> f64 {
 
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
 fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
-    // A hold or contact acts on the corners of a cell.
+    // A constraint or contact acts on the corners of a cell.
     if body.chosen_half_width(modulus).is_cell() {
         return 0.0;
     }
@@ -189,7 +189,7 @@ fn load_rate(body: &Body, stacked_mass: f64, gravity: f64) -> f64 {
     }
     let density = body.material().density;
     let height = stacked_mass / density / (body.mass() / density).powf(2.0 / 3.0);
-    (2.0 * gravity * height / MAX_LOAD_WAY).sqrt() / body.lattice().cell_size()
+    (2.0 * gravity * height / MAX_LOAD_DISPLACEMENT).sqrt() / body.lattice().cell_size()
 }
 
 /// Returns the distance along `down` from a point to a plane, to the center of a sphere, box or mesh, or to the lower

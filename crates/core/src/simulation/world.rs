@@ -135,12 +135,13 @@ impl Simulation {
         self.sleep
     }
 
-    /// Returns whether bodies touch each other, as it was set: [`SimulationBuilder::contact`](super::SimulationBuilder::contact).
+    /// Returns whether bodies touch each other, as it was set:
+    /// [`SimulationBuilder::contact`](super::SimulationBuilder::contact).
     pub fn contact(&self) -> bool {
         self.contact.between
     }
 
-    /// Returns whether bodies touch themselves that do not say so themselves, as it was set:
+    /// Returns the default self-contact, for bodies without a setting of their own:
     /// [`SimulationBuilder::self_contact`](super::SimulationBuilder::self_contact).
     pub fn self_contact(&self) -> bool {
         self.contact.with_itself

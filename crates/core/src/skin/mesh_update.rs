@@ -254,8 +254,8 @@ fn interpolate_cell<S: Simd>(
     }
 }
 
-/// Interpolates pairs of points of one cell by the smooth interpolant of the cell, or trilinearly where the slopes are
-/// not trusted.
+/// Interpolates pairs of points of one cell by the smooth interpolant of the cell, or trilinearly where the slope
+/// weights are 0.
 ///
 /// `corners`: lattice vertices at the corners. `lattice`, `slopes`: positions and slopes of the lattice vertices.
 #[inline(always)]
@@ -267,11 +267,11 @@ fn interpolate_smooth_cell<S: Simd>(
     coords: &[Pair],
     pairs: &mut [Pair],
 ) {
-    let mut trust = [0.0; 8];
+    let mut slope_weights = [0.0; 8];
     let (mut lowest, mut highest) = (1.0_f32, 0.0_f32);
     for k in 0..8 {
-        trust[k] = slopes.trust[corners[k] as usize];
-        (lowest, highest) = (lowest.min(trust[k]), highest.max(trust[k]));
+        slope_weights[k] = slopes.slope_weights[corners[k] as usize];
+        (lowest, highest) = (lowest.min(slope_weights[k]), highest.max(slope_weights[k]));
     }
     if highest == 0.0 {
         return interpolate_cell(simd, corners, lattice, coords, pairs);
@@ -299,11 +299,11 @@ fn interpolate_smooth_cell<S: Simd>(
         }
         return;
     }
-    let (corners, trust) = (polynomial(positions), polynomial(trust));
+    let (corners, slope_weights) = (polynomial(positions), polynomial(slope_weights));
     let mut linear = [f32x8::splat(simd, 0.0); 8];
-    let mut trust_terms = linear;
+    let mut weight_terms = linear;
     for k in 0..8 {
-        trust_terms[k] = f32x8::splat(simd, trust[k]);
+        weight_terms[k] = f32x8::splat(simd, slope_weights[k]);
         if k > 0 {
             linear[k] = simd.combine_f32x4(corners[k], corners[k]);
         }
@@ -312,8 +312,8 @@ fn interpolate_smooth_cell<S: Simd>(
         let (t, [x, y, z]) = local_coordinates(simd, local);
         let linear = trilinear_value(&linear, t);
         let difference = smooth_value(&terms, [x, y, z]) - linear;
-        let trust = trilinear_value(&trust_terms, [x.s, y.s, z.s]);
-        (first + trust.mul_add(difference, linear)).store_array(pair);
+        let slope_weights = trilinear_value(&weight_terms, [x.s, y.s, z.s]);
+        (first + slope_weights.mul_add(difference, linear)).store_array(pair);
     }
 }
 

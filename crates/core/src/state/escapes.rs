@@ -1,14 +1,14 @@
-//! The ways on which components leave colliders in which they began.
+//! The translations by which components leave colliders in which they began.
 
 use nalgebra::Vector3;
 
-/// Length in cells of a step out of a collider, unless the way would take more than [`MAX_STEPS`].
+/// Length in cells of a step out of a collider, unless the translation would take more than [`MAX_STEPS`].
 const STEP: f64 = 0.25;
 
 /// Greatest number of steps out of a collider.
 const MAX_STEPS: f64 = 64.0;
 
-/// The way of one component. The component does not move otherwise until it has left the colliders.
+/// The escape of one component. The component does not move otherwise until it has left the colliders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Escape {
@@ -20,7 +20,7 @@ pub(crate) struct Escape {
     pub(crate) translation: [f64; 3],
 }
 
-/// The ways of all components that are leaving colliders.
+/// The escapes of all components that are leaving colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Escapes {
@@ -46,10 +46,10 @@ impl Escapes {
         self.list.clear();
     }
 
-    /// Adds a component that leaves colliders by the translation `way`, in cells.
-    pub(crate) fn add(&mut self, component: u32, way: Vector3<f64>) {
-        let steps = (way.norm() / STEP).ceil().clamp(1.0, MAX_STEPS);
-        self.list.push(Escape { component, steps: steps as u32, translation: (way / steps).into() });
+    /// Adds a component that leaves colliders by `translation`, in cells.
+    pub(crate) fn add(&mut self, component: u32, translation: Vector3<f64>) {
+        let steps = (translation.norm() / STEP).ceil().clamp(1.0, MAX_STEPS);
+        self.list.push(Escape { component, steps: steps as u32, translation: (translation / steps).into() });
     }
 
     /// Removes the components that do not satisfy a condition.
@@ -57,7 +57,7 @@ impl Escapes {
         self.list.retain(condition);
     }
 
-    /// Counts a step. The step after the end of a way looks for colliders again, because they may have moved.
+    /// Counts a step. The step after the end of an escape looks for colliders again, because they may have moved.
     pub(crate) fn advance(&mut self) {
         for escape in &mut self.list {
             escape.steps -= 1;

@@ -10,7 +10,7 @@
 //! | `place` | the place of a body at a time, from which its displacements are measured |
 //! | `rest` | how long a body has been at rest, and whether it sleeps |
 //! | `errors` | arrays that do not fit a body |
-//! | `escapes` | the ways on which components leave colliders in which they began |
+//! | `escapes` | the translations by which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod errors;
@@ -31,7 +31,7 @@ pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use rest::{Rest, RestSigns, Stay};
 pub(crate) use supports::{Deflection, Support, Supports};
-pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, SearchedMotion, Touches};
+pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, TouchedPoint, Touches};
 
 use nalgebra::{Point3, Vector3};
 
@@ -158,7 +158,7 @@ impl State {
         self.frame.velocity = velocity.into();
     }
 
-    /// Returns how far the body moved since its contacts with other bodies were searched: see
+    /// Returns the motion of the body since its contacts with other bodies were searched: see
     /// [`Touches::searched_motion`].
     pub(crate) fn searched_motion(
         &mut self,
@@ -174,7 +174,8 @@ impl State {
         self.rest.wake();
     }
 
-    /// Adds a step of `dt` seconds to the time of rest. `occupied` has the bit mask of the lanes with a vertex of each block.
+    /// Adds a step of `dt` seconds to the time of rest. `occupied` has the bit mask of the lanes with a vertex of
+    /// each block.
     pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], RestSigns { is_slow, stay }: RestSigns) {
         self.rest.add(dt, is_slow);
         match stay {
@@ -256,10 +257,10 @@ impl State {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
     }
 
-    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed: a coordinate of the vertex in
-    /// `slot` has a magnitude above two quanta, and the center of mass is not near the origin, as that of pieces that fly
-    /// apart can be. A quantum (`Frame::quantum`) is at least the extent of the body in the rest pose. `weights` has the
-    /// mass of each vertex in its first row.
+    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed: a coordinate of the
+    /// vertex in `slot` has a magnitude above two quanta, and the center of mass is not near the origin (it may stay
+    /// there if pieces fly apart). A quantum (`Frame::quantum`) is at least the extent of the body in the rest
+    /// pose. `weights` has the mass of each vertex in its first row.
     pub(crate) fn needs_rebase(&self, slot: u32, weights: &Lanes<2>) -> bool {
         let is_far = |x: &f32| f64::from(x.abs()) > 2.0 * self.frame.quantum;
         self.positions.get(slot).iter().any(is_far)

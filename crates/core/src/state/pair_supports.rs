@@ -50,8 +50,9 @@ impl PairSupports {
         self.0.retain(keeps);
     }
 
-    /// Replaces the supports that `replaces` selects by those of some contacts: the two sides, the impulse on the first
-    /// one, the point and the unit normal towards the first side. A support that existed before keeps its deflections.
+    /// Replaces the supports that `replaces` selects by the supports at some contacts: the two sides, the impulse on
+    /// the first one, the point and the unit normal towards the first side. A support that existed before keeps its
+    /// deflections.
     pub(crate) fn set(
         &mut self,
         replaces: impl Fn(&PairSupport) -> bool,

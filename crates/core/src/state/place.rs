@@ -15,8 +15,8 @@ pub(super) struct Place {
     shift: [f64; 3],
 }
 
-/// The displacements in cells of the vertices from a place: the box of those of the positions from the origin, and the
-/// displacement of the origin.
+/// The displacements in cells of the vertices from a place: the box of the displacements of the positions from the
+/// origin, and the displacement of the origin.
 pub(super) struct Displacements {
     low: [f64; 3],
     high: [f64; 3],
@@ -36,8 +36,8 @@ impl Place {
         self.shift = shift;
     }
 
-    /// Returns the displacements since the positions were stored; `None` if there are none. `occupied` has the bit mask of the
-    /// lanes with a vertex, for each block.
+    /// Returns the displacements since the positions were stored; `None` if there are none. `occupied` has the bit
+    /// mask of the lanes with a vertex, for each block.
     pub(super) fn displacements(
         &self,
         (positions, shift): (&Lanes<3>, [f64; 3]),
@@ -51,7 +51,7 @@ impl Place {
         Some(Displacements { low: low.map(f64::from), high: high.map(f64::from), shift })
     }
 
-    /// Returns whether the place can be that of a body with this number of blocks of positions.
+    /// Returns whether the place fits a body with this number of blocks of positions.
     pub(super) fn is_valid(&self, blocks: usize) -> bool {
         let stored = self.positions.blocks().len();
         stored == 0 || stored == blocks
@@ -78,7 +78,7 @@ impl Displacements {
         Vector3::from_fn(|a, _| 0.5 * (self.high[a] - self.low[a])).norm()
     }
 
-    /// Returns the common translation: that of the middle of the box.
+    /// Returns the common translation: the middle of the box.
     pub(super) fn translation(&self) -> [f64; 3] {
         std::array::from_fn(|a| 0.5 * (self.low[a] + self.high[a]) + self.shift[a])
     }

@@ -1,9 +1,9 @@
-//! How long a body has been at rest.
+//! Tracks how long a body has been at rest.
 
 use super::place::Place;
 use crate::simd::lanes::Lanes;
 
-/// How long a body has been at rest, and whether it sleeps.
+/// The time that a body has been at rest, and whether it sleeps.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Rest {
@@ -19,7 +19,7 @@ pub(crate) struct Rest {
     pub(crate) is_asleep: bool,
 }
 
-/// What a step tells about the rest of a body.
+/// The measurements of a step about the rest of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestSigns {
     /// Whether all vertices were slow, or stayed where other bodies were searched.
@@ -54,9 +54,9 @@ impl Rest {
         self.slow_time = if is_slow { self.slow_time + dt } else { 0.0 };
     }
 
-    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a vertex from
-    /// it, in the steps in which this is checked. If a vertex is farther, the place becomes the present one. `occupied` has the
-    /// bit mask of the lanes with a vertex of each block.
+    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a
+    /// vertex from it, in the steps in which this is checked. If a vertex is farther, the place becomes the present
+    /// one. `occupied` has the bit mask of the lanes with a vertex of each block.
     pub(super) fn stay(
         &mut self,
         present: (&Lanes<3>, [f64; 3]),
@@ -82,7 +82,7 @@ impl Rest {
         self.place.forget();
     }
 
-    /// Returns whether the data can be those of a body with this number of blocks of positions.
+    /// Returns whether the data fit a body with this number of blocks of positions.
     pub(super) fn is_valid(&self, blocks: usize) -> bool {
         [self.slow_time, self.still_time, self.unchecked_time]
             .iter()
@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(stay(0.014, 0.0, true), 0.0);
         assert_eq!(stay(0.02, 0.0, true), 0.25);
         assert_eq!(stay(0.02, 0.1, true), 0.0);
-        // What is not a number does not stay.
+        // A NaN does not stay.
         assert_eq!(stay(f32::NAN, 0.1, true), 0.0);
     }
 }

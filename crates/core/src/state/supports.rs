@@ -16,7 +16,7 @@ pub(crate) struct Support {
     /// Center of pressure, from the body's origin.
     pub(crate) point: [f64; 3],
     /// Mean of the squared distances of the contacts from the center of pressure.
-    pub(crate) spread: f64,
+    pub(crate) squared_radius: f64,
     /// Mean normal, a unit vector; zero if the normals cancel each other.
     pub(crate) normal: [f64; 3],
     /// Velocity of the surface of the collider at the center of pressure.
@@ -61,9 +61,9 @@ impl Supports {
     /// Replaces the supports. `contacts` are single contacts, which are combined to one support of each component by
     /// each collider. A support that existed before keeps its deflections.
     pub(crate) fn set(&mut self, contacts: impl Iterator<Item = Support>) {
-        for Support { impulse, point, spread, normal, velocity, .. } in &mut self.0 {
+        for Support { impulse, point, squared_radius, normal, velocity, .. } in &mut self.0 {
             (*impulse, *point, *normal, *velocity) = (0.0, [0.0; 3], [0.0; 3], [0.0; 3]);
-            *spread = 0.0;
+            *squared_radius = 0.0;
         }
         // Contacts of the same support mostly follow each other.
         let mut last = 0;
@@ -97,7 +97,7 @@ impl Support {
     fn add(&mut self, contact: &Self) {
         self.impulse += contact.impulse;
         self.spin = contact.spin;
-        self.spread += contact.impulse * Vector3::from(contact.point).norm_squared();
+        self.squared_radius += contact.impulse * Vector3::from(contact.point).norm_squared();
         for c in 0..3 {
             self.point[c] += contact.impulse * contact.point[c];
             self.normal[c] += contact.impulse * contact.normal[c];
@@ -109,7 +109,8 @@ impl Support {
     fn normalize(&mut self) {
         let scale = 1.0 / self.impulse;
         self.point = self.point.map(|sum| sum * scale);
-        self.spread = (self.spread * scale - Vector3::from(self.point).norm_squared()).max(0.0);
+        self.squared_radius =
+            (self.squared_radius * scale - Vector3::from(self.point).norm_squared()).max(0.0);
         self.velocity = self.velocity.map(|sum| sum * scale);
         // Normals that cancel each other, all around a ball, have no mean.
         let normal = Vector3::from(self.normal) * scale;

@@ -21,8 +21,8 @@ pub(crate) struct Touches {
     searched: SearchedPlace,
 }
 
-/// The place of a body in the last step in which its contacts with other bodies were searched, because it had moved. The next
-/// step has to search if there is none.
+/// The place of a body in the last step in which its contacts with other bodies were searched, because it had moved.
+/// The next step has to search if there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct SearchedPlace {
@@ -32,7 +32,7 @@ struct SearchedPlace {
     translation: [f64; 3],
 }
 
-/// How far a body moved since its contacts with other bodies were searched.
+/// The motion of a body since its contacts with other bodies were searched.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchedMotion {
     /// Upper bound of the distance in cells that counts for the search; infinity if the contacts have to be searched.
@@ -42,7 +42,7 @@ pub(crate) struct SearchedMotion {
 }
 
 impl SearchedMotion {
-    /// That of a body whose contacts have to be searched.
+    /// For a body whose contacts have to be searched.
     pub(crate) const UNKNOWN: Self = Self { distance: f64::INFINITY, is_in_place: false };
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct ContactForce {
     pub(crate) force: [f64; 3],
 }
 
-/// What a contact of one step has in common with the same contact in the next step.
+/// The identity of a contact across steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum ContactKey {
@@ -80,13 +80,13 @@ pub(crate) struct SampleTouch {
     /// Unit normal of the other body, in world space.
     pub(crate) normal: [f32; 3],
     /// The point of the other body that it touches.
-    pub(crate) foot: Foot,
+    pub(crate) touched: TouchedPoint,
 }
 
 /// A point of the surface of a body that a sample of another one touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Foot {
+pub(crate) struct TouchedPoint {
     pub(crate) cell: u32,
     /// Local coordinates in the cell: in [0, 1], at the smooth surface of a crack in [-1, 2].
     pub(crate) local: [f32; 3],
@@ -163,7 +163,7 @@ impl Touches {
         self.sides_unknown = true;
     }
 
-    /// Replaces the forces by those of the contacts with colliders, in any order.
+    /// Replaces all forces by the forces of contacts with colliders, in any order.
     pub(crate) fn set_forces(&mut self, forces: impl Iterator<Item = ContactForce>) {
         self.forces.clear();
         self.forces.extend(forces);
@@ -189,9 +189,9 @@ impl Touches {
         self.searched.forget();
     }
 
-    /// Returns how far the body moved since its contacts were searched. If that is more than `limit` cells, they have to
-    /// be searched, and the positions are stored as the searched ones. `positions` are in cells from the origin, which
-    /// is displaced by `shift` cells; `occupied` has the bit mask of the lanes with a vertex, for each block.
+    /// Returns the motion of the body since its contacts were searched. Beyond `limit` cells they have to be searched,
+    /// and the positions are stored as the searched ones. `positions` are in cells from the origin,
+    /// which is displaced by `shift` cells; `occupied` has the bit mask of the lanes with a vertex, for each block.
     /// `is_relative`: a common translation does not count for the search, as the body touches itself only.
     pub(super) fn searched_motion(
         &mut self,
@@ -235,8 +235,8 @@ impl Touches {
         self.forces.clear();
     }
 
-    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects.
-    /// `bodies`: pairs of connected component and body.
+    /// Replaces the touches by the touches of a step, in any order. Keeps the touches of the bodies that `keep`
+    /// selects. `bodies`: pairs of connected component and body.
     pub(crate) fn set(
         &mut self,
         keep: impl Fn(u32) -> bool,
@@ -264,7 +264,7 @@ impl Touches {
             && self.bodies.is_sorted()
             && self.forces.is_sorted_by_key(|force| force.key);
         let is_valid_touch = |touch: &SampleTouch| {
-            let Foot { local, normal, shell, .. } = touch.foot;
+            let TouchedPoint { local, normal, shell, .. } = touch.touched;
             let is_unit = |vector: [f32; 3]| (0.5..2.0).contains(&Vector3::from(vector).norm());
             // The smooth surface of a crack lies outside the cells of its piece in part.
             let is_inside = local.iter().all(|u| (-1.0..=2.0).contains(u)) && (-1.0..=1.0).contains(&shell);
@@ -285,8 +285,8 @@ mod tests {
     use super::*;
 
     fn touch(other: u32, sample: u32) -> SampleTouch {
-        let foot = Foot { cell: 0, local: [0.5; 3], normal: [0.0, 1.0, 0.0], shell: 0.0 };
-        SampleTouch { other, sample, is_touching: true, normal: [0.0, 1.0, 0.0], foot }
+        let touched = TouchedPoint { cell: 0, local: [0.5; 3], normal: [0.0, 1.0, 0.0], shell: 0.0 };
+        SampleTouch { other, sample, is_touching: true, normal: [0.0, 1.0, 0.0], touched }
     }
 
     fn force(other: u32) -> ContactForce {
@@ -352,9 +352,9 @@ mod tests {
             touches.is_valid(0, 1)
         };
         assert!(valid(|_| {}));
-        assert!(!valid(|touch| touch.foot.local[1] = 2.5));
-        assert!(!valid(|touch| touch.foot.normal = [f32::NAN, 0.0, 0.0]));
+        assert!(!valid(|touch| touch.touched.local[1] = 2.5));
+        assert!(!valid(|touch| touch.touched.normal = [f32::NAN, 0.0, 0.0]));
         assert!(!valid(|touch| touch.normal = [0.0; 3]));
-        assert!(!valid(|touch| touch.foot.shell = f32::INFINITY));
+        assert!(!valid(|touch| touch.touched.shell = f32::INFINITY));
     }
 }

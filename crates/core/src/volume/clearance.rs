@@ -30,7 +30,7 @@ pub(crate) struct LimitSearch {
     positions: Vec<Vec4>,
     /// Position of the vertex of each row, with the correction.
     corrected: Vec<Vec4>,
-    /// Slopes of `positions` and the trust in them, if the skin is smooth.
+    /// Slopes of `positions` and their weights, if the skin is smooth.
     slopes: SmoothRows,
     /// Slopes of `corrected`, if the skin is smooth.
     corrected_slopes: SmoothRows,
@@ -40,8 +40,8 @@ pub(crate) struct LimitSearch {
     nearest: Vec<Nearest>,
     /// Limits at all colliders.
     pub(crate) limits: Vec<Limit>,
-    /// Whether limits give way to the volume of each component.
-    gives_way: Vec<bool>,
+    /// Whether the soft limits of each component are removed.
+    drops_soft: Vec<bool>,
 }
 
 /// Colliders at one time, in the frame of a body.
@@ -70,31 +70,31 @@ impl LimitSearch {
     pub(crate) fn bytes(&self) -> usize {
         let positions = size_of_val(&*self.positions) + size_of_val(&*self.corrected);
         let slopes = self.slopes.bytes() + self.corrected_slopes.bytes();
-        let limits = size_of_val(&*self.limits) + size_of_val(&*self.gives_way);
+        let limits = size_of_val(&*self.limits) + size_of_val(&*self.drops_soft);
         positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + limits
     }
 
-    /// Begins without limits. `reports`: those of the correction without limits.
+    /// Begins without limits. `reports`: of the correction without limits.
     pub(crate) fn begin(&mut self, reports: &[ComponentReport]) {
         self.limits.clear();
-        self.gives_way.clear();
-        self.gives_way.extend(reports.iter().map(|report| !report.capped));
+        self.drops_soft.clear();
+        self.drops_soft.extend(reports.iter().map(|report| !report.capped));
     }
 
-    /// Lets limits give way to the volumes that are not restored with limits, but were without. `reports`: those of the
+    /// Keeps the soft limits of components whose volume is restored with them. `reports`: of the
     /// correction with limits.
     pub(crate) fn keep_unsolved(&mut self, reports: &[ComponentReport]) {
-        for (gives_way, report) in self.gives_way.iter_mut().zip(reports) {
-            *gives_way &= report.capped;
+        for (drops_soft, report) in self.drops_soft.iter_mut().zip(reports) {
+            *drops_soft &= report.capped;
         }
     }
 
-    /// Removes the limits that [give way](Limit::gives_way) of the components that need it. Returns whether there are any.
+    /// Removes the [soft](Limit::is_soft) limits of the components that need it. Returns whether there are any.
     /// `component`: returns the component of a vertex.
-    pub(crate) fn give_way(&mut self, component: impl Fn(u32) -> usize) -> bool {
-        let Self { limits, gives_way, .. } = self;
+    pub(crate) fn remove_soft(&mut self, component: impl Fn(u32) -> usize) -> bool {
+        let Self { limits, drops_soft, .. } = self;
         let count = limits.len();
-        limits.retain(|limit| !(limit.gives_way && gives_way[component(limit.vertex)]));
+        limits.retain(|limit| !(limit.is_soft && drops_soft[component(limit.vertex)]));
         limits.len() < count
     }
 
@@ -137,13 +137,13 @@ impl LimitSearch {
         copy_positions(&mut self.positions, samples, positions);
         if let Some(stencils) = samples.stencils() {
             self.slopes.update_slopes(stencils, &self.positions);
-            self.slopes.update_trust(stencils, &self.positions);
+            self.slopes.update_slope_weights(stencils, &self.positions);
         }
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
         for shape in obstacles.shapes() {
             self.clear();
-            let slopes = samples.stencils().map(|_| self.slopes.with_trust_of(&self.slopes));
+            let slopes = samples.stencils().map(|_| self.slopes.with_weights_of(&self.slopes));
             let field = ShapeField { shape: &shape, positions: &self.positions, slopes };
             if field.any_may_touch(distance) {
                 let (rows, nearest) = (&mut self.rows, &mut self.nearest);
@@ -185,8 +185,8 @@ impl LimitSearch {
             self.clear();
             let Self { positions, corrected, slopes, corrected_slopes, rows, nearest, .. } = self;
             let is_smooth = samples.stencils().is_some();
-            let slopes_before = is_smooth.then(|| slopes.with_trust_of(slopes));
-            let slopes_after = is_smooth.then(|| corrected_slopes.with_trust_of(slopes));
+            let slopes_before = is_smooth.then(|| slopes.with_weights_of(slopes));
+            let slopes_after = is_smooth.then(|| corrected_slopes.with_weights_of(slopes));
             let entered = ShapeField { shape: &shape, positions: corrected, slopes: slopes_after };
             let uncorrected = ShapeField { shape: &shape, positions, slopes: slopes_before };
             if entered.any_may_touch(0.0) {
@@ -257,7 +257,7 @@ fn row_limits(
         vertex: samples.vertices[row as usize],
         normal: nearest.normal,
         clearance: (nearest.clearance - nearest.normal.dot(&displacement(row as usize))).max(0.0),
-        gives_way: false,
+        is_soft: false,
     })
 }
 

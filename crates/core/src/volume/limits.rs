@@ -19,7 +19,7 @@ pub(crate) struct Limit {
     /// Greatest displacement of the vertex against the normal, in cells; at least 0.
     pub(crate) clearance: f64,
     /// Whether the limit is left out if the volume of the component can be restored without it only.
-    pub(crate) gives_way: bool,
+    pub(crate) is_soft: bool,
 }
 
 /// Vertices with limits in one evaluation.
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     fn limit(normal: [f64; 3], clearance: f64) -> Limit {
-        Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance, gives_way: false }
+        Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance, is_soft: false }
     }
 
     /// Returns the displacement of a vertex at `lambda`, with an offset of `scale` times its direction.

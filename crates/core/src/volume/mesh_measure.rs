@@ -126,13 +126,14 @@ impl MeshMeasure {
 
     /// Adds the volume of each component to `scratch.coefficients`.
     pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
-        let Scratch { points: lattice, surface_points, slopes, trust, sums, coefficients, .. } = scratch;
+        let Scratch { points: lattice, surface_points, slopes, slope_weights, sums, coefficients, .. } =
+            scratch;
         surface_points.resize(self.point_count, Moving::default());
         if let Some(smoothing) = self.smoothing() {
             update_slopes(smoothing, lattice, slopes);
         }
         let (runs, run_ends) = (&self.runs, &self.run_ends);
-        let (slopes, trust) = (&*slopes, &*trust);
+        let (slopes, slope_weights) = (&*slopes, &*slope_weights);
         executor.for_each(surface_points.chunks_mut(BATCH).enumerate(), |(batch, surface_points)| {
             let first = if batch == 0 { 0 } else { run_ends[batch - 1] };
             let runs = &runs[first..run_ends[batch]];
@@ -142,7 +143,7 @@ impl MeshMeasure {
                     interpolate(simd, runs, lattice, &weights[start..], surface_points);
                 }
                 Positions::Smooth(local, _) => {
-                    let lattice = SmoothLattice { points: lattice, slopes, trust };
+                    let lattice = SmoothLattice { points: lattice, slopes, slope_weights };
                     interpolate_smooth(simd, runs, lattice, (local, start), surface_points);
                 }
             });

@@ -105,8 +105,9 @@ pub enum FieldKind {
     /// Smoothest field that moves the surface mesh by 1 along its normals. It does not depend on the
     /// staircase shape of the lattice boundary. A bare lattice uses `Cells`.
     Surface,
-    /// `Surface`, but `Cells` in components of the lattice in which the surface is a sheet, unless the volume is preserved
-    /// by the measure `mesh`. A motion of a sheet along its normals leaves the volume of its cells nearly as it is.
+    /// `Surface`, but `Cells` in components of the lattice in which the surface is a sheet, unless the volume is
+    /// preserved by the measure `mesh`. A motion of a sheet along its normals leaves the volume of its cells nearly
+    /// as it is.
     #[default]
     Auto,
 }

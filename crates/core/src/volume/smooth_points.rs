@@ -22,12 +22,12 @@ pub(super) struct Run {
     pub(super) points: usize,
 }
 
-/// The lattice of smooth surface points: the points, their slopes along the axes, and the trust in the slopes.
+/// The lattice of smooth surface points: the points, their slopes along the axes, and the slope weights.
 #[derive(Clone, Copy)]
 pub(super) struct SmoothLattice<'a> {
     pub(super) points: &'a [Moving],
     pub(super) slopes: &'a [[Moving; 3]],
-    pub(super) trust: &'a [f32],
+    pub(super) slope_weights: &'a [f32],
 }
 
 /// Writes the slopes of the lattice points to `slopes`. A slope moves along a straight line, as the points do.
@@ -75,31 +75,32 @@ impl LocalCoordinates {
     }
 }
 
-/// The coefficients of a cell. Those of the moving points are stored lane by lane, so that all coefficients of a lane
+/// The coefficients of a cell. The moving points are stored lane by lane, so that all coefficients of a lane
 /// are consecutive.
 struct CellTerms {
     /// The smooth interpolant of each lane.
     smooth: [SmoothTerms<f32>; 8],
     /// The trilinear interpolant of each lane.
     linear: [[f32; 8]; 8],
-    trust: [f32; 8],
-    /// Whether the trust is 1 in the whole cell.
-    is_trusted: bool,
+    slope_weights: [f32; 8],
+    /// Whether the slope weight is 1 in the whole cell.
+    has_full_weight: bool,
 }
 
 impl CellTerms {
     #[inline(always)]
     fn new<S: Simd>(simd: S, cell: &[u32; 8], lattice: SmoothLattice<'_>) -> Self {
         let corners = load(simd, lattice.points, cell);
-        let (mut slopes, mut trust) = ([[corners[0]; 3]; 8], [0.0; 8]);
+        let (mut slopes, mut slope_weights) = ([[corners[0]; 3]; 8], [0.0; 8]);
         for k in 0..8 {
             let corner = cell[k] as usize;
             slopes[k] = load(simd, &lattice.slopes[corner], &[0, 1, 2]);
-            trust[k] = lattice.trust[corner];
+            slope_weights[k] = lattice.slope_weights[corner];
         }
-        let is_trusted = trust == [1.0; 8];
+        let has_full_weight = slope_weights == [1.0; 8];
         let smooth = [SmoothTerms([[0.0; 8]; 4]); 8];
-        let mut terms = Self { smooth, linear: [[0.0; 8]; 8], trust: polynomial(trust), is_trusted };
+        let mut terms =
+            Self { smooth, linear: [[0.0; 8]; 8], slope_weights: polynomial(slope_weights), has_full_weight };
         let (smooth, linear) = (SmoothTerms::new(corners, slopes), transposed(simd, polynomial(corners)));
         for c in 0..8 {
             linear[c].store_array(&mut terms.linear[c]);
@@ -125,9 +126,9 @@ impl CellTerms {
         let mut offset = smooth_value(&self.smooth[c], functions);
         let mut linear = self.linear[c];
         let corner = std::mem::take(&mut linear[0]);
-        if !self.is_trusted {
+        if !self.has_full_weight {
             let (linear, [x, y, z]) = (trilinear_value(&linear, local), functions);
-            offset = trilinear_value(&self.trust, [x.s, y.s, z.s]).mul_add(offset - linear, linear);
+            offset = trilinear_value(&self.slope_weights, [x.s, y.s, z.s]).mul_add(offset - linear, linear);
         }
         offset + corner
     }

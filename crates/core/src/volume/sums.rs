@@ -26,9 +26,9 @@ pub(super) struct Scratch {
     pub(super) surface_points: Vec<Moving>,
     /// Slopes of the lattice along the axes, for smooth surface points.
     pub(super) slopes: Vec<[Moving; 3]>,
-    /// Trust in the slopes, for smooth surface points. It depends on the deformed lattice and not on `lambda`, so that
+    /// Slope weights, for smooth surface points. They depend on the deformed lattice and not on `lambda`, so that
     /// the volume is a cubic.
-    pub(super) trust: Vec<f32>,
+    pub(super) slope_weights: Vec<f32>,
     /// Sum of each chunk of a [`ChunkedSum`].
     pub(super) sums: Vec<[f64; 4]>,
     centers: Vec<Center>,
@@ -45,7 +45,7 @@ struct Center {
 impl Scratch {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let smooth = size_of_val(&*self.slopes) + size_of_val(&*self.trust);
+        let smooth = size_of_val(&*self.slopes) + size_of_val(&*self.slope_weights);
         size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums) + smooth
     }
 
@@ -101,8 +101,8 @@ impl Scratch {
         let positions: Vec<[f32; 3]> =
             lattice.indices().iter().map(|index| index.map(|i| i as f32)).collect();
         self.set_positions(&positions, adjacency);
-        self.trust.clear();
-        self.trust.resize(adjacency.len(), 1.0);
+        self.slope_weights.clear();
+        self.slope_weights.resize(adjacency.len(), 1.0);
     }
 }
 

@@ -6,7 +6,7 @@ use super::report::residual;
 use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
-use crate::lattice::{Lattice, Trust};
+use crate::lattice::{Lattice, SlopeWeights};
 use crate::parallel::Executor;
 
 /// All volume measures that a body allows, for reports.
@@ -52,8 +52,8 @@ impl VolumeMeasures {
         self.report_displayed(deformed, deformed, None)
     }
 
-    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled. `ratios` has the
-    /// ratio of the rest volume of each component in force; `None` if all are 1.
+    /// Reports the volumes of a deformed lattice without correction, before and after it was untangled. `ratios` has
+    /// the ratio of the rest volume of each component in force; `None` if all are 1.
     pub(crate) fn report_displayed(
         &self,
         deformed: &[[f32; 3]],
@@ -88,8 +88,8 @@ impl VolumeMeasures {
         self.report_corrected_from(correction, components, deformed, (deformed, corrected), None)
     }
 
-    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start`. `ratios`:
-    /// as in [`report_displayed`](Self::report_displayed).
+    /// Reports the volumes of a deformed lattice, before and after it was corrected from the positions `start`.
+    /// `ratios`: as in [`report_displayed`](Self::report_displayed).
     pub(crate) fn report_corrected_from(
         &self,
         correction: &Correction,
@@ -112,15 +112,15 @@ impl VolumeMeasures {
     }
 
     /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
-    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes.
+    /// `evaluate`. `deformed`: the positions without the correction, which determine the slope weights.
     fn evaluate_deformed(&self, positions: &[[f32; 3]], deformed: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         let mut scratch = Scratch::default();
         scratch.set_positions(positions, &self.adjacency);
         if let Some(smoothing) = self.measures.iter().find_map(Measure::smoothing) {
-            let mut trust = Trust::default();
-            smoothing.update_trust(deformed, &mut trust);
-            scratch.trust.extend_from_slice(trust.values());
+            let mut slope_weights = SlopeWeights::default();
+            smoothing.update_slope_weights(deformed, &mut slope_weights);
+            scratch.slope_weights.extend_from_slice(slope_weights.values());
         }
         self.evaluate(&mut scratch)
     }

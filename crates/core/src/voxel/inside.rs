@@ -8,9 +8,9 @@ use crate::mesh::WindingTree;
 
 /// Returns the cells whose centers the surface encloses, apart from those of `walls` and `enclosed`.
 ///
-/// * `walls`: the cells that the surface enters. `faces`: for each axis, the cells with a part of the surface on the face
-///   to the lower neighbor along the axis. A space that the surface encloses is beside one of them, because the winding
-///   number is a harmonic function elsewhere; the search goes from there to the cells beside those found.
+/// * `walls`: the cells that the surface enters. `faces`: for each axis, the cells with a part of the surface on the
+///   face to the lower neighbor along the axis. A space that the surface encloses is beside one of them, because the
+///   winding number is a harmonic function elsewhere; the search goes from there to the cells beside those found.
 ///
 /// Returns a lower bound of the number of cells as an error if it exceeds `max`.
 pub(super) fn inside(

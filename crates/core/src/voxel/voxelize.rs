@@ -1,8 +1,8 @@
 //! Finds the cells that a surface passes through or encloses.
 //!
 //! The *trace* of the triangles consists of the cells that they enter, and of the faces of cells on which
-//! they lie. The result is the cells of the trace, the cells that it encloses, the cells inside a surface with openings,
-//! and the cells to which its faces belong.
+//! they lie. The result is the cells of the trace, the cells that it encloses, the cells inside a surface with
+//! openings, and the cells to which its faces belong.
 
 use nalgebra::Vector3;
 
@@ -89,7 +89,8 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxel
     Ok(Voxels { surface_cells: surface.len(), cells })
 }
 
-/// Returns the cells that triangles enter. `triangles`: the corners of each triangle in cells; no coordinate is negative.
+/// Returns the cells that triangles enter. `triangles`: the corners of each triangle in cells; no coordinate is
+/// negative.
 pub(crate) fn entered_cells(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> GridSet {
     let mut builder = TraceBuilder::new(Maxima { cells: u64::MAX, faces: u64::MAX });
     for corners in triangles {

@@ -5,7 +5,7 @@
 use nalgebra::{Point3, Vector3};
 use supple::internals::{
     BodyFrame, BodyState, Colliders, Constraint, Constraints, Contacts, Interval, Lanes, SampleCells,
-    hold_factors,
+    constraint_factors,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::{Body, Collider, Error, Executor, SkinKind};
@@ -122,7 +122,7 @@ impl<'a> NaiveBody<'a> {
     /// this step with the rotations of the previous step.
     fn update_fit_masses(&mut self) {
         let Some(stages) = &self.stages else { return };
-        let factors = hold_factors(self.body, stages.constraints.constrained());
+        let factors = constraint_factors(self.body, stages.constraints.constrained());
         // The library rounds to f32.
         let masses = self.masses.iter().zip(factors);
         self.naive

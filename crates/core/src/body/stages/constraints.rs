@@ -97,12 +97,12 @@ impl Body {
         self.update_fit_masses();
     }
 
-    /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::hold_factors`.
+    /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::constraint_factors`.
     ///
-    /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
-    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would
-    /// slip out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the
-    /// fits use these masses, so that momenta and forces are those of the masses of the vertices.
+    /// The rigid motion of a region that a constraint holds at one side would otherwise be the motion of its larger
+    /// free side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices
+    /// would slip out of the constraint by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size
+    /// s. Only the fits use these masses, so that momenta and forces use the masses of the vertices.
     fn update_fit_masses(&mut self) {
         let Self {
             shape: Shape { masses, .. },
@@ -111,7 +111,7 @@ impl Body {
             ..
         } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
-        let factors = matching.regions.hold_factors(&matching.layout, constrained);
+        let factors = matching.regions.constraint_factors(&matching.layout, constrained);
         let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
         let slots = matching.layout.slots().iter();
         if slots.zip(&fit_masses).all(|(&slot, &mass)| matching.regions.weights.get(slot)[0] == mass) {

@@ -104,8 +104,8 @@ impl Body {
         }
     }
 
-    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what supports it.
-    /// If bodies are near, the contacts were found before.
+    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what
+    /// supports it. If bodies are near, the contacts were found before.
     fn resolve_contacts(&mut self, context: &StepContext, part: &BodyContactPart) {
         if matches!(part, BodyContactPart::Alone) {
             self.detect_contacts(context);
@@ -116,7 +116,7 @@ impl Body {
         self.finish_contacts(context);
     }
 
-    /// Applies the impulses of contacts with colliders alone, beginning with those of the step before.
+    /// Applies the impulses of contacts with colliders alone, beginning with the impulses of the step before.
     fn finish_alone(&mut self, context: &StepContext) {
         let unit = self.impulse_unit() / context.interval.dt;
         let Self { contact: ContactData { contacts: Some(contacts), .. }, state, .. } = self else { return };

@@ -4,8 +4,8 @@ use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings};
 use crate::body::soft_body::Body;
-use crate::dynamics::{Damping, ElasticDamper, RegionDamper, RegionDamping};
-use crate::matching::{Purpose, Shapes};
+use crate::dynamics::{Damping, DampingStep, ElasticDamper, MovingRegions, RegionDamper, RegionDamping};
+use crate::matching::{Purpose, RegionFit, Shapes};
 use crate::parallel::Executor;
 
 /// Moves the velocities towards the mean rigid velocity of the regions.
@@ -89,20 +89,28 @@ impl Body {
         };
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if !state.fitted {
-            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
+            let fitted = RegionFit {
+                positions: &state.positions,
+                rotations: &mut state.rotations,
+                shapes: Shapes::of(state.strains.as_ref()),
+            };
             matching.fit(workspace, executor, fitted, None, Purpose::Regions);
         }
         let fraction = material.region_damping_fraction(context.interval.dt) as f32;
-        let shapes_velocities = (&state.rotations, state.strains.as_ref(), &mut state.velocities);
-        let shares = matching.regions.shares();
-        region_damping.apply(matching, workspace, executor, shapes_velocities, (fraction, shares));
+        let moving = MovingRegions {
+            rotations: &state.rotations,
+            strains: state.strains.as_ref(),
+            velocities: &mut state.velocities,
+        };
+        region_damping.apply(matching, workspace, executor, moving, (fraction, matching.regions.shares()));
     }
 
     /// Measures the motion before the step, and computes the reference motions of the damping.
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let keep = self.kept_fraction(dt, executor);
-        let (size, rolling) = (self.shape.size / self.shape.lattice.cell_size(), self.rolling_resistance());
+        let (size, rolling_resistance) =
+            (self.shape.size / self.shape.lattice.cell_size(), self.rolling_resistance());
         let Self {
             pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
             constraints,
@@ -118,7 +126,7 @@ impl Body {
             constraints.as_ref(),
             (state, matching.layout.slots()),
             momentum,
-            (keep, size, rolling, dt),
+            DampingStep { dt, keep, size, rolling_resistance },
         );
     }
 }

@@ -8,7 +8,7 @@ use crate::body::parts::{Pipeline, Settings, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::{Accelerate, EnergyLimiter};
-use crate::matching::{Purpose, Shapes, Workspace, Workspaces};
+use crate::matching::{Purpose, RegionFit, Shapes, Workspace, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 
 /// Accelerates the vertices towards their goal positions.
@@ -63,7 +63,7 @@ impl Body {
         self.pipeline.matching.layout.blocks() <= CHUNK
     }
 
-    /// Allocates the missing buffers of the workspaces of `threads` threads, for those of some bodies that are a single
+    /// Allocates the missing buffers of the workspaces of `threads` threads, for the bodies that are a single
     /// task.
     pub(crate) fn reserve_workspaces(workspaces: &mut Workspaces, bodies: &[Self], threads: usize) {
         let small = bodies.iter().filter(|body| body.is_one_task());
@@ -106,7 +106,7 @@ impl Body {
             (Some(strains), Some(plastic)) => Shapes::Flowing(strains, plastic.flow(dt)),
             _ => Shapes::Rest,
         };
-        let fitted = (&state.positions, &mut state.rotations, shapes);
+        let fitted = RegionFit { positions: &state.positions, rotations: &mut state.rotations, shapes };
         let gradients = breaking.as_mut().zip(stiffness).and_then(|(breaking, stiffness)| {
             breaking.expect_gradients(material.plastic.is_some());
             breaking.fracture.gradients(stiffness, breaking.has_gradients)
@@ -120,7 +120,11 @@ impl Body {
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
-            let fitted = (&state.positions, &mut state.rotations, Shapes::of(state.strains.as_ref()));
+            let fitted = RegionFit {
+                positions: &state.positions,
+                rotations: &mut state.rotations,
+                shapes: Shapes::of(state.strains.as_ref()),
+            };
             let potential = Some(limiter.potential());
             matching.fit(workspace, executor, fitted, potential, Purpose::Vertices);
         }

@@ -1,5 +1,5 @@
-//! The stages of a step, in order: [`stages`]. Each comment in the lists gives the module that implements a stage, and its
-//! formula.
+//! The stages of a step, in order: [`stages`]. Each comment in the lists gives the module that implements a stage,
+//! and its formula.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -65,7 +65,8 @@ pub(super) const BEGIN: &[&dyn Stage] = &[
     &BeginConstraints,
     // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
     &UpdateInflation,
-    // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not known.
+    // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not
+    // known.
     &TrackMomentum,
     // dynamics::damping: v += d (v̄ - v).
     &DampRegions,
@@ -96,11 +97,12 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
 
 /// The stages from the contacts on.
 pub(super) const FINISH: &[&dyn Stage] = &[
-    // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them, where
-    // they touch colliders.
+    // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them,
+    // where they touch colliders.
     &TouchBodies,
     // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where surface samples
-    // touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of x alone.
+    // touch a collider. Samples that are then more than 0.01 cells inside a collider are pushed out by a change of x
+    // alone.
     &TouchColliders,
     // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
     &ApplyConstraints,

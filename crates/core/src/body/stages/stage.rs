@@ -19,8 +19,8 @@ pub(in crate::body) trait Stage: Sync {
     /// Returns the name of the stage in the plan.
     fn name(&self) -> &'static str;
 
-    /// Returns whether the plan lists the stage as left out if the body does not have it. Stages that only prepare a later
-    /// stage are not listed.
+    /// Returns whether the plan lists the stage as left out if the body does not have it. Stages that only prepare a
+    /// later stage are not listed.
     fn is_main(&self) -> bool {
         true
     }
@@ -37,7 +37,7 @@ pub(in crate::body) trait Stage: Sync {
     /// Builds what depends on the lattice, the regions and the material, which are new or were changed.
     fn rebuild(&self, _body: &mut Body) {}
 
-    /// Moves the data of vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The lattice,
-    /// the masses, the regions and the state of the body are the new ones.
+    /// Moves the data of vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The
+    /// lattice, the masses, the regions and the state of the body are the new ones.
     fn follow(&self, _body: &mut Body, _parents: &Parents) {}
 }

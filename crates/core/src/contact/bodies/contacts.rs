@@ -8,7 +8,7 @@ use super::island::{Island, PairContact};
 use super::motion::NearPieces;
 use super::posed::PosedLattice;
 use super::search::{Search, Touch};
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
 use crate::state::SampleTouch;
@@ -119,18 +119,19 @@ impl BodyContacts {
             + size_of_val(&**records)
     }
 
-    /// Runs the contacts of a step of `dt` seconds: pairs the bodies, searches where they touch, and computes the impulses of
-    /// the islands. `prepare` prepares a body that is near another one or near itself; its second argument is whether only
-    /// the body itself is near. `gravity` is the magnitude of gravity.
+    /// Runs the contacts of a step: pairs the bodies, searches where they touch, and computes the
+    /// impulses of the islands. `prepare` prepares a body that is near another one or near itself; its second
+    /// argument is whether only the body itself is near.
     pub(crate) fn resolve<B: TouchingBody>(
         &mut self,
         bodies: &mut [B],
         prepare: impl Fn(&mut B, bool) + Send + Sync,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
         executor: &Executor,
     ) {
         let is_asleep = |index: u32| bodies[index as usize].is_asleep();
-        if !self.pair(bodies.len() as u32, |index| bodies[index as usize].contact_view(), is_asleep, dt) {
+        if !self.pair(bodies.len() as u32, |index| bodies[index as usize].contact_view(), is_asleep, step.dt)
+        {
             return;
         }
         executor.for_each_indexed(bodies, |index, body| {
@@ -139,15 +140,15 @@ impl BodyContacts {
             }
         });
         let view = |index: u32| bodies[index as usize].contact_view();
-        self.choose_searches(view, (dt, gravity));
+        self.choose_searches(view, step);
         for past in self.search_times() {
-            self.search(view, (past, dt), executor);
+            self.search(view, (past, step.dt), executor);
         }
-        self.solve(view, (dt, gravity), executor);
+        self.solve(view, step, executor);
     }
 
-    /// Returns the pairs of different bodies that overlap, with the greatest depth of a sample in scene units, if that is
-    /// more than [`OVERLAP`]. `prepare` prepares a body that is near another one.
+    /// Returns the pairs of different bodies that overlap, with the greatest depth of a sample in scene units, if
+    /// that is more than [`OVERLAP`]. `prepare` prepares a body that is near another one.
     pub(crate) fn overlaps<B: TouchingBody>(
         &mut self,
         bodies: &mut [B],
@@ -193,8 +194,8 @@ impl BodyContacts {
         (1..=times).map(move |time| 1.0 - f64::from(time) / f64::from(times))
     }
 
-    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end, in the lattices at
-    /// this time. Samples that touched at an earlier time are not searched again.
+    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end, in the
+    /// lattices at this time. Samples that touched at an earlier time are not searched again.
     fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
@@ -227,11 +228,11 @@ impl BodyContacts {
         });
     }
 
-    /// Forms the islands, and computes their impulses in a step of `dt` seconds. `gravity` is the magnitude of gravity.
+    /// Forms the islands, and computes their impulses in a step.
     fn solve<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
         executor: &Executor,
     ) {
         let Self { searches, search_count, islands, places, sets, .. } = self;
@@ -269,7 +270,7 @@ impl BodyContacts {
             let searches = searches.iter().filter(|search| !search.touches.is_empty());
             let own = searches.filter(|search| island_index(places, search.body) == index);
             let view = |body| view(body).expect("bodies that touch have a surface");
-            island.solve(view, own, (dt, gravity));
+            island.solve(view, own, step);
         });
     }
 
@@ -293,14 +294,14 @@ impl BodyContacts {
                 sample: touch.sample,
                 is_touching,
                 normal: touch.normal.map(|x| x as f32).into(),
-                foot: touch.foot,
+                touched: touch.touched,
             };
-            let lifted = search.lifted.iter().map(move |lifted| touch(lifted, false));
-            search.touches.iter().map(move |touching| touch(touching, true)).chain(lifted)
+            let separated = search.separated.iter().map(move |separated| touch(separated, false));
+            search.touches.iter().map(move |touching| touch(touching, true)).chain(separated)
         })
     }
 
-    /// Records the contacts of a step of `dt` seconds. Those of sleeping bodies remain.
+    /// Records the contacts of a step of `dt` seconds. Contacts of sleeping bodies remain.
     pub(crate) fn record<B: TouchingBody>(&mut self, bodies: &[B], dt: f64) {
         let Self { records, islands, island_count, .. } = self;
         records.retain(|(pair, _)| pair.bodies.iter().all(|&body| bodies[body as usize].is_asleep()));

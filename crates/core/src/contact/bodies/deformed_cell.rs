@@ -92,12 +92,12 @@ impl DeformedCell {
 
     /// Returns the local coordinates of a point and the derivative near it, or `None` if the point is not in the cell,
     /// or the cell is inside out there. `start` are approximate local coordinates. The cell is continued by its own
-    /// size beyond each of the sides `reach`, one bit for each of the sides at -x, +x, -y, +y, -z, +z.
+    /// size beyond each of `continued_sides`, one bit for each of the sides at -x, +x, -y, +y, -z, +z.
     pub(super) fn locate(
         &self,
         point: &Point3<f64>,
         start: Vector3<f64>,
-        reach: u8,
+        continued_sides: u8,
     ) -> Option<([f64; 3], Gradient)> {
         let target = point - self.origin;
         let mut local = start.map(|u| u.clamp(-1.0, 2.0));
@@ -111,7 +111,7 @@ impl DeformedCell {
             if !local.iter().all(|u| (-1.0..=2.0).contains(u)) {
                 local = local.map(|u| u.clamp(-1.0, 2.0));
             } else if step.amax() < LAST_STEP {
-                let is_inside = contains(local.into(), reach);
+                let is_inside = contains(local.into(), continued_sides);
                 return (is_inside && gradient.is_regular()).then(|| (local.into(), gradient));
             }
         }
@@ -119,13 +119,13 @@ impl DeformedCell {
     }
 }
 
-/// Returns whether a cell, continued beyond the sides `reach`, contains the point with these local coordinates.
-fn contains(local: [f64; 3], reach: u8) -> bool {
+/// Returns whether a cell, continued beyond `continued_sides`, contains the point with these local coordinates.
+fn contains(local: [f64; 3], continued_sides: u8) -> bool {
     let is_inside = |u: f64| (-MARGIN..=1.0 + MARGIN).contains(&u);
     let mut outside = (0..3).filter(|&a| !is_inside(local[a]));
     let Some(axis) = outside.next() else { return true };
     let side = 2 * axis + usize::from(local[axis] > 0.5);
-    outside.next().is_none() && reach >> side & 1 != 0
+    outside.next().is_none() && continued_sides >> side & 1 != 0
 }
 
 /// Linear approximation of the local coordinates in a deformed cell, with a bound of its error.
@@ -134,14 +134,14 @@ pub(super) struct LinearMap {
     center: Point3<f64>,
     /// Derivative of the local coordinates by the world position, at the center.
     inverse: Matrix3<f64>,
-    /// Greatest difference of the approximation of a local coordinate of a point of the cell to that of the center.
+    /// Greatest difference of the approximation of a local coordinate between a point of the cell and the center.
     range: Vector3<f64>,
 }
 
 impl LinearMap {
-    /// Creates the map of a cell, which is continued beyond the sides `reach`: see [`DeformedCell::locate`]. If the
+    /// Creates the map of a cell, which is continued beyond `continued_sides`: see [`DeformedCell::locate`]. If the
     /// cell is flat or inside out at its center, the approximation has no bound.
-    pub(super) fn new(cell: &DeformedCell, reach: u8) -> Self {
+    pub(super) fn new(cell: &DeformedCell, continued_sides: u8) -> Self {
         let center = cell.position([0.5; 3]);
         let gradient = cell.gradient([0.5; 3]);
         if !gradient.is_regular() {
@@ -149,7 +149,8 @@ impl LinearMap {
         }
         let inverse = gradient.cofactors.transpose() / gradient.determinant;
         // About the center, the terms that are not linear are those of xy, xz, yz and xyz, with |x|, |y|, |z| <= half.
-        let half = [0, 1, 2].map(|a| if reach >> (2 * a) & 3 == 0 { 0.5 + MARGIN } else { 1.5 + MARGIN });
+        let half =
+            [0, 1, 2].map(|a| if continued_sides >> (2 * a) & 3 == 0 { 0.5 + MARGIN } else { 1.5 + MARGIN });
         let [hx, hy, hz] = half;
         let [_, _, _, xy, _, xz, yz, xyz] = cell.terms;
         let about_center = [(xy, hx * hy), (xz, hx * hz), (yz, hy * hz)]
@@ -236,10 +237,10 @@ mod tests {
     fn cells_are_continued_beyond_the_given_sides_only() {
         for seed in 0..50 {
             let cell = distorted(seed);
-            let locate = |local: [f64; 3], reach: u8| {
+            let locate = |local: [f64; 3], continued_sides: u8| {
                 let point = cell.position(local);
-                let start = LinearMap::new(&cell, reach).local(&point)?;
-                cell.locate(&point, start, reach).map(|(found, _)| found)
+                let start = LinearMap::new(&cell, continued_sides).local(&point)?;
+                cell.locate(&point, start, continued_sides).map(|(found, _)| found)
             };
             let beyond = [0.4, 1.5, 0.7];
             if cell.gradient(beyond).determinant < 0.05 {

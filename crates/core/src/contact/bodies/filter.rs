@@ -1,4 +1,4 @@
-//! Which bodies touch each other.
+//! Selects the pairs of bodies that may touch.
 
 /// Pairs of bodies that can touch.
 #[derive(Clone, Debug, Default)]

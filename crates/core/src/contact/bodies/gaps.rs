@@ -1,4 +1,4 @@
-//! Finds the gaps between the surface of a body and those of the bodies around it.
+//! Finds the gaps between the surfaces of a body and of the bodies around it.
 //!
 //! The volume correction moves both surfaces at a gap, so each of them may take half of it. A gap is measured between
 //! samples of two surfaces that face each other, along the normal of the own one. Positions and distances are in cells
@@ -63,7 +63,7 @@ pub(crate) struct GapBody<'a> {
 pub(crate) struct GapSearch {
     /// The cells of the body with samples.
     own: Vec<OwnCell>,
-    /// The samples of those of `own` that are near another surface.
+    /// The samples of the cells in `own` that are near another surface.
     own_samples: Vec<OwnSample>,
     /// Positions of the lattice vertices of the other body.
     positions: Vec<Point3<f64>>,
@@ -73,9 +73,9 @@ pub(crate) struct GapSearch {
     boxes: Vec<(u32, Bounds)>,
     /// The bins of `boxes`.
     grid: Grid,
-    /// The samples of those of `cells` that are near a cell of the body.
+    /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// Those of `cells` that are near the present cell of the body, as ranges of `blocks`.
+    /// The `cells` near the present cell of the body, as ranges of `blocks`.
     near: Vec<(u32, u32)>,
 }
 
@@ -147,14 +147,14 @@ impl GapSearch {
             self.positions
                 .extend(vertices.map(|vertex| Point3::from(body.frame.to_local(&other.position(vertex)))));
             self.add_cells(surface, &all);
-            self.find_near(body, (surface, opposite, false), distance);
+            self.find_near(body, surface, opposite, false, distance);
         }
         self.own_samples.iter_mut().for_each(|sample| sample.to_others = sample.clearance);
         if body.touches_itself {
             self.positions.clear();
             self.positions.extend(body.positions.iter().map(point));
             self.add_cells(body.surface, &all);
-            self.find_near(body, (body.surface, OPPOSITE, true), distance);
+            self.find_near(body, body.surface, OPPOSITE, true, distance);
         }
         let greatest = distance as f32;
         for sample in self.own_samples.iter().filter(|sample| sample.clearance < greatest) {
@@ -177,7 +177,7 @@ impl GapSearch {
         own.iter().fold(Bounds::EMPTY, |all, cell| all.union(&cell.bounds))
     }
 
-    /// Replaces the cells by those of a surface with the vertices `positions` that are in a box.
+    /// Replaces the cells by the cells in a box of a surface with the vertices `positions`.
     fn add_cells(&mut self, surface: &ContactSurface, all: &Bounds) {
         let Self { positions, cells, boxes, grid, blocks, .. } = self;
         cells.clear();
@@ -195,11 +195,13 @@ impl GapSearch {
         grid.fill(boxes, all, 1.0);
     }
 
-    /// Finds the clearances to the cells of a surface, which is that of the body itself or another one.
+    /// Finds the clearances to the cells of a surface, of another body or of the body itself.
     fn find_near(
         &mut self,
         body: &GapBody<'_>,
-        (surface, opposite, is_own): (&ContactSurface, f64, bool),
+        surface: &ContactSurface,
+        opposite: f64,
+        is_own: bool,
         distance: f64,
     ) {
         let Self { own, own_samples, cells, boxes, grid, blocks, near, .. } = self;

@@ -1,7 +1,7 @@
 //! The contact problem of an island: bodies that touch each other, with their contacts with colliders.
 //!
-//! Impulses of all contacts are computed together (`contact::solver`), so that momentum passes through a body in one step.
-//! Both bodies of a contact get the opposite impulse at the same point: linear and angular momentum are kept.
+//! Impulses of all contacts are computed together (`contact::solver`), so that momentum passes through a body in one
+//! step. Both bodies of a contact get the opposite impulse at the same point: linear and angular momentum are kept.
 //!
 //! Units of the problem: the length is the least cell size, and the mass is the greatest mass of a cell. A row is the
 //! index of a lattice vertex plus the offset of its body.
@@ -9,7 +9,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::search::{Search, Touch};
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
@@ -29,16 +29,16 @@ const PUSH_LIMIT: f64 = 0.08;
 /// Weight up to which a vertex does not take part in a contact.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With less, the
-/// constrained ones all but decide how the point of contact moves, and an impulse that does the rest would fling the others
-/// away: pieces that overlap where a body broke would do so at a pin.
+/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With
+/// less, the constrained ones all but decide how the point of contact moves, and an impulse that does the rest would
+/// fling the others away: pieces that overlap where a body broke would do so at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
 
-/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at rest
-/// become more exact from step to step, with few passes in each. An impact takes more passes.
+/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that impulses of bodies at
+/// rest become more exact from step to step, with few passes in each. An impact takes more passes.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Tolerance of the pushes, in cells.
@@ -50,7 +50,7 @@ pub(crate) struct Island {
     index: u32,
     pub(super) members: Vec<Member>,
     solver: Solver,
-    /// The contacts between bodies, in the order of their constraints, which follow those of the colliders.
+    /// The contacts between bodies, in the order of their constraints, which follow the constraints at colliders.
     pairs: Vec<PairContact>,
     /// Each body with the indices in `pairs` of its contacts, in increasing order.
     pairs_by_body: Vec<(u32, u32)>,
@@ -80,7 +80,7 @@ pub(super) struct Member {
     vertices: u32,
     /// Its first constraint of a contact with a collider.
     first: usize,
-    /// Converts its velocities in cells/s and its inverse masses to those of the island.
+    /// Converts its velocities in cells/s and its inverse masses to units of the island.
     scale: Units,
 }
 
@@ -105,8 +105,8 @@ pub(crate) struct PairContact {
     cell_size: f64,
 }
 
-/// What the touches of a contact have in common, as in [`ContactKey::Body`]: the point of the grid, the axis, and the
-/// components of the other body and of the body. Then the index of a touch.
+/// A key that sorts touches by contact, as in [`ContactKey::Body`]: the point of the grid, the axis, the components of
+/// the other body and of the body, and the index of the touch.
 type PatchKey = ([i32; 3], u8, (u32, u32), u32);
 
 /// Touches of a search, by contact, and links of a contact.
@@ -165,24 +165,24 @@ impl Island {
         own.map(|&(_, pair)| &self.pairs[pair as usize])
     }
 
-    /// Computes the impulses and pushes of a step of `dt` seconds. `searches` are those of the bodies of the island.
+    /// Computes the impulses and pushes of a step. `searches`: of the bodies of the island.
     pub(super) fn solve<'a, 'b>(
         &mut self,
         view: impl Fn(u32) -> BodyView<'a>,
         searches: impl Iterator<Item = &'b Search>,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
     ) {
-        self.begin_problem(&view, dt);
+        self.begin_problem(&view, step.dt);
         for search in searches {
-            self.add_search(&view, search, (dt, gravity));
+            self.add_search(&view, search, step);
         }
         self.list_pairs_by_body();
-        let slow = MIN_BOUNCE_STEPS * gravity * dt / self.units.0;
+        let slow = MIN_BOUNCE_STEPS * step.gravity * step.dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(IMPACT);
         self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
-        self.store_impulses(dt);
-        self.push(dt);
+        self.store_impulses(step.dt);
+        self.push(step.dt);
     }
 
     /// Numbers the rows, and adds the contacts with colliders.
@@ -243,22 +243,17 @@ impl Island {
         pairs_by_body.sort_unstable();
     }
 
-    /// Adds the contacts of a search: one for the touching samples that are nearest to the same point of a grid of half
-    /// the cell size, with the same dominant axis and sign of the normal, and the same components of both
-    /// bodies. With one contact for each lattice vertex, the samples of a contact would have too different gaps.
-    fn add_search<'a>(
-        &mut self,
-        view: &impl Fn(u32) -> BodyView<'a>,
-        search: &Search,
-        (dt, gravity): (f64, f64),
-    ) {
+    /// Adds the contacts of a search. Touching samples form one contact if they have in common the nearest point of a
+    /// grid of half the cell size, the dominant axis and sign of the normal, and the components of both bodies. With
+    /// one contact for each lattice vertex, the gaps of the samples of a contact would differ too much.
+    fn add_search<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>, search: &Search, step: ContactStep) {
         let (body, other) = (view(search.body), view(search.other));
         let mut buffers = std::mem::take(&mut self.patches);
         buffers.keys.clear();
         buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let components = (component_of(&other, touch.foot.cell), component_of(&body, touch.cell));
+            let components = (component_of(&other, touch.touched.cell), component_of(&body, touch.cell));
             (node, dominant_axis(&touch.normal), components, index)
         }));
         buffers.keys.sort_unstable();
@@ -267,7 +262,7 @@ impl Island {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
             let (node, axis, (component, own), _) = patch[0];
             let key = ContactKey::Body { other: search.other, components: [own, component], node, axis };
-            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, (dt, gravity));
+            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, step);
         }
         self.patches = buffers;
     }
@@ -280,7 +275,7 @@ impl Island {
         (key, components): (ContactKey, [u32; 2]),
         touches: impl Iterator<Item = &'a Touch> + Clone,
         links: &mut [Vec<(u32, f64)>; 2],
-        (dt, gravity): (f64, f64),
+        ContactStep { dt, gravity }: ContactStep,
     ) {
         let (length, mass) = self.units;
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
@@ -300,7 +295,7 @@ impl Island {
         links.iter_mut().for_each(Vec::clear);
         for touch in touches {
             let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.foot.cell, touch.foot.local)];
+            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
                 // A smooth surface of a crack leaves the cells of its piece, where weights can be negative or great.
                 let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
@@ -378,8 +373,8 @@ impl Island {
         }
     }
 
-    /// Pushes the bodies apart where they still overlap: changes positions, but not velocities. They are not pushed into
-    /// colliders.
+    /// Pushes the bodies apart where they still overlap: changes positions, but not velocities. They are not pushed
+    /// into colliders.
     fn push(&mut self, dt: f64) {
         let (length, mass) = self.units;
         let Self { solver, pairs, pushes, collider_constraints, .. } = self;
@@ -487,8 +482,8 @@ fn mean(links: &[(u32, f64)], vector: impl Fn(u32) -> Vector3<f64>) -> Vector3<f
     links.iter().map(|&(vertex, weight)| vector(vertex) * weight).sum()
 }
 
-/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as those of
-/// the inner vertices for samples on a face of a cell.
+/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as
+/// those of the inner vertices for samples on a face of a cell.
 fn merge(links: &mut Vec<(u32, f64)>) {
     links.retain(|(_, weight)| *weight > LEAST_WEIGHT);
     links.sort_unstable_by_key(|(vertex, _)| *vertex);

@@ -5,7 +5,7 @@
 //! 1. The bodies whose boxes overlap are paired. Their pins and handles are applied, and their
 //!    contacts with colliders found.
 //! 2. The samples of each body of a pair are searched in the other one, several times in a step if they move fast.
-//! 3. Bodies that touch form islands. The impulses of an island are computed together, with those of its contacts with
+//! 3. Bodies that touch form islands. The impulses of an island are computed together, including its contacts with
 //!    colliders.
 //! 4. Each body applies its part of the result.
 //!
@@ -16,7 +16,7 @@
 //! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
 //! | `motion` | boxes of the motion of a body and of its pieces |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
-//! | `foot` | the point of a surface at rest that a sample touches |
+//! | `touched_point` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 //! | `filter` | which bodies touch each other |
@@ -28,7 +28,6 @@ mod bounds;
 mod contacts;
 mod deformed_cell;
 mod filter;
-mod foot;
 mod gaps;
 mod grid;
 mod island;
@@ -37,6 +36,7 @@ mod pairing;
 mod posed;
 mod search;
 mod surface;
+mod touched_point;
 mod view;
 
 pub(crate) use self::bounds::Bounds;
@@ -47,4 +47,4 @@ pub(crate) use self::island::Island;
 pub(crate) use self::motion::PieceVertices;
 pub(crate) use self::pairing::SEARCH_DISTANCE;
 pub(crate) use self::surface::ContactSurface;
-pub(crate) use self::view::{BodyContact, BodyView, MomentumChange, SurfaceProperties};
+pub(crate) use self::view::{BodyContact, BodyView, ContactStep, MomentumChange, SurfaceProperties};

@@ -29,7 +29,8 @@ impl MotionBounds {
         (before, self.velocities.greatest_difference(&other.velocities))
     }
 
-    /// Returns the box of the positions during a step of `dt` seconds: those at its end, minus parts of the ways.
+    /// Returns the box of the positions during a step of `dt` seconds: those at its end, minus parts of the
+    /// displacements.
     pub(super) fn swept(&self, dt: f64) -> Bounds {
         let Self { positions, velocities, .. } = self;
         Bounds {

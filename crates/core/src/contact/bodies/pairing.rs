@@ -4,18 +4,18 @@ use super::bounds::Bounds;
 use super::contacts::BodyContacts;
 use super::motion::{MotionBounds, NearPieces};
 use super::search::Search;
-use super::view::BodyView;
+use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
 use crate::contact::stage::MIN_BOUNCE_STEPS;
 
 /// Greatest motion of two bodies relative to each other between two searches, in cells, up to [`MAX_SEARCHES`], at the
 /// velocities before the step.
-const SEARCH_WAY: f64 = 0.5;
+const SEARCH_DISPLACEMENT: f64 = 0.5;
 
-/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices
-/// that contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it
-/// ends at the surface from which it began.
-const REBOUND_WAY: f64 = 1.0;
+/// As [`SEARCH_DISPLACEMENT`], at the velocities at the end of the step without contacts. They include those with
+/// which vertices that contacts press inwards spring back, and which the contacts take away again. This motion is
+/// fast, but short: it ends at the surface from which it began.
+const REBOUND_DISPLACEMENT: f64 = 1.0;
 
 /// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples
 /// that touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed
@@ -109,8 +109,8 @@ impl BodyContacts {
                 None => motion(a).greatest_speeds(&motion(b)),
             };
             let unit = cell_size(a).min(cell_size(b)) / dt;
-            let part = |way: f64, limit: f64| way / (limit * unit);
-            let times = part(speed_before, SEARCH_WAY).max(part(speed, REBOUND_WAY));
+            let part = |displacement: f64, limit: f64| displacement / (limit * unit);
+            let times = part(speed_before, SEARCH_DISPLACEMENT).max(part(speed, REBOUND_DISPLACEMENT));
             let times = (times.clamp(1.0, MAX_SEARCHES.into()).ceil() as u32).next_power_of_two();
             for body in [a, b] {
                 self.times[body as usize] = self.times[body as usize].max(times);
@@ -131,12 +131,12 @@ impl BodyContacts {
         self.search_count += 1;
     }
 
-    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are
-    /// followed. All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
+    /// Decides which pairs are searched in a step, and for which the contacts of the last search are followed. The
+    /// bodies of all pairs must have their search distances.
     pub(super) fn choose_searches<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>>,
-        (dt, gravity): (f64, f64),
+        step: ContactStep,
     ) {
         let Self { searches, search_count, is_searched, times, .. } = self;
         is_searched.clear();
@@ -149,7 +149,7 @@ impl BodyContacts {
             };
             let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
             let is_near = distance(&both[0]) + distance(&both[1]) <= limit;
-            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * gravity * dt);
+            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * step.gravity * step.dt);
             for body in [search.body, search.other] {
                 is_searched[body as usize] |= !search.follows;
             }

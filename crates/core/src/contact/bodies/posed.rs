@@ -21,7 +21,7 @@ pub(super) struct PosedLattice {
     grid: Grid,
 }
 
-/// The geometry of the cells in which a search looks for points. That of each cell is computed once.
+/// The geometry of the cells in which a search looks for points. Each cell is computed once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellCache {
     /// For each of `PosedLattice::cells`, 1 plus the index in `cells`, or 0.
@@ -47,12 +47,12 @@ impl CellCache {
         &mut self,
         index: u32,
         corners: impl FnOnce() -> [Point3<f64>; 8],
-        reach: u8,
+        continued_sides: u8,
     ) -> &(DeformedCell, LinearMap) {
         let place = &mut self.places[index as usize];
         if *place == 0 {
             let cell = DeformedCell::new(&corners());
-            self.cells.push((cell, LinearMap::new(&cell, reach)));
+            self.cells.push((cell, LinearMap::new(&cell, continued_sides)));
             *place = self.cells.len() as u32;
         }
         &self.cells[*place as usize - 1]
@@ -69,12 +69,12 @@ pub(super) struct Located {
 
 impl PosedLattice {
     /// Poses a lattice with the given positions of its vertices, and prepares the search of points in `region`. `cells`
-    /// has the vertices at the corners of each cell, and `reach` the sides beyond which it is continued; empty if none
-    /// is.
+    /// has the vertices at the corners of each cell, and `continued_sides` the sides beyond which it is continued;
+    /// empty if none is.
     pub(super) fn pose(
         &mut self,
         positions: impl Iterator<Item = Point3<f64>>,
-        (cells, reach): (&[[u32; 8]], &[u8]),
+        (cells, continued_sides): (&[[u32; 8]], &[u8]),
         cell_size: f64,
         region: &Bounds,
     ) {
@@ -86,8 +86,8 @@ impl PosedLattice {
         self.sides.extend(self.positions.iter().map(|position| region.sides_of(position)));
         self.cells.clear();
         for (cell, corners) in (0..).zip(cells) {
-            if let Some(&reach) = reach.get(cell as usize).filter(|reach| **reach != 0) {
-                let bounds = continued(&corners.map(|v| self.positions[v as usize]), reach).enlarged(margin);
+            if let Some(&sides) = continued_sides.get(cell as usize).filter(|sides| **sides != 0) {
+                let bounds = continued(&corners.map(|v| self.positions[v as usize]), sides).enlarged(margin);
                 if bounds.intersects(&region) {
                     self.cells.push((cell, bounds));
                 }
@@ -133,13 +133,13 @@ impl PosedLattice {
 
     /// Returns the cell that contains a point. If several do, because the lattice overlaps itself, it is the first one
     /// that `accepts` takes; one that contains it without being continued comes before others. Cells that are inside
-    /// out contain no point. `corners` returns the corners of a cell, `reach` is as in [`pose`](Self::pose), and
-    /// `cache` belongs to this pose.
+    /// out contain no point. `corners` returns the corners of a cell, `continued_sides` is as in
+    /// [`pose`](Self::pose), and `cache` belongs to this pose.
     pub(super) fn locate(
         &self,
         point: &Point3<f64>,
         corners: impl Fn(u32) -> [Point3<f64>; 8],
-        reach: &[u8],
+        continued_sides: &[u8],
         accepts: impl Fn(u32) -> bool,
         cache: &mut CellCache,
     ) -> Option<Located> {
@@ -149,24 +149,24 @@ impl PosedLattice {
                 if !accepts(cell) || !bounds.contains(point) {
                     return None;
                 }
-                let reach = reach.get(cell as usize).copied().unwrap_or(0);
-                if is_continued && reach == 0 {
+                let continued_sides = continued_sides.get(cell as usize).copied().unwrap_or(0);
+                if is_continued && continued_sides == 0 {
                     return None;
                 }
-                let (deformed, map) = cache.cell(index, || corners(cell), reach);
+                let (deformed, map) = cache.cell(index, || corners(cell), continued_sides);
                 let start = map.local(point)?;
                 let (local, gradient) =
-                    deformed.locate(point, start, if is_continued { reach } else { 0 })?;
+                    deformed.locate(point, start, if is_continued { continued_sides } else { 0 })?;
                 Some(Located { cell, local, gradient })
             })
         };
-        locate_within(false).or_else(|| if reach.is_empty() { None } else { locate_within(true) })
+        locate_within(false).or_else(|| if continued_sides.is_empty() { None } else { locate_within(true) })
     }
 }
 
-/// Returns the box of a cell that is continued beyond the sides `reach`: see [`DeformedCell::locate`].
-fn continued(corners: &[Point3<f64>; 8], reach: u8) -> Bounds {
-    let beyond = (0..6).filter(|side| reach >> side & 1 != 0).flat_map(|side| {
+/// Returns the box of a cell that is continued beyond `continued_sides`: see [`DeformedCell::locate`].
+fn continued(corners: &[Point3<f64>; 8], continued_sides: u8) -> Bounds {
+    let beyond = (0..6).filter(|side| continued_sides >> side & 1 != 0).flat_map(|side| {
         let (bit, is_upper) = (1 << (side / 2), side % 2 == 1);
         let of_side = (0..8).filter(move |corner| (corner & bit != 0) == is_upper);
         of_side.map(move |corner| corners[corner] + (corners[corner] - corners[corner ^ bit]))

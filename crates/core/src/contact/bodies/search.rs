@@ -9,22 +9,24 @@
 use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::DeformedCell;
-use super::foot::{MAX_SHELL_DEPTH, RestFoot, SAME_SIDE, cell_of, foot_of_closed, foot_of_shell};
 use super::posed::{CellCache, PosedLattice};
+use super::touched_point::{
+    MAX_SHELL_DEPTH, RestPoint, SAME_SIDE, cell_of, closest_on_closed, closest_on_shell,
+};
 use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::memory::buffer_bytes;
 use crate::lattice::trilinear_weights;
-use crate::state::{Foot, SampleTouch};
+use crate::state::{SampleTouch, TouchedPoint};
 
 /// Greatest depth in cells.
 const MAX_DEPTH: f64 = 8.0;
 
-/// Depth that a sample may have when it first touches: this multiple of its way in the step, plus [`FIRST_DEPTH`].
-/// A deeper sample came from another side, and the closest surface would pull it through.
-const FIRST_WAY: f64 = 1.5;
+/// Depth that a sample may have when it first touches: this multiple of its displacement in the step, plus
+/// [`FIRST_DEPTH`]. A deeper sample came from another side, and the closest surface would pull it through.
+const FIRST_DISPLACEMENT: f64 = 1.5;
 
-/// Depth in cells that a sample may have when it first touches, beside its way.
+/// Depth in cells that a sample may have when it first touches, in addition.
 const FIRST_DEPTH: f64 = 0.1;
 
 /// Distance at rest up to which the surface of another piece is searched for a sample that did not touch it, as a
@@ -38,7 +40,7 @@ pub(super) struct Touch {
     /// Cell of the sample.
     pub(super) cell: u32,
     /// The touched point of the other body.
-    pub(super) foot: Foot,
+    pub(super) touched: TouchedPoint,
     pub(super) point: Point3<f64>,
     /// Unit normal of the surface of the other body, to its outside.
     pub(super) normal: Vector3<f64>,
@@ -60,7 +62,7 @@ pub(super) struct Search {
     /// Whether the step follows the samples that touched at the last search, and does not search.
     pub(super) follows: bool,
     /// Samples that touched at the last search and do not touch now.
-    pub(super) lifted: Vec<Touch>,
+    pub(super) separated: Vec<Touch>,
     /// The samples that touch at the current time.
     found: Vec<Touch>,
     cells: CellCache,
@@ -70,7 +72,7 @@ impl Search {
     /// Begins a search. Keeps the buffer.
     pub(super) fn begin(&mut self, body: u32, other: u32, times: u32) {
         self.touches.clear();
-        self.lifted.clear();
+        self.separated.clear();
         self.follows = false;
         (self.body, self.other, self.times) = (body, other, times);
     }
@@ -118,29 +120,29 @@ impl Search {
     pub(super) fn update_touches(&mut self, body: &BodyView, other: &BodyView) {
         let surface = body.contact.surface();
         let mut groups = surface.cells.iter().peekable();
-        let mut own: Option<(u32, DeformedCell)> = None;
-        let mut touched: Option<(u32, DeformedCell)> = None;
+        let mut last_own: Option<(u32, DeformedCell)> = None;
+        let mut last_touched: Option<(u32, DeformedCell)> = None;
         for memory in body.state.touches.of(self.other) {
             while groups.next_if(|group| group.samples.end <= memory.sample).is_some() {}
             let Some(group) = groups.peek() else { break };
-            let Foot { cell, local, normal, shell } = memory.foot;
+            let TouchedPoint { cell, local, normal, shell } = memory.touched;
             if cell as usize >= other.lattice.cells().len() {
                 continue;
             }
             let sample = &surface.samples[memory.sample as usize];
-            let point = current(&mut own, body, group.cell).position(sample.local.map(f64::from));
-            let touched = current(&mut touched, other, cell);
+            let point = current(&mut last_own, body, group.cell).position(sample.local.map(f64::from));
+            let touched_cell = current(&mut last_touched, other, cell);
             let local = local.map(f64::from);
-            let normal = touched.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
+            let normal = touched_cell.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
             let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
-            let distance = (point - touched.position(local)).dot(&normal);
+            let distance = (point - touched_cell.position(local)).dot(&normal);
             let shell = remaining(shell.into(), distance / other.lattice.cell_size());
             let gap = distance - shell * other.lattice.cell_size();
-            let (sample, foot) = (memory.sample, Foot { shell: shell as f32, ..memory.foot });
-            let touch = Touch { sample, cell: group.cell, foot, point, normal, gap, past: 0.0 };
+            let (sample, touched) = (memory.sample, TouchedPoint { shell: shell as f32, ..memory.touched });
+            let touch = Touch { sample, cell: group.cell, touched, point, normal, gap, past: 0.0 };
             match gap <= SKIN * body.lattice.cell_size().min(other.lattice.cell_size()) {
                 true => self.touches.push(touch),
-                false => self.lifted.push(touch),
+                false => self.separated.push(touch),
             }
         }
     }
@@ -148,7 +150,7 @@ impl Search {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         buffer_bytes(&self.touches)
-            + buffer_bytes(&self.lifted)
+            + buffer_bytes(&self.separated)
             + buffer_bytes(&self.found)
             + self.cells.bytes()
     }
@@ -174,9 +176,9 @@ impl Pair<'_> {
         !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
     }
 
-    /// Returns whether the samples are those of the pieces of a body, which fit together where it broke.
+    /// Returns whether the samples belong to the pieces of a body, which fit together where it broke.
     fn are_pieces(&self) -> bool {
-        self.is_same && !self.other.contact.surface().reach.is_empty()
+        self.is_same && !self.other.contact.surface().continued_sides.is_empty()
     }
 
     /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
@@ -194,13 +196,13 @@ impl Pair<'_> {
         let accepts = |found| self.accepts(cell, found);
         let surface = other.contact.surface();
         let corners = |cell| posed.at(other.corners(cell));
-        let located = posed.locate(&point, corners, &surface.reach, accepts, cells)?;
+        let located = posed.locate(&point, corners, &surface.continued_sides, accepts, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
-        let shell_before = memory.map(|memory| f64::from(memory.foot.shell));
+        let shell_before = memory.map(|memory| f64::from(memory.touched.shell));
         let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
-        let way = || {
+        let displacement = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
         };
@@ -214,33 +216,33 @@ impl Pair<'_> {
         // The direction at rest in which the surface of the sample faces.
         let facing = outward.filter(|_| body.contact.surface().is_closed || is_at_crack);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let RestFoot { rest: foot, normal: rest_normal, shell } = match is_closed {
+        let RestPoint { rest: touched_rest, normal: rest_normal, shell } = match is_closed {
             true => {
                 let side = memory.and_then(|before| located.gradient.rest_normal(&before));
                 let limit = match (self.is_same, memory) {
                     (false, _) => MAX_DEPTH,
                     (true, None) if self.are_pieces() => {
-                        FIRST_RANGE * (FIRST_WAY * way().norm() / cell_size + FIRST_DEPTH)
+                        FIRST_RANGE * (FIRST_DISPLACEMENT * displacement().norm() / cell_size + FIRST_DEPTH)
                     }
                     (true, _) => MAX_SHELL_DEPTH,
                 };
-                foot_of_closed((surface, self.are_pieces()), (&rest, located.cell), (facing, side), limit)?
+                closest_on_closed((surface, self.are_pieces()), (&rest, located.cell), (facing, side), limit)?
             }
-            false => foot_of_shell(surface, (&rest, located.cell), |normal| match (facing, memory) {
+            false => closest_on_shell(surface, (&rest, located.cell), |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
                 (None, Some(before)) => {
                     located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))
                 }
-                (None, None) => -located.gradient.local_offset(&way()).dot(normal),
+                (None, None) => -located.gradient.local_offset(&displacement()).dot(normal),
             })?,
         };
-        let (other_cell, other_local) = cell_of(other.lattice, &foot, located.cell);
-        let touched = DeformedCell::new(&corners(other_cell));
+        let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
+        let touched_cell = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
-        // Where the touched cell is inside out, the derivative of that of the sample has to do.
-        let normal = touched.gradient(touched_local).normal(&rest_normal);
+        // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
+        let normal = touched_cell.gradient(touched_local).normal(&rest_normal);
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
-        let distance = (point - touched.position(touched_local)).dot(&normal);
+        let distance = (point - touched_cell.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let shell = match shell_before {
             _ if !self.are_pieces() || !is_closed => shell,
@@ -256,24 +258,26 @@ impl Pair<'_> {
             return None;
         }
         let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
-        let counts =
-            is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
+        let counts = is_known
+            || are_new
+            || -gap <= FIRST_DISPLACEMENT * displacement().dot(&normal).abs() + FIRST_DEPTH * cell_size;
         let rest_normal = rest_normal.map(|x| x as f32).into();
-        let foot = Foot { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
-        counts.then_some(Touch { sample: index, cell, foot, point, normal, gap, past })
+        let touched =
+            TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
+        counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
     }
 }
 
-/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: that in the last step.
-/// `distance`: its distance from the surface of the other piece.
+/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: the depth in the
+/// last step. `distance`: its distance from the surface of the other piece.
 ///
-/// Where a body breaks, its pieces are stretched, each of them in another way, so that they overlap a little at the
-/// crack. That is not to push them apart: the overlap that they have then remains until it ends by itself.
+/// Where a body breaks, its pieces are stretched, each of them differently, so that they overlap a little at the
+/// crack. This overlap must not push them apart: it remains until it ends by itself.
 fn remaining(before: f64, distance: f64) -> f64 {
     if before < 0.0 { before.max(distance).min(0.0) } else { before }
 }
 
-/// Returns the geometry of a cell at the end of the step. `last`: that of the last cell, which is computed once.
+/// Returns the geometry of a cell at the end of the step. `last`: the geometry of the last cell, computed once.
 fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell: u32) -> &'a DeformedCell {
     if last.is_none_or(|(found, _)| found != cell) {
         *last = Some((cell, DeformedCell::new(&body.corners(cell).map(|vertex| body.position(vertex)))));

@@ -40,7 +40,7 @@ pub(crate) struct ContactSurface {
     pub(super) corners: Vec<[u32; 8]>,
     /// The sides of each cell that were joined to another piece, one bit for each of the sides at -x, +x, -y, +y, -z,
     /// +z; empty if the body did not break. A part of the smooth surface of a crack lies beyond them.
-    pub(super) reach: Vec<u8>,
+    pub(super) continued_sides: Vec<u8>,
 }
 
 /// A point of the surface.
@@ -64,7 +64,7 @@ impl ContactSurface {
     /// Creates the surface of a mesh in its lattice, both in the model's frame. Returns `None` if no triangle has an
     /// area.
     ///
-    /// `embedding`: that of the vertices of the mesh.
+    /// `embedding`: of the vertices of the mesh.
     pub(crate) fn of_mesh(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding) -> Option<Self> {
         let (origin, scale) = (lattice.origin(), 1.0 / lattice.cell_size());
         let vertices: Vec<_> = mesh.vertices().iter().map(|p| Point3::from((p - origin) * scale)).collect();
@@ -119,7 +119,7 @@ impl ContactSurface {
         if trees.iter().all(Option::is_none) {
             return None;
         }
-        let reach = reach(lattice, &pieces);
+        let continued_sides = continued_sides(lattice, &pieces);
         let mut surface = Self {
             trees,
             pieces,
@@ -127,7 +127,7 @@ impl ContactSurface {
             samples: Vec::new(),
             cells: Vec::new(),
             corners: Vec::new(),
-            reach,
+            continued_sides,
         };
         let mut order: Vec<(u32, u32)> = (0..points.len()).map(|i| (embedding.cell(i), i as u32)).collect();
         order.sort_unstable();
@@ -157,7 +157,7 @@ impl ContactSurface {
         self.trees[piece].as_ref()
     }
 
-    /// Returns whether two cells of the body touch each other: those of different pieces, and those of connected parts
+    /// Returns whether two cells of the body touch each other: cells of different pieces, and cells of connected parts
     /// if `connected_parts_touch`, unless they are the same or joined by at most [`NEIGHBORHOOD`] steps through cells
     /// with common corners.
     pub(super) fn cells_touch(
@@ -175,7 +175,10 @@ impl ContactSurface {
     /// Returns whether two cells of the body are of different pieces, and one of them was joined to another piece.
     pub(super) fn are_at_crack(&self, cells: [u32; 2]) -> bool {
         let [a, b] = cells.map(|cell| self.pieces.get(cell as usize));
-        a != b && cells.iter().any(|&cell| self.reach.get(cell as usize).is_some_and(|reach| *reach != 0))
+        a != b
+            && cells
+                .iter()
+                .any(|&cell| self.continued_sides.get(cell as usize).is_some_and(|sides| *sides != 0))
     }
 
     /// Returns the lattice vertices that move a sample noticeably; none if there is no such sample.
@@ -200,16 +203,16 @@ impl ContactSurface {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { trees, pieces, samples, cells, corners, reach, .. } = self;
+        let Self { trees, pieces, samples, cells, corners, continued_sides, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**cells) + size_of_val(&**corners);
-        let of_pieces = size_of_val(&**trees) + size_of_val(&**pieces) + size_of_val(&**reach);
+        let of_pieces = size_of_val(&**trees) + size_of_val(&**pieces) + size_of_val(&**continued_sides);
         trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>() + lists + of_pieces
     }
 }
 
-/// Returns the sides of each cell that were joined to another piece: see [`ContactSurface::reach`]. `of_cell`: the
-/// piece of each cell; empty if the body did not break.
-fn reach(lattice: &Lattice, of_cell: &[u32]) -> Vec<u8> {
+/// Returns the sides of each cell that were joined to another piece: see [`ContactSurface::continued_sides`].
+/// `of_cell`: the piece of each cell; empty if the body did not break.
+fn continued_sides(lattice: &Lattice, of_cell: &[u32]) -> Vec<u8> {
     let sides = |(cell, piece): (u32, &u32)| {
         let is_other = |side: u8| {
             let beyond = lattice.cell_beyond(cell, side / 2, if side % 2 == 1 { 1 } else { -1 });

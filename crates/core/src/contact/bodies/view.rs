@@ -14,6 +14,15 @@ use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
 use crate::state::{SearchedMotion, State};
 
+/// The numbers of a step that contact between bodies depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactStep {
+    /// Length of the step in seconds.
+    pub(crate) dt: f64,
+    /// Magnitude of gravity, in scene units per second squared.
+    pub(crate) gravity: f64,
+}
+
 /// Friction and restitution of a body at other bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceProperties {
@@ -35,7 +44,7 @@ pub(crate) struct BodyContact {
     origin_velocity: Vector3<f64>,
     pub(super) motion: MotionBounds,
     pub(super) pieces: PieceMotions,
-    /// How far the body moved since its contacts were searched.
+    /// The distance that the body moved since its contacts were searched.
     pub(crate) searched: SearchedMotion,
     /// Buffer: the change of the momenta of each component by the contacts of a step.
     pub(crate) momentum_changes: Vec<MomentumChange>,
@@ -89,7 +98,7 @@ impl BodyContact {
     }
 
     /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
-    /// eight slots. `pieces`: those of the body; `None` if it is in one.
+    /// eight slots. `pieces`: of the body; `None` if it is in one piece.
     pub(crate) fn begin(&mut self, state: &State, occupied: &[u8], pieces: Option<PieceVertices<'_>>) {
         self.velocities_before.copy_from(&state.velocities);
         self.origin_velocity = state.frame.velocity();
@@ -164,8 +173,8 @@ impl BodyView<'_> {
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        let ContactSurface { corners, reach, .. } = self.contact.surface();
-        posed.pose(positions, (corners, reach), self.lattice.cell_size(), region);
+        let ContactSurface { corners, continued_sides, .. } = self.contact.surface();
+        posed.pose(positions, (corners, continued_sides), self.lattice.cell_size(), region);
     }
 
     /// Returns the world position of a lattice vertex.

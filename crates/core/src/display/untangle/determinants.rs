@@ -12,7 +12,7 @@ pub(super) struct LinearDeterminant {
     pub(super) gradient: Vector3<f64>,
 }
 
-/// Singular value to which [`opened`] raises those of a gradient.
+/// Least singular value of a gradient after [`opened`].
 const LEAST_STRETCH: f64 = 0.3;
 
 /// Returns the least of the determinants of the eight corners and of the center of a cell.
@@ -27,7 +27,7 @@ pub(super) fn center_determinant(corners: &Corners) -> f64 {
     x.dot(&y.cross(&z))
 }
 
-/// Returns the determinants that depend on a corner of a cell: those of its three neighbors, of the corner, and of the
+/// Returns the determinants that depend on a corner of a cell: of its three neighbors, of the corner, and of the
 /// center of the cell.
 pub(super) fn determinants_of(corners: &Corners, corner: usize) -> [LinearDeterminant; 5] {
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { 1.0 } else { -1.0 };

@@ -1,9 +1,9 @@
 //! Untangles a deformed lattice: moves the corners of cells that are inside out, until no cell is.
 //!
-//! The *determinant* of a corner of a cell is that of the three edges of the cell at this corner, in cells: 1 at rest,
-//! and not positive if the cell is inside out there. The determinant of the center is that of the mean edges. A cell
-//! is *inverted* if one of these nine determinants is not positive. The first search finds determinants of corners; a
-//! cell with a center alone that is inside out is very rare, and is found where another cell is inverted.
+//! The *determinant* of a corner of a cell is formed by the three edges of the cell at this corner, in cells: 1 at
+//! rest, and not positive if the cell is inside out there. The determinant of the center is formed by the mean edges.
+//! A cell is *inverted* if one of these nine determinants is not positive. The first search finds determinants of
+//! corners; a cell with a center alone that is inside out is very rare, and is found where another cell is inverted.
 //!
 //! | file | content |
 //! |---|---|

@@ -76,8 +76,8 @@ impl Relaxation {
         }
     }
 
-    /// Replaces the gradient of each cell by the mean of those of its corners, and the gradient of a corner is the mean
-    /// of those of the cells of the part around it.
+    /// Replaces the gradient of each cell by the mean over its corners, where the gradient of a corner is the mean over
+    /// the cells of the part around it.
     fn smooth(&mut self, lattice: &Cells, cells: &[u32], vertices: usize) {
         let Self { gradients, sums, index, .. } = self;
         sums.clear();

@@ -39,12 +39,12 @@ const GREATEST_STEP: f64 = 0.5;
 /// Drops from twice the height of a body, with the material `jelly`, need up to 100.
 const DISPLACEMENTS: usize = 150;
 
-/// Part of the volume at rest below which a body counts as crushed. The volume is the sum of the determinants at the centers
-/// of the cells, negative where they are inside out.
+/// Part of the volume at rest below which a body counts as crushed. The volume is the sum of the determinants at the
+/// centers of the cells, negative where they are inside out.
 const CRUSHED: f64 = 0.25;
 
-/// As [`DISPLACEMENTS`], of a crushed body. The full number leaves it tangled in most frames as well, and can take as long
-/// as all steps of the frame.
+/// As [`DISPLACEMENTS`], of a crushed body. The full number leaves it tangled in most frames as well, and can take as
+/// long as all steps of the frame.
 const CRUSHED_DISPLACEMENTS: usize = 15;
 
 /// Number of sweeps in which the number of cells must halve.
@@ -98,11 +98,11 @@ pub(crate) struct Untangler {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct UntanglingReport {
-    /// Number of displacements of lattice vertices, each by the size of a cell or less. It is at most 150 for each vertex of
-    /// the lattice, and at most 15 if the body is crushed to less than a quarter of its volume.
+    /// Number of displacements of lattice vertices, each by the size of a cell or less. It is at most 150 for each
+    /// vertex of the lattice, and at most 15 if the body is crushed to less than a quarter of its volume.
     pub displacements: usize,
-    /// Whether the body is crushed to less than a quarter of its volume, and the displacements did not suffice: the surface
-    /// is displayed with cells inside out.
+    /// Whether the body is crushed to less than a quarter of its volume, and the displacements did not suffice: the
+    /// surface is displayed with cells inside out.
     pub given_up: bool,
 }
 
@@ -123,8 +123,8 @@ impl Untangler {
         self.is_crushed = false;
     }
 
-    /// Allows fewer displacements in the frame if the body is crushed. Must be called after [`Untangler::prepare`], before
-    /// the first displacement.
+    /// Allows fewer displacements in the frame if the body is crushed. Must be called after [`Untangler::prepare`],
+    /// before the first displacement.
     pub(crate) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
         let [cells, vertices] = [self.cells.len(), self.cells.vertex_count()];
         let volume: f64 =

@@ -35,7 +35,7 @@ const COMMON: f64 = 1e-4;
 const RECONSTRUCTIONS: usize = 8;
 
 /// Least sum of weights of the mesh vertices at a lattice vertex that moves by their weighted mean. With a smaller sum
-/// it moves less: mesh vertices on the other side of its cells say little about it.
+/// it moves less: mesh vertices on the other side of its cells hardly determine its position.
 const LEAST_SUM: f64 = 0.01;
 
 /// Weight below which a mesh vertex is too far outside its cell for a reconstruction. Rounding, and the choice of the
@@ -115,7 +115,7 @@ impl Fits {
         part: &[u32],
         held: &[u32],
     ) -> Self {
-        let near = neighbors((body.lattice, body.mesh, body.embedding), part, held);
+        let near = neighbors(body.lattice, body.mesh, body.embedding, part, held);
         let rest = |point: u32| body.mesh.vertices()[point as usize];
         let cell_size = body.lattice.cell_size();
         let (mut starts, mut items, mut anchors) = (vec![0], Vec::new(), Vec::new());
@@ -130,14 +130,14 @@ impl Fits {
             let weighted = list.iter().zip(&weights);
             let mean: Vector3<f64> = weighted.map(|(&point, &w)| (rest(point) - first) * f64::from(w)).sum();
             let mean = first + mean;
-            let mut spread = 0.0;
+            let mut variance = 0.0;
             for (&point, &weight) in list.iter().zip(&weights) {
                 let moment = (rest(point) - mean) * f64::from(weight);
-                spread += moment.dot(&(rest(point) - mean));
+                variance += moment.dot(&(rest(point) - mean));
                 items.push(Neighbor { point, weight, moment: moment.map(|x| x as f32).into() });
             }
             starts.push(items.len() as u32);
-            anchors.push(Anchor { offset: position - mean, common: COMMON * spread });
+            anchors.push(Anchor { offset: position - mean, common: COMMON * variance });
         }
         let mut points = near.into_items();
         points.sort_unstable();
@@ -299,13 +299,13 @@ impl Fits {
 
     /// Returns the greatest speed of a mesh vertex that the fits use, in scene units per second.
     pub(super) fn greatest_speed(&self) -> f64 {
-        let ways = (1..self.animation.samples()).flat_map(|sample| {
+        let distances = (1..self.animation.samples()).flat_map(|sample| {
             let [a, b] = [sample - 1, sample].map(|sample| self.animation.sample(sample));
             self.points
                 .iter()
                 .map(move |&(point, _)| (self.position(b, point) - self.position(a, point)).norm())
         });
-        ways.fold(0.0, f64::max) / self.animation.interval()
+        distances.fold(0.0, f64::max) / self.animation.interval()
     }
 
     /// Returns the greatest displacement of a mesh vertex that the fits use from its rest position, along a direction

@@ -83,7 +83,7 @@ impl Follow {
         self.fits.as_ref().map(|fits| (fits.animation(), fits.selection()))
     }
 
-    /// Takes the fits of another motion if they are those of this one and are missing.
+    /// Takes the fits of another motion if they fit this one and are missing here.
     pub(super) fn resolve(&mut self, other: &Self) {
         if self.fits.is_none() && self.identity == other.identity {
             self.fits.clone_from(&other.fits);

@@ -13,12 +13,14 @@ const NEAREST: usize = 16;
 /// however fine the mesh is. The neighbors are found along the links of the lattice, so that a lattice vertex does not
 /// follow a part of the mesh beyond a gap.
 pub(super) fn neighbors(
-    (lattice, mesh, embedding): (&Lattice, &Mesh, &Embedding),
+    lattice: &Lattice,
+    mesh: &Mesh,
+    embedding: &Embedding,
     part: &[u32],
     held: &[u32],
 ) -> Csr<u32> {
-    let points = spread(mesh, embedding, part);
-    let found = reach(lattice, embedding, &points, held);
+    let points = spaced_points(mesh, embedding, part);
+    let found = points_by_links(lattice, embedding, &points, held);
     let (mut starts, mut items) = (vec![0], Vec::new());
     for &vertex in held {
         let position = lattice.rest_position(vertex);
@@ -35,7 +37,7 @@ pub(super) fn neighbors(
 
 /// Returns the mesh vertex of `part` nearest to the center of each eighth of a cell, in increasing order. Vertices that
 /// no face uses count only if there are no others.
-fn spread(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
+fn spaced_points(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
     let mut is_used = vec![false; mesh.vertices().len()];
     mesh.faces().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
     let any_used = part.iter().any(|&vertex| is_used[vertex as usize]);
@@ -58,7 +60,7 @@ fn spread(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
 
 /// Returns, for each lattice vertex, the points that reach it from the corners of their cells along the fewest links,
 /// at least [`NEAREST`] for the vertices in `held` if their components have as many.
-fn reach(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32]) -> Vec<Vec<u32>> {
+fn points_by_links(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32]) -> Vec<Vec<u32>> {
     let mut found = vec![Vec::new(); lattice.len()];
     let corners = |&point: &u32| embedding.corners(point as usize).map(|vertex| (vertex, point));
     let mut wave: Vec<(u32, u32)> = points.iter().flat_map(corners).collect();

@@ -15,7 +15,7 @@ const DETERMINED: f64 = 1e-9;
 /// is.
 pub(crate) const SOFTNESS: f64 = 0.05;
 
-/// How strictly a condition is met.
+/// The strictness of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Weight {
     /// Exactly.

@@ -43,8 +43,8 @@ impl Sums {
         let center = Vector3::new(m[3], m[4], m[5]) / mass;
         let angular = Vector3::new(m[6], m[7], m[8]) - center.cross(&linear);
         let [xx, yy, zz, xy, xz, yz] = [m[9], m[10], m[11], m[12], m[13], m[14]];
-        let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - center * center.transpose() * mass;
-        let inertia = Matrix3::identity() * spread.trace() - spread;
+        let moment = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - center * center.transpose() * mass;
+        let inertia = Matrix3::identity() * moment.trace() - moment;
         let momentum = Momentum { linear: linear.into(), angular: angular.into() };
         RigidState { mass, center, momentum, inertia }
     }

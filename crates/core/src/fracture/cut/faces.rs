@@ -16,7 +16,8 @@ pub struct BrokenJoint {
     /// Axis, 0 to 2.
     pub axis: u8,
     /// Index of the crack that broke the joint. The cells should be on opposite sides of its plane, by
-    /// [`CrackPlane::is_positive`](super::CrackPlane::is_positive); otherwise the pieces are still closed, but the cut is not smooth there.
+    /// [`CrackPlane::is_positive`](super::CrackPlane::is_positive); otherwise the pieces are still closed, but the
+    /// cut is not smooth there.
     pub crack: u32,
 }
 

@@ -15,8 +15,8 @@ use crate::voxel::Grid;
 /// Distance in cells between moved points and the staircase. Far greater than rounding errors.
 const CLEARANCE: f64 = 1e-3;
 
-/// Distance in cells to which a point in a plane of the grid is moved. Far less than [`CLEARANCE`], and greater than rounding
-/// errors.
+/// Distance in cells to which a point in a plane of the grid is moved. Far less than [`CLEARANCE`], and greater than
+/// rounding errors.
 const BESIDE: f64 = 5e-7;
 
 /// Number of rounds in which the planes of several cracks move a point.
@@ -142,8 +142,8 @@ impl Placer<'_> {
             let mut masks = (1..8).filter(|mask| mask & !axes == 0).map(beside);
             k = masks.find(|&cell| lattice.cell_at(cell).is_some()).unwrap_or(k);
         }
-        // The point is moved to its side of the plane. Triangles that share it then agree on which side of a corner of the
-        // grid the mesh lies.
+        // The point is moved to its side of the plane. Triangles that share it then agree on which side of a corner
+        // of the grid the mesh lies.
         for a in (0..3).filter(|a| axes >> a & 1 != 0) {
             let plane = u[a].round();
             u[a] = if k[a] == plane as i32 { plane + BESIDE } else { plane - BESIDE };

@@ -1,4 +1,4 @@
-//! How often the mesh winds around corners of the grid.
+//! Counts how often the mesh winds around corners of the grid.
 
 use super::map::Map;
 use super::planes::Cell;

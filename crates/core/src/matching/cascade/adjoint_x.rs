@@ -51,7 +51,7 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
                 let region_sums = &mut region_sums[..batch.len()];
                 self.x.adjoint(simd, batch.clone(), source, &mut scratch.running_adjoint_x, region_sums);
                 if let Some(loose) = &self.loose {
-                    loose.spread(first, region_sums);
+                    loose.add_fields(first, region_sums);
                 }
                 let memory = &mut memory[batch.start - first_block..batch.end - first_block];
                 self.update.apply(simd, first, region_sums, memory, tallies);

@@ -1,5 +1,5 @@
-//! Cells whose corners links do not all join, at the fronts of cracks: the windows do not reach all corners of such a cell.
-//! Their sums are taken corner by corner, and so are the sums at their corners.
+//! Loose cells, at the fronts of cracks: links do not join all of their corners, so that windows miss some of the
+//! corners. Their sums are taken corner by corner, and so are the sums at their corners.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -18,7 +18,8 @@ pub(super) struct Loose<'a> {
 }
 
 impl Loose<'_> {
-    /// Replaces the sums of the loose cells of consecutive blocks. `first` is the index of the first block in the layout.
+    /// Replaces the sums of the loose cells of consecutive blocks. `first` is the index of the first block in the
+    /// layout.
     pub(super) fn gather(&self, field: Weighted, first: usize, sums: &mut [Block<12>]) {
         for cell in self.cells.of_blocks(first..first + sums.len()) {
             let mut values = [0.0; 12];
@@ -50,7 +51,7 @@ impl Loose<'_> {
     }
 
     /// Adds the fields of the loose cells to the sums at the vertices of consecutive blocks.
-    pub(super) fn spread(&self, first: usize, region_sums: &mut [Block<3>]) {
+    pub(super) fn add_fields(&self, first: usize, region_sums: &mut [Block<3>]) {
         for &(slot, number, k) in self.cells.corners_of_blocks(first..first + region_sums.len()) {
             let (block, lane) = (slot as usize / LANES - first, slot as usize % LANES);
             let motion = &self.motions[number as usize];

@@ -7,9 +7,9 @@
 //! offset of a vertex from the center vertex, in links. The sums of a region are S = Σ f, Sx = Σ i f,
 //! Sy = Σ j f and Sz = Σ k f, where f is the region weight times the vector of a vertex.
 //!
-//! The regions of half-width 1/2 are the cells. The sums of a cell have the place of its first corner; in place of the center
-//! vertex stands the center of the cell, so that i, j and k of its corners are -1/2 and 1/2. A window of a forward pass has
-//! the vertex in its place and the next one, and one of an adjoint pass the vertex before it.
+//! The regions of half-width 1/2 are the cells. The sums of a cell have the place of its first corner; in place of
+//! the center vertex stands the center of the cell, so that i, j and k of its corners are -1/2 and 1/2. A window of a
+//! forward pass has the vertex in its place and the next one, and one of an adjoint pass the vertex before it.
 //!
 //! FastLSM (Rivers & James 2007, section 4) sums moments about the origin. Here moments are about the center
 //! of each window. This avoids cancellation, and needs 54 window sums per vertex instead of 72. Each line
@@ -30,8 +30,8 @@
 //! The first three passes are the forward passes. The last three passes are their exact adjoint: at each
 //! vertex, they compute the sum of the fields of all regions that contain the vertex.
 //!
-//! At the front of a crack, links do not join all corners of a cell. If the regions are cells, the sums of such a cell are
-//! those of its eight corners nevertheless ([`loose`]).
+//! At the front of a crack, links do not join all corners of a cell. If the regions are cells, the sums of such a
+//! cell are those of its eight corners nevertheless ([`loose`]).
 //!
 //! A plane is the set of blocks with the same x. Only the passes along x read other planes. So all passes
 //! except the adjoint x pass run plane by plane, in scratch memory that stays in the cache ([`plane`]). The

@@ -34,8 +34,8 @@ pub(crate) trait VertexUpdate: Sync {
 /// The purpose of a call of [`Cascade::forward`](super::Cascade::forward), which determines the last pass that it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// To evaluate each vertex with [`Cascade::adjoint`](super::Cascade::adjoint) afterwards, for example its goal position. All
-    /// passes up to the adjoint y pass run.
+    /// To evaluate each vertex with [`Cascade::adjoint`](super::Cascade::adjoint) afterwards, for example its goal
+    /// position. All passes up to the adjoint y pass run.
     Vertices,
     /// To compute only the memory of the transform, for example the rotation of each region. The last pass is
     /// the z pass.

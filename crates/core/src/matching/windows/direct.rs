@@ -9,7 +9,7 @@ use crate::simd::lanes::{between, bits_between};
 /// Computes the window sums of a block. `row(block, c)` is component `c` of the eight vertices of a block.
 ///
 /// Two offsets at a time are added: for an odd one the vertices halfway between two blocks ([`between`]), for an even
-/// one those of a block.
+/// one a block.
 #[inline(always)]
 pub(super) fn sums<S: Simd, T: Terms<S>, const AXIS: usize>(
     simd: S,

@@ -64,8 +64,8 @@ fn lanes_before(number: usize, axis: &AxisLinks, half_width: usize, block: usize
     lanes
 }
 
-/// Computes the sums of windows of two vertices, those of a cell. The window of a forward pass has the vertex in its place
-/// and the next one, that of an adjoint pass the one before. `windows` are those of the half-width 1.
+/// Computes the sums of windows of two vertices, for regions of one cell. The window of a forward pass has the vertex
+/// in its place and the next one, the window of an adjoint pass the one before. `windows`: of the half-width 1.
 #[inline(always)]
 pub(super) fn pair_sums<S: Simd, T: PairTerms<S>, const AXIS: usize>(
     simd: S,

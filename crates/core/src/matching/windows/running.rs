@@ -28,7 +28,7 @@ pub(in crate::matching) struct Slide {
     restarts: bool,
 }
 
-/// The vertices at two consecutive offsets from the centers of windows: at an even offset those of a block, and at an
+/// The vertices at two consecutive offsets from the centers of windows: at an even offset a block, and at an
 /// odd offset those halfway between two consecutive blocks.
 #[derive(Clone, Copy, Debug)]
 struct Change {

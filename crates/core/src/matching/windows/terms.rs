@@ -20,9 +20,9 @@ pub(super) trait Terms<S: Simd>: Copy {
     fn store(self, rows: &mut [Row]);
 }
 
-/// The sums of windows of two vertices, those of a cell: the center of a window is halfway between them.
+/// The sums of windows of two vertices, for regions of one cell: the center of a window is halfway between them.
 pub(super) trait PairTerms<S: Simd>: Terms<S> {
-    /// Whether the windows are those of an adjoint pass: the vertex in the place of a window is then its upper one, and
+    /// Whether the pass is adjoint: the vertex in the place of a window is then its upper one, and
     /// otherwise its lower one.
     const IS_ADJOINT: bool;
 

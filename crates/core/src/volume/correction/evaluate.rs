@@ -46,7 +46,7 @@ pub struct Correction {
     pub(super) regional: Option<Regional>,
 }
 
-/// The ratios of the rest volumes in force to those of the rest shape.
+/// The ratios of the rest volumes in force to the volumes of the rest shape.
 pub(crate) struct RestRatios<'a> {
     /// One for each component.
     pub(crate) components: &'a [f64],
@@ -147,7 +147,7 @@ impl Correction {
         self.regional.is_some()
     }
 
-    /// Sets the rest volumes to those of the body times `ratios`. It must be called before the other functions.
+    /// Sets the rest volumes to the volumes of the body times `ratios`. It must be called before the other functions.
     pub(crate) fn set_rest(&self, workspace: &mut CorrectionWorkspace, ratios: Option<&RestRatios>) {
         let ratio = |component: usize| ratios.map_or(1.0, |ratios| ratios.components[component]);
         workspace.rest.clear();
@@ -157,16 +157,16 @@ impl Correction {
         }
     }
 
-    /// Returns the volume of each component of a lattice with these positions, in cubed scene units. `trust`: as in
-    /// [`Correction::solve`].
+    /// Returns the volume of each component of a lattice with these positions, in cubed scene units. `slope_weights`:
+    /// as in [`Correction::solve`].
     pub(crate) fn volumes<'w>(
         &'w self,
         workspace: &'w mut CorrectionWorkspace,
         executor: &Executor,
         positions: &[[f32; 3]],
-        trust: &[f32],
+        slope_weights: &[f32],
     ) -> impl Iterator<Item = f64> + 'w {
-        self.set_positions(workspace, positions, trust);
+        self.set_positions(workspace, positions, slope_weights);
         self.evaluate(workspace, executor);
         let cell_volume = self.cell_size.powi(3);
         workspace.scratch.coefficients.iter().map(move |c| c[0] * cell_volume)
@@ -179,9 +179,9 @@ impl Correction {
         workspace: &'w mut CorrectionWorkspace,
         executor: &Executor,
         positions: &[[f32; 3]],
-        trust: &[f32],
+        slope_weights: &[f32],
     ) -> &'w [ComponentReport] {
-        self.set_positions(workspace, positions, trust);
+        self.set_positions(workspace, positions, slope_weights);
         self.evaluate(workspace, executor);
         workspace.lambdas.fill(0.0);
         for component in 0..self.rest.len() {
@@ -192,19 +192,19 @@ impl Correction {
         &workspace.reports
     }
 
-    /// Sets the positions from which the vertices move, and the trust in their slopes. Removes the limits and offsets.
+    /// Sets the positions from which the vertices move, and the slope weights. Removes the limits and offsets.
     pub(super) fn set_positions(
         &self,
         workspace: &mut CorrectionWorkspace,
         positions: &[[f32; 3]],
-        trust: &[f32],
+        slope_weights: &[f32],
     ) {
         workspace.limits.clear();
         workspace.offsets.clear();
         let scratch = &mut workspace.scratch;
         scratch.set_positions(positions, &self.adjacency);
-        scratch.trust.clear();
-        scratch.trust.extend_from_slice(trust);
+        scratch.slope_weights.clear();
+        scratch.slope_weights.extend_from_slice(slope_weights);
     }
 
     /// Writes the corrected positions to `corrected`, and returns one report per component.

@@ -49,16 +49,16 @@ impl Correction {
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
         self.set_rest(workspace, None);
-        let mut trust = crate::lattice::Trust::default();
+        let mut slope_weights = crate::lattice::SlopeWeights::default();
         if let Some(smoothing) = self.measure.smoothing() {
-            smoothing.update_trust(deformed, &mut trust);
+            smoothing.update_slope_weights(deformed, &mut slope_weights);
         }
-        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces, trust.values());
+        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces, slope_weights.values());
         self.write(workspace, deformed, corrected)
     }
 
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
-    /// of the arguments of [`Correction::apply`]. `trust`: trust in the slopes of `deformed`, if the skin is smooth.
+    /// of the arguments of [`Correction::apply`]. `slope_weights`: of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -66,7 +66,7 @@ impl Correction {
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
         forces: &[ExternalForce],
-        trust: &[f32],
+        slope_weights: &[f32],
     ) {
         let n = self.adjacency.len();
         assert!(
@@ -77,7 +77,7 @@ impl Correction {
         );
         workspace.lambdas.resize(self.rest.len(), 0.0);
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
-        self.set_positions(workspace, deformed, trust);
+        self.set_positions(workspace, deformed, slope_weights);
         self.rotate_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
         external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);

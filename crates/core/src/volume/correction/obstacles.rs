@@ -35,9 +35,9 @@ impl Correction {
     }
 
     /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times. Limits that [give way](Limit::gives_way) are left out for components whose volume is
-    /// restored without limits, and not with them. `samples` is absent if there is no collider, and `find_at_bodies` finds the
-    /// limits at other bodies.
+    /// collider, or [`ROUNDS`] times. [Soft](Limit::is_soft) limits are left out for components whose volume is
+    /// restored without limits, and not with them. `samples` is absent if there is no collider, and `find_at_bodies`
+    /// finds the limits at other bodies.
     ///
     /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
     pub(crate) fn limit_at_obstacles(
@@ -52,7 +52,7 @@ impl Correction {
         // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
         let mut search = std::mem::take(&mut workspace.limit_search);
         search.begin(&workspace.reports);
-        let mut has_given_way = false;
+        let mut has_removed_soft = false;
         let mut search_distance = 0.0;
         let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
         let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
@@ -69,18 +69,18 @@ impl Correction {
             } else {
                 false
             };
-            let mut gives_way = false;
-            if !has_new_limits || has_given_way {
-                if !has_given_way {
+            let mut are_fewer = false;
+            if !has_new_limits || has_removed_soft {
+                if !has_removed_soft {
                     search.keep_unsolved(&workspace.reports);
                 }
-                gives_way = search.give_way(|vertex| self.adjacency.component(vertex as usize));
-                has_given_way = true;
+                are_fewer = search.remove_soft(|vertex| self.adjacency.component(vertex as usize));
+                has_removed_soft = true;
             }
-            if !has_new_limits && !gives_way {
+            if !has_new_limits && !are_fewer {
                 break;
             }
-            self.solve_with_limits(workspace, executor, (&search.limits, gives_way));
+            self.solve_with_limits(workspace, executor, (&search.limits, are_fewer));
         }
         workspace.limit_search = search;
     }
@@ -88,8 +88,8 @@ impl Correction {
     /// Solves again with limits, by an active-set iteration.
     ///
     /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
-    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic. `are_fewer`: whether
-    /// limits were left out, so that vertices move farther.
+    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic. `are_fewer`:
+    /// whether limits were left out, so that vertices move farther.
     fn solve_with_limits(
         &self,
         workspace: &mut CorrectionWorkspace,

@@ -43,7 +43,7 @@ const SHRINKING: f64 = 0.3;
 const GROWTH: f64 = 0.5;
 
 /// Volume, relative to the rest volume, up to which a body is left to the single cubic: it is flat or inside
-/// out, so that its shape does not say where the volume belongs.
+/// out, so that its shape does not determine where the volume belongs.
 const FLAT: f64 = 1e-3;
 
 /// Magnitude to which components of directions are clamped, so that they stay finite in f32.

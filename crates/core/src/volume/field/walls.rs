@@ -19,11 +19,11 @@ const MAX_SAMPLES: usize = 64;
 
 /// Greatest alignment of a sheet.
 ///
-/// The alignment of a surface in a component of the lattice is the mean over the surface of the cosine between its normal
-/// and the outward direction of the boundary vertices around it, as a magnitude. A surface that bounds solid cells has these
-/// directions, up to the steps of the lattice and the edges of the surface: the mean is nearly 1. A sheet lies within a
-/// layer of cells, on whose two sides the directions are opposite: the mean is nearly 0. On open meshes it is above 0.7 or
-/// below 0.01.
+/// The alignment of a surface in a component of the lattice is the mean over the surface of the cosine between its
+/// normal and the outward direction of the boundary vertices around it, as a magnitude. A surface that bounds solid
+/// cells has these directions, up to the steps of the lattice and the edges of the surface: the mean is nearly 1. A
+/// sheet lies within a layer of cells, on whose two sides the directions are opposite: the mean is nearly 0. On open
+/// meshes it is above 0.7 or below 0.01.
 pub(super) const SHEET_ALIGNMENT: f64 = 0.3;
 
 /// Piece of the boundary near a lattice vertex.
@@ -94,7 +94,7 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
 ///
 /// * `outwards`: outward direction of each boundary vertex, zero for interior vertices. If the surface in a
 ///   component is oriented against these directions, its normals are reversed.
-/// * `corners`: those of the cells of the lattice.
+/// * `corners`: of the cells of the lattice.
 pub(super) fn of_surface(
     (lattice, corners): (&Lattice, &Corners),
     surface: Surface<'_>,
@@ -152,11 +152,12 @@ struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// Returns the cell that moves a point of a triangle, and the local coordinates of the point, or those of the point of
-    /// the cell next to it. `located`: the same of the cell that contains the point.
+    /// Returns the cell that moves a point of a triangle, and the local coordinates of the point, or those of the
+    /// point of the cell next to it. `located`: the same of the cell that contains the point.
     ///
-    /// The located cell is on the other side of a crack if no corner of the triangle is in its component, or if it is beside
-    /// the cell of the next corner and shares no vertex with it. Then the point moves with the cell of this corner.
+    /// The located cell is on the other side of a crack if no corner of the triangle is in its component, or if it is
+    /// beside the cell of the next corner and shares no vertex with it. Then the point moves with the cell of this
+    /// corner.
     fn cell_of(&self, triangle: usize, point: &Point3<f64>, located: (u32, [f32; 3])) -> (u32, [f32; 3]) {
         let Self { lattice, surface, adjacency, corners } = self;
         let positions = surface.mesh.vertices();

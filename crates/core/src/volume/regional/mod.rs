@@ -311,7 +311,8 @@ fn weighted_scales<S: Simd>(simd: S, [loss, gradient]: [f32x8<S>; 2], rest: [f32
     [weight, weight * (wanted_gain * gradient / squared)]
 }
 
-/// Returns the loss and gradient, and the region at rest, of regions whose rest volumes are `ratio` times those at rest.
+/// Returns the loss and gradient, and the region at rest, of regions whose rest volumes are `ratio` times those at
+/// rest.
 #[inline(always)]
 fn grown<S: Simd>(
     simd: S,

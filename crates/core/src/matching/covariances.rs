@@ -1,4 +1,4 @@
-//! The inverse rest spreads of the regions, stored once for all blocks that have the same ones.
+//! The inverse rest covariances of the regions, stored once for all blocks that have the same ones.
 
 use std::collections::HashMap;
 
@@ -6,24 +6,25 @@ use fearless_simd::{Simd, f32x8, f32x16};
 
 use crate::simd::lanes::{Block, Lanes, load, load_two};
 
-/// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest spread C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
+/// C⁻¹ of each region, xx, yy, zz, xy, xz, yz, with the rest covariance C = M⁻¹ Σ m/n y yᵀ. y is the rest offset of a
 /// vertex from the rest centroid, in cells. Zero in lanes without a vertex, and for planar regions at the fronts of
 /// cracks.
 ///
-/// Most blocks inside a solid body have the same spreads. A step that reads few different blocks finds them in the cache.
+/// Most blocks inside a solid body have the same covariances. A step that reads few different blocks finds them in
+/// the cache.
 #[derive(Clone, Debug)]
-pub(crate) struct InverseSpreads {
+pub(crate) struct InverseCovariances {
     /// The different blocks, in the order in which they first appear.
     blocks: Vec<Block<6>>,
-    /// Whether the spreads of each of these are multiples of the identity, as in whole windows.
+    /// Whether the covariances of each of these are multiples of the identity, as in whole windows.
     is_isotropic: Vec<bool>,
     /// Index in `blocks` of each block of the layout.
     indices: Vec<u32>,
 }
 
-impl InverseSpreads {
-    /// Stores the inverse spreads of each block.
-    pub(super) fn new(spreads: &Lanes<6>) -> Self {
+impl InverseCovariances {
+    /// Stores the inverse covariances of each block.
+    pub(super) fn new(covariances: &Lanes<6>) -> Self {
         let (mut blocks, mut known) = (Vec::new(), HashMap::new());
         let index_of = |block: &Block<6>| {
             let bits = block.map(|row| row.map(f32::to_bits));
@@ -32,7 +33,7 @@ impl InverseSpreads {
                 blocks.len() as u32 - 1
             })
         };
-        let indices = spreads.blocks().iter().map(index_of).collect();
+        let indices = covariances.blocks().iter().map(index_of).collect();
         blocks.shrink_to_fit();
         let is_isotropic = blocks.iter().map(is_isotropic).collect();
         Self { blocks, is_isotropic, indices }

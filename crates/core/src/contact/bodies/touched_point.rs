@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::surface::ContactSurface;
 use crate::lattice::Lattice;
 
-/// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
+/// Greatest product of the normals of a surface and of a sample, at rest of the surface, for which they touch: they
 /// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
 const FACING: f64 = -0.25;
 
@@ -31,12 +31,12 @@ const SHELL: f64 = 0.1;
 /// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
 pub(super) const SAME_SIDE: f64 = 0.3;
 
-/// Fraction of the way to the center of a cell of the same piece by which a point of the surface of a piece is moved to
-/// find its cell.
+/// Fraction of the distance to the center of a cell of the same piece by which a point of the surface of a piece is
+/// moved to find its cell.
 const INWARDS: f64 = 1e-3;
 
 /// The point of a surface at rest that a sample touches.
-pub(super) struct RestFoot {
+pub(super) struct RestPoint {
     /// Rest coordinates.
     pub(super) rest: Point3<f64>,
     /// Unit normal at rest.
@@ -47,21 +47,21 @@ pub(super) struct RestFoot {
 
 /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
 /// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
-/// with which it touched. `cell`: that of the point. `are_pieces`: whether the samples are those of the pieces of a
+/// with which it touched. `cell`: of the point. `are_pieces`: whether the samples belong to the pieces of a
 /// body, which fit together where it broke. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
-pub(super) fn foot_of_closed(
+pub(super) fn closest_on_closed(
     (surface, are_pieces): (&ContactSurface, bool),
     (rest, cell): (&Point3<f64>, u32),
     (facing, side): (Option<Vector3<f64>>, Option<Vector3<f64>>),
     limit: f64,
-) -> Option<RestFoot> {
+) -> Option<RestPoint> {
     let tree = surface.tree_at(cell)?;
     let closest = tree.closest(rest, limit, |_| true)?;
     if !closest.is_inside(rest) && closest.distance > OUTSIDE {
         return None;
     }
-    // At small folds of the rims of cracks, the pseudonormals may be those of the inner side.
+    // At small folds of the rims of cracks, the pseudonormals may belong to the inner side.
     if are_pieces && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
         return None;
     }
@@ -73,7 +73,7 @@ pub(super) fn foot_of_closed(
         let found = tree
             .closest(rest, closest.distance + range, |triangle| accepts(&tree.triangle_normal(triangle)))?;
         let normal = if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
-        Some(RestFoot { rest: found.point, normal, shell: 0.0 })
+        Some(RestPoint { rest: found.point, normal, shell: 0.0 })
     };
     // Pieces fit together: where a sample is near a triangle that does not face it, it is no deeper behind others.
     let facing_range = match are_pieces {
@@ -81,25 +81,25 @@ pub(super) fn foot_of_closed(
         false => FACING_RANGE,
     };
     let as_before = side.filter(|_| !is_same_side(&closest.normal));
-    if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
-        return Some(foot);
+    if let Some(point) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
+        return Some(point);
     }
     match faces(&closest.normal) {
-        true => Some(RestFoot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        true => Some(RestPoint { rest: closest.point, normal: closest.normal, shell: 0.0 }),
         false => among(facing_range, &faces),
     }
 }
 
 /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
 /// normal of the side from which the sample came.
-pub(super) fn foot_of_shell(
+pub(super) fn closest_on_shell(
     surface: &ContactSurface,
     (rest, cell): (&Point3<f64>, u32),
     side: impl Fn(&Vector3<f64>) -> f64,
-) -> Option<RestFoot> {
+) -> Option<RestPoint> {
     let closest = surface.tree_at(cell)?.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
     let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
-    Some(RestFoot { rest: closest.point, normal, shell: SHELL })
+    Some(RestPoint { rest: closest.point, normal, shell: SHELL })
 }
 
 /// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that
@@ -110,7 +110,7 @@ pub(super) fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32,
         std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
     };
     if !lattice.broken_joints().is_empty() {
-        // The cell at the point may be that of another piece, on the other side of a crack. The smooth surface of a
+        // The cell at the point may belong to another piece, on the other side of a crack. The smooth surface of a
         // crack lies outside the cells of its piece in part.
         let index = lattice.cells()[near as usize];
         let inwards = |a: usize| f64::from(index[a]) + 0.5 - rest[a];

@@ -1,13 +1,13 @@
-//! Finds the way on which a body that begins inside colliders leaves them as a whole.
+//! Finds the translation by which a body that begins inside colliders leaves them.
 //!
 //! A sample alone is pushed out through the nearest surface. The samples of a body in the middle of a box would so
-//! leave through all of its faces, and the body would tear. A way out is one translation of a whole connected
+//! leave through all of its faces, and the body would tear. An escape is one translation of a whole connected
 //! component. It is the least one in a set of directions: the normals of the colliders, their axes, and up.
 //!
 //! The points of a component are its samples, and balls around the vertices inside it, so that a collider within the
 //! body is found too. In a direction, each pair of a point and a collider gives the interval of translations for which
-//! they overlap. The way ends where the intervals that begin at zero end. A gap of less than one cell between two
-//! intervals does not end it: samples are up to one cell apart, so that a thin plate fits between them.
+//! they overlap. The translation ends where the intervals that begin at zero end. A gap of less than one cell between
+//! two intervals does not end it: samples are up to one cell apart, so that a thin plate fits between them.
 
 use nalgebra::{Point3, Vector3};
 
@@ -24,11 +24,11 @@ const FREE_DEPTH: f64 = 0.02;
 /// Greatest gap in cells between two intervals that counts as overlap.
 const GAP: f64 = 1.0;
 
-/// Greatest way out, in cells.
-const MAX_WAY: f64 = 1e6;
+/// Greatest translation, in cells.
+const MAX_LENGTH: f64 = 1e6;
 
-/// A direction that comes first is chosen if its way is at most this much longer, in cells. So rounding does not decide
-/// between equal ways.
+/// A direction that comes first is chosen if its translation is at most this much longer, in cells. So rounding does
+/// not decide between equal lengths.
 const TIE: f64 = 1e-3;
 
 /// The points of a component by which it overlaps with colliders, in cells.
@@ -46,7 +46,11 @@ impl BodyPoints {
     /// The body is in a collider if a sample is deeper than the greatest push-out of a step, or if a vertex inside the
     /// body is near or in the collider. A body whose center is outside of all colliders is not moved farther than its
     /// radius: a body that is pressed between two plates does not leave sideways.
-    pub(crate) fn way_out(&self, shapes: &[PosedShape<'_>], up: Vector3<f64>) -> Option<Vector3<f64>> {
+    pub(crate) fn escape_translation(
+        &self,
+        shapes: &[PosedShape<'_>],
+        up: Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
         let hit: Vec<&PosedShape<'_>> = shapes.iter().filter(|shape| self.is_in(shape)).collect();
         if hit.is_empty() {
             return None;
@@ -56,21 +60,21 @@ impl BodyPoints {
         let center = Point3::from(points().map(|point| point.coords / count).sum::<Vector3<f64>>());
         let is_inside = |shape: &&PosedShape<'_>| shape.signed_distance(&center).distance < 0.0;
         let radius = points().map(|point| (point - center).norm()).fold(0.0, f64::max);
-        let mut least = if hit.iter().any(is_inside) { MAX_WAY } else { radius };
-        let mut way = None;
+        let mut least = if hit.iter().any(is_inside) { MAX_LENGTH } else { radius };
+        let mut found = None;
         for direction in std::iter::once(up).chain(hit.iter().flat_map(|shape| directions(shape, &center))) {
             let length = match direction == Vector3::zeros() {
                 true => f64::INFINITY,
-                false => self.way_along(shapes.iter(), &direction, FREE_DEPTH),
+                false => self.length_along(shapes.iter(), &direction, FREE_DEPTH),
             };
             // The first comparison includes the limit.
-            if way.is_none() && length <= least || length < least - TIE {
-                (least, way) = (length, Some(direction));
+            if found.is_none() && length <= least || length < least - TIE {
+                (least, found) = (length, Some(direction));
             }
         }
-        way.map(|direction| {
-            // A push-out at the end of the way would deform the body.
-            let whole = self.way_along(hit.iter().copied(), &direction, ALLOWED_DEPTH);
+        found.map(|direction| {
+            // A push-out at the end of the translation would deform the body.
+            let whole = self.length_along(hit.iter().copied(), &direction, ALLOWED_DEPTH);
             direction * if whole <= least + 1.0 { whole } else { least }
         })
     }
@@ -88,8 +92,8 @@ impl BodyPoints {
             || self.inner.iter().any(|point| depth(point) > -INNER_RADIUS)
     }
 
-    /// Returns the length of the way out of `shapes` in a direction; infinity if there is none.
-    fn way_along<'a>(
+    /// Returns the length of the translation out of `shapes` in a direction; infinity if there is none.
+    fn length_along<'a>(
         &self,
         shapes: impl Iterator<Item = &'a PosedShape<'a>>,
         direction: &Vector3<f64>,
@@ -136,7 +140,7 @@ fn perpendicular(first: Vector3<f64>, second: Vector3<f64>) -> [Vector3<f64>; 3]
 
 impl PosedShape<'_> {
     /// Adds the intervals of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
-    /// the shape; those of a mesh belong to the center of the ball, and are longer by the radius at both ends.
+    /// the shape; intervals of a mesh belong to the center of the ball, and are longer by the radius at both ends.
     fn add_overlaps(
         &self,
         point: &Point3<f64>,
@@ -279,41 +283,46 @@ mod tests {
     }
 
     #[test]
-    fn the_way_out_is_the_least_translation_and_up_among_equals() {
+    fn the_escape_is_the_least_translation_and_up_among_equals() {
         let up = Vector3::y();
         let half = [4.0; 3];
-        let way =
-            |low, shapes: &[PosedShape<'_>]| cube(low).way_out(shapes, up).map(|way| way.map(|x| x.round()));
+        let escape = |low, shapes: &[PosedShape<'_>]| {
+            cube(low).escape_translation(shapes, up).map(|escape| escape.map(|x| x.round()))
+        };
         // In the middle of a box, and nearer to one side of it.
-        assert_eq!(way([-2.0; 3], &[cuboid([0.0; 3], half)]), Some(up * 6.0));
-        assert_eq!(way([-2.0, -2.0, 1.0], &[cuboid([0.0; 3], half)]), Some(Vector3::z() * 3.0));
-        // A ground on which the cube lies closes the least way, the one down, and a ceiling the one up.
+        assert_eq!(escape([-2.0; 3], &[cuboid([0.0; 3], half)]), Some(up * 6.0));
+        assert_eq!(escape([-2.0, -2.0, 1.0], &[cuboid([0.0; 3], half)]), Some(Vector3::z() * 3.0));
+        // A ground on which the cube lies closes the least translation, the one down, and a ceiling the one up.
         let is_sideways = |low, height: f64| {
             let point = Point3::new(0.0, height, 0.0);
             let plane = PosedShape::Plane { point, normal: up * -height.signum() };
-            let sideways = way(low, &[cuboid([0.0; 3], half), plane]).unwrap();
+            let sideways = escape(low, &[cuboid([0.0; 3], half), plane]).unwrap();
             assert_eq!((sideways.norm(), sideways.y), (6.0, 0.0));
         };
         is_sideways([-2.0, -3.0, -2.0], -3.0);
         is_sideways([-2.0; 3], 5.0);
         // A plate between two layers of points.
-        assert_eq!(way([-2.0; 3], &[cuboid([0.0, 0.5, 0.0], [90.0, 0.1, 90.0])]), Some(-up * 2.0));
+        assert_eq!(escape([-2.0; 3], &[cuboid([0.0, 0.5, 0.0], [90.0, 0.1, 90.0])]), Some(-up * 2.0));
         // A ball within the body.
         let ball = PosedShape::Sphere { center: Point3::new(0.1, 0.8, 0.0), radius: 0.5 };
-        assert_eq!(way([-2.0; 3], &[ball]), Some(-up * 2.0));
+        assert_eq!(escape([-2.0; 3], &[ball]), Some(-up * 2.0));
     }
 
     #[test]
     fn a_body_that_touches_or_is_pressed_stays() {
-        let way = |shapes: &[PosedShape<'_>]| cube([-2.0; 3]).way_out(shapes, Vector3::y());
+        let escape = |shapes: &[PosedShape<'_>]| cube([-2.0; 3]).escape_translation(shapes, Vector3::y());
         let at = |y| cuboid([0.0, y, 0.0], [90.0, 1.0, 90.0]);
-        assert_eq!(way(&[at(-3.0), at(3.0)]), None);
-        assert_eq!(way(&[at(-2.8)]), None);
-        assert!(way(&[at(-2.7)]).is_some());
-        assert_eq!(way(&[at(-2.3), at(2.3)]), None, "pressed between plates");
-        assert_eq!(BodyPoints::default().way_out(&[at(0.0)], Vector3::y()), None, "without points");
+        assert_eq!(escape(&[at(-3.0), at(3.0)]), None);
+        assert_eq!(escape(&[at(-2.8)]), None);
+        assert!(escape(&[at(-2.7)]).is_some());
+        assert_eq!(escape(&[at(-2.3), at(2.3)]), None, "pressed between plates");
+        assert_eq!(
+            BodyPoints::default().escape_translation(&[at(0.0)], Vector3::y()),
+            None,
+            "without points"
+        );
         let planes = [-1.0, 1.0]
             .map(|y| PosedShape::Plane { point: Point3::new(0.0, y, 0.0), normal: Vector3::y() * -y });
-        assert_eq!(way(&[planes[0], planes[1]]), None, "no way out");
+        assert_eq!(escape(&[planes[0], planes[1]]), None, "no way out");
     }
 }
