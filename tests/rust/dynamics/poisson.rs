@@ -455,6 +455,25 @@ fn recovery_of_a_tangled_body_keeps_its_momenta() {
     assert_keeps_momenta(body(&lattice, 0.5, 0.45).damping_ratio(1.0).build().unwrap(), &x);
 }
 
+/// A pin that becomes active during a recovery ends it: the body goes on in its flight, and only its pinned vertex stops.
+#[test]
+fn a_pin_ends_the_recovery_of_a_tangled_body() {
+    let lattice = lattice(&block([4, 4, 6]));
+    let mut random = Random(51);
+    let x: Vec<_> = rest(&lattice).iter().map(|_| Point3::from(random.vector() * 3.0)).collect();
+    let window = TimeWindow { start: 0.05, ..TimeWindow::default() };
+    let pin = Pin { selection: Selection::Vertices(vec![0]), window };
+    let mut body = body(&lattice, 0.5, 0.45).damping_rate(0.0).pin(pin).build().unwrap();
+    body.set_positions(&x).unwrap();
+    body.set_velocities(&vec![Vector3::new(5.0, 0.0, 0.0); x.len()]).unwrap();
+    let mut simulation = without_gravity(body);
+    simulation.steps(6);
+    let speed = |simulation: &Simulation| momentum(&simulation.body(0)).x / simulation.body(0).mass();
+    assert!(speed(&simulation) > 4.0, "{}", speed(&simulation));
+    simulation.steps(5);
+    assert!(speed(&simulation) > 2.5, "{}", speed(&simulation));
+}
+
 /// Returns the root mean square distance of positions from their best-fit rest shape.
 fn distance_from_rest(at_rest: &[Vector3<f64>], now: &[Vector3<f64>]) -> f64 {
     let (rotation, from, to) = rigid_fit(&vec![1.0; now.len()], at_rest, now);
