@@ -17,7 +17,7 @@
 //! | `plasticity` | plastic shapes |
 //! | `select` | the vertices of a selection |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
-//! | `builder` | builds a body from a mesh or a lattice, and settings |
+//! | `builder`, `build` | the settings of a new body; builds it |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |
 //! | `transfer` | the state after joints broke |
@@ -34,6 +34,7 @@
 
 mod body_contact;
 mod breaking;
+mod build;
 mod builder;
 mod context;
 mod elasticity;

@@ -23,8 +23,12 @@
 //! | `patch` | contact patches: the touching samples nearest to one vertex act as one contact point |
 //! | `detection` | finds the patches that touch a shape |
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
-//! | `solver` | the impulses of all contact constraints, by projected Jacobi iteration |
-//! | `stage` | [`Contacts`], the contact stage of a body: detection, impulses, push-out |
+//! | `solver` | the contact problem: its constraints and impulses |
+//! | `jacobi` | the solution of the problem by projected Jacobi iteration |
+//! | `pressure` | a contact of the last step |
+//! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
+//! | `push_out` | moves samples that are still inside a collider out of it |
+//! | `continuation` | what snapshots store of the stage, and what a broken body takes over |
 //! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
 //! | `smooth_rows` | slopes of the lattice at the rows, for a smooth skin |
@@ -56,6 +60,7 @@ mod collider;
 mod colliders;
 mod collision_mesh;
 mod constraint;
+mod continuation;
 mod deformation;
 mod detection;
 mod distance;
@@ -63,10 +68,13 @@ mod escape;
 mod fault;
 mod field;
 mod interpolant;
+mod jacobi;
 mod memory;
 mod patch;
 mod piece_points;
 mod posed_collider;
+mod pressure;
+mod push_out;
 mod samples;
 mod shape;
 mod sides;
@@ -88,6 +96,7 @@ pub(crate) use self::escape::BodyPoints;
 pub use self::fault::{ColliderError, ColliderFault};
 pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
+pub(crate) use self::pressure::Pressure;
 pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;
@@ -95,7 +104,6 @@ pub use self::shape::Shape;
 pub(crate) use self::sides::Side;
 pub(crate) use self::smooth_rows::SmoothRows;
 pub use self::stage::Contacts;
-pub(crate) use self::stage::Pressure;
 pub(crate) use self::vec4::{Vec4, wide};
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or

@@ -1,4 +1,4 @@
-//! Contact solver: computes the impulses of all contacts of a body by projected Jacobi iteration.
+//! The contact problem of a body or an island: its constraints, and their impulses, which `jacobi` computes.
 //!
 //! A contact s has a normal n_s, a target velocity target_s, a friction coefficient mu_s, and a contact
 //! point, which is a mean of lattice vertices k with the weights w_sk. Vertex k has the mass m_k and the
@@ -12,21 +12,8 @@
 //!              |f_s| <= mu_s l_s  and  f_s opposes the slip  (Coulomb friction cone)
 //! ```
 //!
-//! A pass updates all contacts at the same time (Jacobi), so that a symmetric body stays symmetric. Let A_st
-//! be the velocity change of contact s by a unit impulse at contact t. Each contact s computes its impulse as
-//! if all contacts that share a vertex with it had the same impulse: it uses the sum of row s of the matrix A
-//! in place of the diagonal entry A_ss. If all contacts hit a collider at the same velocity and the row sums
-//! are equal, the impulses are therefore exact after one pass.
-//!
-//! The matrix A with each row divided by its sum has eigenvalues e in [0, 1], and a pass leaves the fraction
-//! 1 - e of the error. Starting with the second pass, every other pass has an over-relaxation of 2. Two
-//! passes then leave the fraction (1 - 2e)(1 - e). Four passes leave the square of this fraction, which is
-//! not negative. The impulses therefore approach the solution and hardly exceed it. If contacts that separate
-//! or slip make the impulses exceed the solution, `limit_energy` scales all impulses down until they add no
-//! energy.
-//!
-//! In the code below, a *row* is not a row of the matrix A but the number of a vertex in the problem, as the caller
-//! counts them, and the index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with
+//! A *row* is the number of a vertex in the problem, as the caller counts them, and the index of a vertex is its index
+//! in `Solver::rows`. A push-out uses the same solver with
 //! displacements in place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
@@ -52,13 +39,13 @@ pub(super) struct Tolerance {
 
 /// Link between a contact and one of its vertices.
 #[derive(Clone, Copy, Debug)]
-struct Link {
+pub(super) struct Link {
     /// Index of the vertex in `Solver::rows`.
-    vertex: u32,
+    pub(super) vertex: u32,
     /// Weight of the vertex in the contact point.
-    weight: f32,
+    pub(super) weight: f32,
     /// Velocity change of the vertex per unit of impulse: the weight over the mass.
-    response: f32,
+    pub(super) response: f32,
 }
 
 /// Factors that convert a problem to other units.
@@ -74,15 +61,15 @@ pub(super) struct Units {
 /// grow if there are more contacts than before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
-    constraints: Vec<ContactConstraint>,
+    pub(super) constraints: Vec<ContactConstraint>,
     /// Links of all constraints.
-    links: Vec<Link>,
+    pub(super) links: Vec<Link>,
     /// Rows of the vertices that have a link.
     rows: SparseSet,
     /// Velocity change of each vertex in `rows`.
-    changes: Vec<Vec4>,
+    pub(super) changes: Vec<Vec4>,
     /// Scratch for each vertex in `rows`: velocity change by one pass, or sum of responses.
-    sums: Vec<Vec4>,
+    pub(super) sums: Vec<Vec4>,
 }
 
 impl Solver {
@@ -162,52 +149,6 @@ impl Solver {
         }
     }
 
-    /// Computes the impulses.
-    pub(super) fn solve(&mut self, tolerance: Tolerance) {
-        self.find_responses();
-        let begun = self.constraints.iter().map(|constraint| constraint.speed_change(&constraint.impulse()));
-        let begun = begun.fold(0.0, f32::max);
-        let mut threshold = tolerance.absolute;
-        for pass in 0..tolerance.passes {
-            let change = self.pass(if pass % 2 == 1 { 2.0 } else { 1.0 });
-            if pass == 0 {
-                threshold = threshold.max(tolerance.relative * change.max(begun));
-            }
-            if change <= threshold {
-                break;
-            }
-        }
-        self.limit_energy();
-    }
-
-    /// Scales all impulses down if their total work is positive.
-    ///
-    /// Twice the work of an impulse p is `p . (before + after)`. The velocity `before` is taken as
-    /// `slip_before - limit * normal`. The velocity `after` is `velocity + change`, where `change` is the
-    /// velocity change by all impulses. The total work is not positive if the sum `caused` of `p . change`
-    /// over all contacts is at most the sum `allowed` of `p . (limit * normal - velocity - slip_before)`. If
-    /// all impulses are scaled by s, `caused` is scaled by s^2 and `allowed` by s.
-    fn limit_energy(&mut self) {
-        let (mut allowed, mut caused) = (0.0, 0.0);
-        for constraint in &self.constraints {
-            let Contact { normal, velocity, slip_before, .. } = &constraint.contact;
-            let limit = constraint.contact.limit();
-            let impulse = constraint.impulse();
-            allowed += dot(&impulse, normal) * limit - dot(&impulse, velocity) - dot(&impulse, slip_before);
-            caused += dot(&impulse, &mean(&self.links, constraint, &self.changes));
-        }
-        if caused > allowed {
-            let scale = (allowed / caused).max(0.0);
-            for change in &mut self.changes {
-                *change *= scale;
-            }
-            for constraint in &mut self.constraints {
-                constraint.normal_impulse *= scale;
-                constraint.friction_impulse *= scale;
-            }
-        }
-    }
-
     /// Returns the row and the velocity change of each vertex that has a link.
     pub(super) fn changes(&self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.rows.list().iter().copied().zip(&self.changes)
@@ -267,48 +208,11 @@ impl Solver {
         }
         changes.fill(Vec4::zeros());
     }
-
-    /// Computes the response of each constraint: the velocity change of its contact point if every constraint
-    /// had a unit impulse in the direction that moves its point most.
-    fn find_responses(&mut self) {
-        let Self { constraints, links, sums, .. } = self;
-        sums.fill(Vec4::zeros());
-        for link in &*links {
-            sums[link.vertex as usize][0] += link.response.abs();
-        }
-        for constraint in constraints {
-            let links = links[constraint.links.clone()].iter();
-            constraint
-                .set_response(links.map(|link| link.weight.abs() * sums[link.vertex as usize][0]).sum());
-        }
-    }
-
-    /// Runs one pass; returns the greatest change of a contact's velocity.
-    ///
-    /// The accumulated impulses are clamped and not their changes, so that a later pass can reduce the
-    /// impulse of an earlier pass.
-    fn pass(&mut self, over_relaxation: f32) -> f32 {
-        let Self { constraints, links, changes, sums, .. } = self;
-        sums.fill(Vec4::zeros());
-        let mut greatest = 0.0_f32;
-        for constraint in constraints {
-            let velocity = mean(links, constraint, changes) + constraint.contact.velocity;
-            let change = constraint.update_impulses(&velocity, over_relaxation);
-            greatest = greatest.max(constraint.speed_change(&change));
-            for link in &links[constraint.links.clone()] {
-                sums[link.vertex as usize] += change * link.response;
-            }
-        }
-        for (change, sum) in changes.iter_mut().zip(&*sums) {
-            *change += sum;
-        }
-        greatest
-    }
 }
 
 /// Returns the weighted mean of `vectors` over the vertices of a constraint. `vectors`: one per vertex index.
 #[inline(always)]
-fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Vec4]) -> Vec4 {
+pub(super) fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Vec4]) -> Vec4 {
     // Two independent sums, which the processor can compute in parallel.
     let (mut even, mut odd) = (Vec4::zeros(), Vec4::zeros());
     let (pairs, last) = links[constraint.links.clone()].as_chunks::<2>();

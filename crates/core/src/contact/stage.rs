@@ -1,5 +1,4 @@
-//! The contact stage of a body: stores the velocities before the step, detects contacts, applies impulses,
-//! and pushes out samples that are still inside a collider.
+//! The contact stage of a body: stores the velocities before the step, detects contacts and applies impulses.
 //!
 //! A row is an index into `SampleCells::vertices`.
 
@@ -7,18 +6,17 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::colliders::Colliders;
-use super::constraint::{Contact, SOFT_DEPTH, SurfacePoint, mean, mean_position};
+use super::constraint::{SOFT_DEPTH, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::memory::buffer_bytes;
 use super::patch::Patch;
+use super::pressure::Pressure;
 use super::samples::SampleCells;
 use super::shape::PosedShape;
-use super::sides::Side;
 use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
-use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, ContactForce, ContactKey, Interval, Support};
+use crate::state::{BodyState, ContactKey, Interval};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
@@ -38,71 +36,20 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
 
-/// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
-/// surface of the collider. The samples that remain inside form the patches of the next round.
-const PUSH_ROUNDS: usize = 4;
-
-/// Tolerance for a push-out round. The solved quantities are displacements in cells.
-const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
-
-/// A contact of the last step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pressure {
-    /// Index of the collider.
-    pub(crate) collider: u32,
-    /// Nearest lattice vertex of the contact.
-    pub(crate) vertex: u32,
-    /// Normal impulse, 0 if the contact does not press on the body.
-    pub(crate) impulse: f64,
-    /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
-    pub(crate) friction: Vector3<f64>,
-    /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact
-    /// moved like the contact point.
-    pub(crate) depth: f64,
-    /// Contact point, in cells from the body's origin.
-    pub(crate) point: Vector3<f64>,
-    /// Normal of the collider, a unit vector.
-    pub(crate) normal: Vector3<f64>,
-    /// Velocity of the surface of the collider, in cells/s.
-    pub(crate) velocity: Vector3<f64>,
-    /// Angular velocity of the collider in rad/s.
-    pub(crate) spin: Vector3<f64>,
-}
-
-impl Pressure {
-    /// Returns the key of the contact, by which the next step finds it.
-    pub(super) fn key(&self) -> ContactKey {
-        ContactKey::Collider { collider: self.collider, vertex: self.vertex }
-    }
-
-    /// Returns the force of the contact. `unit`: the unit of `impulse` over the length of the step, in scene units.
-    pub(crate) fn force(&self, unit: f64) -> ContactForce {
-        let &Self { normal, impulse, friction, .. } = self;
-        ContactForce { key: self.key(), force: ((normal * impulse + friction) * unit).into() }
-    }
-
-    /// Returns the contact as a support of a component.
-    pub(crate) fn support_of(&self, component: u32) -> Support {
-        let Self { collider, impulse, point, normal, velocity, spin, .. } = *self;
-        let [point, normal, velocity, spin] = [point, normal, velocity, spin].map(Into::into);
-        Support { component, collider, impulse, point, normal, velocity, spin, ..Support::default() }
-    }
-}
-
 /// Contact stage of one body. Its buffers are reused, and grow if more contacts than before occur at once.
 #[derive(Clone, Debug)]
 pub struct Contacts {
-    samples: SampleCells,
+    pub(super) samples: SampleCells,
     /// Greatest distance of the samples in cells.
     spacing: f64,
     /// Velocity of the vertex of each row before the step.
     velocities_before: Vec<Vec4>,
     /// Velocity of the vertex of each row at the end of the step, before the impulses.
     velocities: Vec<Vec4>,
-    detection: Detection,
-    solver: Solver,
+    pub(super) detection: Detection,
+    pub(super) solver: Solver,
     /// Rows of the components that leave colliders. They have no contacts.
-    leaving: Vec<u32>,
+    pub(super) leaving: Vec<u32>,
     /// The contacts of the last step.
     pressures: Vec<Pressure>,
     /// Impulses with which the solution begins, in the order of the contacts. Empty if it begins without.
@@ -112,10 +59,10 @@ pub struct Contacts {
     /// The contacts with which a sleeping body fell asleep, while `pressures` has the contacts of a step.
     kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
-    touched: Vec<u32>,
+    pub(super) touched: Vec<u32>,
     /// Contact displacement of the vertex of each row since `clear_displacements`, in cells; see
     /// [`displacements`](Self::displacements).
-    displacements: Vec<[f32; 3]>,
+    pub(super) displacements: Vec<[f32; 3]>,
 }
 
 impl Contacts {
@@ -345,53 +292,6 @@ impl Contacts {
         }
     }
 
-    /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not
-    /// velocities. Returns the greatest depth of a sample in cells before the last push.
-    ///
-    /// Few steps need a push-out. The possible causes are a body that was placed inside a collider or is
-    /// constrained to be inside it, and a patch that rotated about its contact point.
-    fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
-        let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
-        let mut deepest = f64::INFINITY;
-        for _ in 0..PUSH_ROUNDS {
-            solver.clear();
-            detection.read(state.positions, &samples.slots, leaving);
-            detection.update_paths();
-            let mut report = ContactReport::default();
-            for (index, collider) in colliders.during(step, state.frame).enumerate() {
-                detection.find((index as u32, &collider), samples, 0.0, &mut report);
-                for patch in detection.patches() {
-                    let (normal, distance) = match patch.side() {
-                        Some(side) => (side.normal, patch.mean_distance()),
-                        None => {
-                            let position = mean_position(patch.vertices(), detection.positions());
-                            let sdf = collider.shape.signed_distance(&position);
-                            (sdf.normal, sdf.distance + samples.offset(patch, &collider.shape, &position))
-                        }
-                    };
-                    let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
-                    let contact = Contact { normal, target, approach: target, ..Contact::default() };
-                    solver.add(contact, samples.links(patch));
-                }
-            }
-            deepest = report.deepest;
-            if deepest <= SOFT_DEPTH {
-                break;
-            }
-            solver.solve(PUSH);
-            for (row, displacement) in solver.changes() {
-                let slot = samples.slots[row as usize];
-                state.set_position(slot, state.position(slot) + wide(displacement));
-                add_displacement(&mut displacements[row as usize], displacement, 1.0);
-                touched.push(row);
-            }
-            if deepest > PUSH_LIMIT {
-                break;
-            }
-        }
-        deepest
-    }
-
     /// Keeps the contacts of the last step of a sleeping body, before a search because another body is near.
     pub(crate) fn keep_pressures(&mut self) {
         std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
@@ -426,63 +326,6 @@ impl Contacts {
         self.displacements.fill([0.0; 3]);
     }
 
-    /// Returns the contact displacement of the vertex of each row, for a snapshot.
-    pub(crate) fn all_displacements(&self) -> &[[f32; 3]] {
-        &self.displacements
-    }
-
-    /// Restores [`all_displacements`](Self::all_displacements). Sets all of them to zero if `displacements`
-    /// has another length, which means that it belongs to another body.
-    pub(crate) fn set_displacements(&mut self, displacements: &[[f32; 3]]) {
-        match displacements.len() == self.displacements.len() {
-            true => self.displacements.copy_from_slice(displacements),
-            false => self.clear_displacements(),
-        }
-    }
-
-    /// Takes the displacements and the side points of the contacts of a body before it broke. `parents` has the
-    /// vertex before of each vertex of the `lattice`. Samples at the same place at rest have the same side points.
-    pub(crate) fn continue_from(&mut self, before: &Self, parents: &[u32], lattice: &Lattice) {
-        for (displacement, &vertex) in self.displacements.iter_mut().zip(&self.samples.vertices) {
-            let parent = parents[vertex as usize];
-            if let Ok(row) = before.samples.vertices.binary_search(&parent) {
-                *displacement = before.displacements[row];
-            }
-        }
-        if before.sides().is_empty() {
-            return;
-        }
-        // A vertex before is one of its children, at the same place at rest.
-        let mut child = vec![0; parents.iter().max().map_or(0, |&last| last as usize + 1)];
-        (0..).zip(parents).for_each(|(vertex, &parent)| child[parent as usize] = vertex);
-        let places = before
-            .samples
-            .places(|vertex| lattice.rest_position(child[vertex as usize]), lattice.cell_size());
-        let mut sides: Vec<_> =
-            before.sides().iter().map(|side| (places[side.sample as usize], *side)).collect();
-        sides.sort_unstable_by_key(|(place, side)| (*place, side.collider, side.sample));
-        let places = self.samples.places(|vertex| lattice.rest_position(vertex), lattice.cell_size());
-        let mut transferred = Vec::new();
-        for (sample, place) in (0..).zip(places).filter(|(_, place)| place.is_some()) {
-            let first = sides.partition_point(|(other, _)| *other < place);
-            let same = sides[first..].iter().take_while(|(other, _)| *other == place);
-            let mut same: Vec<Side> = same.map(|(_, side)| Side { sample, ..*side }).collect();
-            same.dedup_by_key(|side| side.collider);
-            transferred.extend(same);
-        }
-        self.set_sides(&transferred);
-    }
-
-    /// Returns the side points of the samples, for a snapshot.
-    pub(crate) fn sides(&self) -> &[Side] {
-        self.detection.sides()
-    }
-
-    /// Restores [`sides`](Self::sides). Without side points each sample is on the side of its position.
-    pub(crate) fn set_sides(&mut self, sides: &[Side]) {
-        self.detection.set_sides(sides, &self.samples);
-    }
-
     /// Returns the contact displacements in cells since [`clear_displacements`](Self::clear_displacements).
     ///
     /// Each step adds the displacement by the normal impulses and by the push-out, and the velocity change by
@@ -496,7 +339,7 @@ impl Contacts {
 
 impl SampleCells {
     /// Returns the contact point of a patch as a mean of vertices: row, weight and inverse mass.
-    fn links<'a>(&'a self, patch: &'a Patch) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
+    pub(super) fn links<'a>(&'a self, patch: &'a Patch) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
         patch.vertices().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
     }
 
@@ -504,7 +347,7 @@ impl SampleCells {
     /// point: contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin
     /// is linear, which uses the distance of the contact point, and if the patch has a side. `position`: contact point
     /// of the patch.
-    fn offset(&self, patch: &Patch, shape: &PosedShape<'_>, position: &Point3<f64>) -> f64 {
+    pub(super) fn offset(&self, patch: &Patch, shape: &PosedShape<'_>, position: &Point3<f64>) -> f64 {
         match self.stencils().filter(|_| patch.side().is_none()) {
             None => 0.0,
             Some(_) => patch.mean_distance() - shape.signed_distance(position).distance,
@@ -513,7 +356,7 @@ impl SampleCells {
 }
 
 /// Adds `vector * scale` to a contact displacement.
-fn add_displacement(displacement: &mut [f32; 3], vector: &Vec4, scale: f32) {
+pub(super) fn add_displacement(displacement: &mut [f32; 3], vector: &Vec4, scale: f32) {
     for (sum, component) in displacement.iter_mut().zip(vector) {
         *sum += component * scale;
     }

@@ -14,8 +14,9 @@
 //! * [`blocks`], [`layout`]: storage of the vertices in blocks of eight.
 //! * [`tables`]: the neighbors of all vertices, and the corners of all cells.
 //! * [`joints`]: joints between cells.
-//! * [`split`], [`split_links`], [`charts`]: lattices with broken joints, their links and their blocks.
-//! * [`masses`]: the masses of the vertices.
+//! * [`split`], [`vertex_classes`], [`split_links`], [`charts`]: lattices with broken joints, their vertices, links and
+//!   blocks.
+//! * [`shares`], [`masses`]: the filled shares of the cells, and the masses of the vertices.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
 //! * [`smooth`], [`slopes`]: interpolation that is smooth across the faces of the cells.
 
@@ -36,12 +37,14 @@ mod memory;
 mod nearest;
 mod options;
 mod resolution;
+mod shares;
 mod slopes;
 mod smooth;
 mod split;
 mod split_links;
 mod tables;
 mod trilinear;
+mod vertex_classes;
 
 pub use broken::Joint;
 pub use cells::Lattice;

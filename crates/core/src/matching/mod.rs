@@ -4,14 +4,17 @@
 //! | file | contents |
 //! |---|---|
 //! | `half_width` | the half-width of the regions |
-//! | `regions` | the region weight m/n of each vertex; mass, rest centroid and rest inertia of a region |
+//! | `line_windows` | window sums in f64, for constants of the regions |
+//! | `regions` | the region weight m/n of each vertex; mass and rest centroid of a region |
+//! | `moments` | rest moments, inverse inertia and covariances of the regions |
 //! | `factors` | the stiffness factors of the regions, for a body whose stiffness varies |
 //! | `windows` | sums over windows of linked vertices along one axis |
 //! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
 //! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test, or else an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 //! | `bulk` | the volume term of the fit of regions, which gives a body its Poisson's ratio |
-//! | `plastic` | the fit of regions in plastic shapes, and the flow of these shapes |
+//! | `plastic` | the fit of regions in plastic shapes |
+//! | `flow` | the flow of plastic shapes |
 //! | `covariances` | the inverse rest covariances of the regions, for plastic shapes and deformation gradients |
 //! | `algebra` | products, inverses and norms of symmetric matrices |
 //! | `gradients` | the deformation gradients of the regions |
@@ -21,9 +24,12 @@ mod bulk;
 mod cascade;
 mod covariances;
 mod factors;
+mod flow;
 mod goals;
 mod gradients;
 mod half_width;
+mod line_windows;
+mod moments;
 mod plastic;
 mod regions;
 mod rotation;
@@ -34,11 +40,12 @@ pub(crate) use bulk::{VolumeRatios, bulk_of};
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use covariances::InverseCovariances;
 pub(crate) use factors::Factors;
+pub(crate) use flow::{Flow, shape};
 pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use gradients::Gradients;
 pub use half_width::HalfWidth;
-pub(crate) use plastic::{Flow, shape};
-pub(crate) use regions::{Regions, symmetric};
+pub(crate) use moments::symmetric;
+pub(crate) use regions::Regions;
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
 pub(crate) use rotation::{ROTATIONS, rotations_near};

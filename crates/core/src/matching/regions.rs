@@ -1,13 +1,12 @@
 //! Computes the constants of the regions: the region weight m/n of each vertex, and the mass, rest centroid
 //! and rest inertia of each region.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-
 use super::bulk::{RestVolumes, VolumeRatios};
 use super::covariances::InverseCovariances;
 use super::factors::Factors;
 use super::half_width::HalfWidth;
-use crate::lattice::{Lattice, Layout, LooseCell, Masses};
+use super::line_windows::LineWindows;
+use crate::lattice::{Lattice, Layout, Masses};
 use crate::simd::lanes::{Block, LANES, Lanes, Row};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
@@ -39,7 +38,7 @@ pub(crate) struct Regions {
     /// k of the [volume term](super::bulk); 0 without one.
     pub(crate) bulk: f32,
     /// σ of each region: see [`bulk`](super::bulk). 1 in lanes without a region. `None` if no region is inflated.
-    inflation: Option<Lanes<1>>,
+    pub(super) inflation: Option<Lanes<1>>,
     half_width: HalfWidth,
 }
 
@@ -278,7 +277,7 @@ impl Regions {
     }
 
     /// Returns the factor of the region around the vertex in a slot; 0 without a region.
-    fn factor(&self, slot: u32) -> f64 {
+    pub(super) fn factor(&self, slot: u32) -> f64 {
         self.factors().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
     }
 
@@ -303,131 +302,10 @@ impl Regions {
         self.half_width
     }
 
-    /// Computes the sum, over all regions and the vertices of each region, of s m/n |y|², where y is the rest
-    /// offset of the vertex from the rest centroid of the region, in cells, and s the factor of the region.
-    pub(crate) fn rest_moment(&self, layout: &Layout) -> f64 {
-        let [xx, yy, zz, ..] = self.second_moments(layout);
-        let moments = self.slots(layout).map(|&slot| {
-            let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
-            let i = slot as usize;
-            self.factor(slot) * (xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass)
-        });
-        moments.sum()
-    }
-
-    /// Computes the sum, over all regions and the vertices of each region, of s m/n |R y + c - x|², in f64. x is the
-    /// position of a vertex, y its rest offset from the rest centroid of the region, c the center of mass of the
-    /// region, R its rotation, all in cells, and s the factor of the region.
-    ///
-    /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
-    /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough. `strains` are
-    /// S - 1 of the plastic shapes S of the regions; S y then takes the place of y, and σ y in an inflated region.
-    /// With a volume term, 2 M σ² k W/t of each region is added, times s.
-    pub(crate) fn misfit(
-        &self,
-        layout: &Layout,
-        position: impl Fn(u32) -> Vector3<f64>,
-        rotation: impl Fn(u32) -> [f32; 4],
-        strains: Option<&Lanes<6>>,
-    ) -> f64 {
-        let m_over_n = self.region_weights(layout);
-        let weighted = |value: &dyn Fn(Vector3<f64>) -> f64| {
-            let mut field = vec![0.0; m_over_n.len()];
-            for &slot in layout.slots() {
-                field[slot as usize] = m_over_n[slot as usize] * value(position(slot));
-            }
-            field
-        };
-        let windows = LineWindows::new(layout, self.half_width);
-        let [mass, rest @ ..] = windows.first_moments(&m_over_n);
-        let second = windows.second_moments(&m_over_n);
-        let [yy0, yy1, yy2, ..] = &second;
-        let [x, y, z] = [0, 1, 2].map(|c| windows.first_moments(&weighted(&|x| x[c])));
-        let xx = windows.sums(&weighted(&|x| x.norm_squared()));
-        let misfit_of = |&slot: &u32| {
-            let i = slot as usize;
-            let moment = |k: usize| Vector3::new(x[k][i], y[k][i], z[k][i]);
-            let (sum, d) = (moment(0), Vector3::new(rest[0][i], rest[1][i], rest[2][i]) / mass[i]);
-            let rest_moment = yy0[i] + yy1[i] + yy2[i] - mass[i] * d.norm_squared();
-            let central = xx[i] - sum.norm_squared() / mass[i];
-            let [qx, qy, qz, qw] = rotation(slot).map(f64::from);
-            let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
-            // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
-            let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
-            let c = || self::covariance(second.each_ref().map(|moment| moment[i] / mass[i]), d);
-            let a = || Matrix3::from_fn(|row, k| (moment(k + 1) - sum * d[k])[row] / mass[i]);
-            let sigma = self.inflation.as_ref().map_or(1.0, |sigma| f64::from(sigma.get(slot)[0]));
-            let change = strains.map_or(0.0, |strains| {
-                let t = symmetric(strains.get(slot));
-                let of_shape = (c() * (t * 2.0 + t * t)).trace() * (sigma * sigma);
-                of_shape - 2.0 * sigma * (r.matrix().transpose() * a() * t).trace()
-            });
-            let volume = match self.bulk {
-                0.0 => 0.0,
-                bulk => 2.0 * f64::from(bulk) * volume_energy(a() / sigma, c()) * (sigma * sigma),
-            };
-            let misfit = central + rest_moment * (sigma * sigma) - 2.0 * sigma * product;
-            self.factor(slot) * (misfit + mass[i] * (change + volume))
-        };
-        self.slots(layout).map(misfit_of).sum()
-    }
-
     /// Iterates over the slots that have a region.
-    fn slots<'a>(&'a self, layout: &'a Layout) -> impl Iterator<Item = &'a u32> {
+    pub(super) fn slots<'a>(&'a self, layout: &'a Layout) -> impl Iterator<Item = &'a u32> {
         let occupied = self.occupied(layout);
         layout.slots().iter().filter(move |&&slot| is_set(occupied, slot))
-    }
-
-    /// Computes the second moments of each region, by slot of its center vertex: Σ m/n times xx, yy, zz, xy,
-    /// xz and yz, where (x, y, z) is the rest offset of a vertex from the center vertex.
-    fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
-        LineWindows::new(layout, self.half_width).second_moments(&self.region_weights(layout))
-    }
-
-    /// Returns the region weight m/n of the vertex in each slot, or 1 in cells. The product is rounded to f32, as in
-    /// the window sums of a step.
-    fn region_weights(&self, layout: &Layout) -> Vec<f64> {
-        let is_cell = self.half_width.is_cell();
-        field_of(layout, |slot| {
-            let [m, inverse_count] = self.weights.get(slot);
-            if is_cell { 1.0 } else { f64::from(m * inverse_count) }
-        })
-    }
-
-    /// Computes, for each region, the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ): the rest inertia divided by the
-    /// mass. y is the rest offset of a vertex from the rest centroid, in cells, and I is the identity. The
-    /// entries of a matrix are in the order xx, yy, zz, xy, xz, yz.
-    pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
-        self.inverses(layout, |covariance| Matrix3::identity() * covariance.trace() - covariance)
-    }
-
-    /// Computes [`Regions::inverse_covariances`]. Numbers at the level of rounding errors become zero, so that most
-    /// blocks with the same covariances have the same bits.
-    pub(super) fn inverse_covariances(&self, layout: &Layout) -> InverseCovariances {
-        let mut covariances = self.inverses(layout, |covariance| covariance);
-        for &slot in layout.slots() {
-            let covariance = covariances.get(slot);
-            let noise = (covariance[0] + covariance[1] + covariance[2]) * f32::EPSILON;
-            covariances.set(slot, covariance.map(|number| if number.abs() > noise { number } else { 0.0 }));
-        }
-        InverseCovariances::new(&covariances)
-    }
-
-    /// Computes, for each region, the inverse of a matrix that depends on its rest covariance; zero if it has none.
-    /// In a whole body every region contains the corners of a cell, so that its covariance and its inertia have an
-    /// inverse. At the front of a crack, where links are left out, a region can be planar, and its covariance has
-    /// none.
-    fn inverses(&self, layout: &Layout, matrix: impl Fn(Matrix3<f64>) -> Matrix3<f64>) -> Lanes<6> {
-        let second = self.second_moments(layout);
-        let mut lanes = Lanes::zeros(layout.blocks());
-        for &slot in self.slots(layout) {
-            let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
-            let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
-            let covariance = covariance(moments, Vector3::new(x, y, z));
-            let inverse = matrix(covariance).try_inverse().unwrap_or_else(Matrix3::zeros);
-            lanes.set(slot, SYMMETRIC.map(|at| inverse[at] as f32));
-        }
-        lanes
     }
 }
 
@@ -437,173 +315,8 @@ fn is_set(masks: &[u8], slot: u32) -> bool {
 }
 
 /// Returns an array by slot with a value in each slot that has a vertex, and 0 elsewhere.
-fn field_of(layout: &Layout, value: impl Fn(u32) -> f64) -> Vec<f64> {
+pub(super) fn field_of(layout: &Layout, value: impl Fn(u32) -> f64) -> Vec<f64> {
     let mut field = vec![0.0; layout.blocks() * LANES];
     layout.slots().iter().for_each(|&slot| field[slot as usize] = value(slot));
     field
-}
-
-/// Returns W/t of the [volume term](super::bulk) of a region, from A and the rest covariance C; 0 if C has no inverse.
-fn volume_energy(a: Matrix3<f64>, c: Matrix3<f64>) -> f64 {
-    let Some(inverse) = c.try_inverse() else { return 0.0 };
-    let (f, t) = (a * inverse, inverse.trace() / 3.0);
-    let column = |k: usize| f.column((k + 1) % 3).cross(&f.column((k + 2) % 3));
-    let cofactors = Matrix3::from_columns(&[column(0), column(1), column(2)]);
-    let (d, q) = (f.determinant() - 1.0, cofactors.dot(&(cofactors * inverse)) / t);
-    d * d / (2.0 * (q + 4.0 * d * d)) / t
-}
-
-/// The order of the entries of a symmetric matrix: xx, yy, zz, xy, xz, yz.
-const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-
-/// Computes the covariance of a region. The arguments are the second moments about the center vertex, divided by the
-/// mass, and the rest centroid `d` relative to the center vertex.
-fn covariance([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose()
-}
-
-/// Returns the symmetric matrix with the entries xx, yy, zz, xy, xz, yz.
-pub(crate) fn symmetric([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Matrix3<f64> {
-    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).map(f64::from)
-}
-
-/// Window sums in f64 over arrays by slot, for constants that are computed once.
-///
-/// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
-/// links along this axis; the window of a cell has the vertex and the next one. A line is a maximal sequence of
-/// linked vertices along an axis.
-struct LineWindows<'a> {
-    /// Lines of each axis, the result of [`lines`].
-    axes: [(Vec<u32>, Vec<usize>); 3],
-    half_width: HalfWidth,
-    /// The loose cells; empty unless the regions are cells.
-    loose: &'a [LooseCell],
-}
-
-impl<'a> LineWindows<'a> {
-    /// Finds the lines along each axis.
-    fn new(layout: &'a Layout, half_width: HalfWidth) -> Self {
-        let loose = if half_width.is_cell() { layout.loose_cells().all() } else { &[] };
-        Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width, loose }
-    }
-
-    /// Computes n, the number of regions that contain each vertex. `mass` is positive in slots with a vertex.
-    ///
-    /// A region contains the vertices that links connect to its center vertex: first along z, then along y,
-    /// then along x. So each center vertex counts as 1, and window sums of these counts along z, then y, then
-    /// x give the number of regions that contain each vertex.
-    fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
-        self.sums_over_regions(mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect())
-    }
-
-    /// Computes, for each vertex, the sum over the regions that contain it of the value of `field` at the center vertex
-    /// of the region.
-    fn sums_over_regions(&self, mut field: Vec<f64>) -> Vec<f64> {
-        let is_cell = self.half_width.is_cell();
-        let links = if is_cell { [1, 0] } else { [self.half_width.links(); 2] };
-        let taken: Vec<f64> =
-            self.loose.iter().map(|cell| std::mem::take(&mut field[cell.slot as usize])).collect();
-        let mut sums =
-            (0..3).rev().fold(field, |field, axis| self.moment_within(links, 0.0, (axis, 0), &field));
-        for (cell, value) in self.loose.iter().zip(taken) {
-            cell.corners.iter().for_each(|&corner| sums[corner as usize] += value);
-        }
-        sums
-    }
-
-    /// Computes Σ f of each region, where f is the value of `field` at a vertex.
-    fn sums(&self, field: &[f64]) -> Vec<f64> {
-        self.moments([0; 3], field)
-    }
-
-    /// Computes Σ f, Σ i f, Σ j f and Σ k f of each region, where f is the value of `field` at a vertex and
-    /// (i, j, k) is the offset of the vertex from the center vertex.
-    fn first_moments(&self, field: &[f64]) -> [Vec<f64>; 4] {
-        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|powers| self.moments(powers, field))
-    }
-
-    /// Computes the sums of f times ii, jj, kk, ij, ik and jk of each region, with f and (i, j, k) as in
-    /// [`Self::first_moments`].
-    fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
-        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]]
-            .map(|powers| self.moments(powers, field))
-    }
-
-    /// Computes the sum of f times powers of i, j and k of each region.
-    fn moments(&self, powers: [usize; 3], field: &[f64]) -> Vec<f64> {
-        let mut moments = (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field));
-        for cell in self.loose {
-            let term = |(k, &corner): (usize, &u32)| {
-                let offset = |axis: usize| ((k >> axis & 1) as f64 - 0.5).powi(powers[axis] as i32);
-                field[corner as usize] * offset(0) * offset(1) * offset(2)
-            };
-            moments[cell.slot as usize] = cell.corners.iter().enumerate().map(term).sum();
-        }
-        moments
-    }
-
-    /// Computes Σ iᵖ f over the window of each vertex along `axis`, where f is a value of `field`, i is the
-    /// signed number of links from the center of the window, and p = `power` is 0, 1 or 2.
-    fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
-        match self.half_width.is_cell() {
-            true => self.moment_within([0, 1], 0.5, (axis, power), field),
-            false => self.moment_within([self.half_width.links(); 2], 0.0, (axis, power), field),
-        }
-    }
-
-    /// As [`Self::moment`], for windows that reach some numbers of links back and forth from a vertex, with their
-    /// centers `shift` links further than the vertex.
-    fn moment_within(
-        &self,
-        [back, forth]: [usize; 2],
-        shift: f64,
-        (axis, power): (usize, usize),
-        field: &[f64],
-    ) -> Vec<f64> {
-        let (slots, starts) = &self.axes[axis];
-        let mut out = vec![0.0; field.len()];
-        // Prefix sums of f, j f and j² f along a line, where j is the index of a vertex in the line.
-        let mut sums: Vec<[f64; 3]> = Vec::new();
-        for line in starts.windows(2).map(|start_end| &slots[start_end[0]..start_end[1]]) {
-            sums.clear();
-            sums.push([0.0; 3]);
-            let mut sum = [0.0; 3];
-            for (j, &slot) in line.iter().enumerate() {
-                let (j, f) = (j as f64, field[slot as usize]);
-                sum = [sum[0] + f, sum[1] + j * f, sum[2] + j * j * f];
-                sums.push(sum);
-            }
-            for (center, &slot) in line.iter().enumerate() {
-                let before = sums[center.saturating_sub(back)];
-                let up_to = sums[line.len().min(center + forth + 1)];
-                let [s, sj, sjj] = [0, 1, 2].map(|p| up_to[p] - before[p]);
-                let c = center as f64 + shift;
-                out[slot as usize] = match power {
-                    0 => s,
-                    1 => sj - c * s,
-                    _ => sjj - 2.0 * c * sj + c * c * s,
-                };
-            }
-        }
-        out
-    }
-}
-
-/// Returns the lines of linked vertices along an axis: the slots of all lines, line by line, and the index of
-/// the first slot of each line in this list, followed by the length of the list.
-fn lines(layout: &Layout, axis: usize) -> (Vec<u32>, Vec<usize>) {
-    let links = layout.axis(axis);
-    let mut has_previous = vec![false; layout.blocks() * LANES];
-    for &slot in layout.slots() {
-        if let Some(next) = links.next_slot(slot as usize) {
-            has_previous[next] = true;
-        }
-    }
-    let (mut slots, mut starts) = (Vec::with_capacity(layout.slots().len()), vec![0]);
-    for &start in layout.slots().iter().filter(|&&slot| !has_previous[slot as usize]) {
-        let line = std::iter::successors(Some(start as usize), |&slot| links.next_slot(slot));
-        slots.extend(line.map(|slot| slot as u32));
-        starts.push(slots.len());
-    }
-    (slots, starts)
 }

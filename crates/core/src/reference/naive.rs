@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::region_motion::{RegionMotion, volume_term};
 use super::{Regions, Weights, flowed, region, rotation, weights};
 use crate::body::Body;
 use crate::dynamics::Plasticity;
@@ -13,10 +14,10 @@ use crate::matching::HalfWidth;
 /// The reference method on one lattice, with the data that repeated evaluations need.
 #[derive(Clone, Debug)]
 pub struct Naive<'a> {
-    lattice: &'a Lattice,
+    pub(super) lattice: &'a Lattice,
     half_width: HalfWidth,
     regions: Regions,
-    weights: Weights,
+    pub(super) weights: Weights,
     /// The filled share of each cell. `None` if all are 1.
     shares: Option<Vec<f64>>,
     /// The stiffness factor of the region around each vertex. `None` if all are 1.
@@ -29,48 +30,6 @@ pub struct Naive<'a> {
     shapes: Option<Vec<Matrix3<f64>>>,
     /// The vertices of each region. `None` if they are found again at each use.
     listed: Option<Vec<Vec<u32>>>,
-}
-
-/// The best-fit rigid motion of a region from its rest pose (Müller et al. 2005).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RegionMotion {
-    /// Sum of the weights m_i / n_i of the region's vertices, in masses of a full cell.
-    pub mass: f64,
-    /// Weighted mean of the rest positions, relative to the lattice's origin.
-    pub rest_centroid: Vector3<f64>,
-    /// Weighted mean of the positions.
-    pub centroid: Vector3<f64>,
-    /// Rotation from the rest pose.
-    pub rotation: Matrix3<f64>,
-    /// Deformation gradient: the matrix F for which F y is closest to the position relative to `centroid`, where y is
-    /// the rest position relative to `rest_centroid` times `stretch`.
-    pub gradient: Matrix3<f64>,
-    /// Plastic shape S: the region is fitted with S y in place of y.
-    pub shape: Matrix3<f64>,
-    /// k Y of the volume term: the region moves S y to (R S - k Y) y. Zero with Poisson's ratio 0.
-    pub volume_motion: Matrix3<f64>,
-    /// k W/t: the potential of the volume term divided by the mass of the region and by alpha/dt².
-    pub volume_energy: f64,
-    /// The cube root of the ratio by which the rest volume of the region is inflated.
-    pub stretch: f64,
-}
-
-impl RegionMotion {
-    /// Returns the rotated lever arm of a rest position. `rest`: relative to the lattice's origin.
-    fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.rotation * self.shape * (rest - self.rest_centroid) * self.stretch
-    }
-
-    /// Returns the position to which the motion moves a rest position. `rest`: relative to the lattice's
-    /// origin.
-    fn goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.centroid + self.arm(rest) - self.volume_motion * (rest - self.rest_centroid) * self.stretch
-    }
-
-    /// Returns the position to which the rigid motion, without the volume term, moves a rest position.
-    fn rigid_goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
-        self.centroid + self.arm(rest)
-    }
 }
 
 impl<'a> Naive<'a> {
@@ -195,16 +154,16 @@ impl<'a> Naive<'a> {
     }
 
     /// Returns the number of regions: of the vertices, or of the cells.
-    fn region_count(&self) -> usize {
+    pub(super) fn region_count(&self) -> usize {
         if self.half_width.is_cell() { self.lattice.cells().len() } else { self.lattice.len() }
     }
 
-    fn regions(&self) -> std::ops::Range<u32> {
+    pub(super) fn regions(&self) -> std::ops::Range<u32> {
         0..self.region_count() as u32
     }
 
     /// Returns the stiffness factor of a region.
-    fn factor(&self, region: u32) -> f64 {
+    pub(super) fn factor(&self, region: u32) -> f64 {
         self.at_region(self.factors.as_deref(), region)
     }
 
@@ -225,7 +184,7 @@ impl<'a> Naive<'a> {
 
     /// Returns the factor with which a region counts in means, beside its stiffness: an eighth of the filled share of a
     /// cell.
-    fn share(&self, region: u32) -> f64 {
+    pub(super) fn share(&self, region: u32) -> f64 {
         match (self.half_width.is_cell(), &self.shares) {
             (true, Some(shares)) => shares[region as usize] / 8.0,
             (true, None) => 0.125,
@@ -234,7 +193,7 @@ impl<'a> Naive<'a> {
     }
 
     /// Returns the weight of a vertex in its regions: m_i / n_i, or 1 in cells.
-    fn weight(&self, vertex: u32) -> f64 {
+    pub(super) fn weight(&self, vertex: u32) -> f64 {
         if self.half_width.is_cell() { 1.0 } else { self.weights.of(vertex) }
     }
 
@@ -270,7 +229,7 @@ impl<'a> Naive<'a> {
     }
 
     /// Returns the vertices of a region. The vertices of a region around a vertex are sorted.
-    fn members(&self, number: u32) -> Cow<'_, [u32]> {
+    pub(super) fn members(&self, number: u32) -> Cow<'_, [u32]> {
         match &self.listed {
             Some(listed) => Cow::Borrowed(&listed[number as usize]),
             None if self.half_width.is_cell() => Cow::Owned(self.lattice.cell_corners(number).to_vec()),
@@ -279,7 +238,7 @@ impl<'a> Naive<'a> {
     }
 
     /// Returns the rest position of a vertex, relative to the lattice's origin.
-    fn rest(&self, vertex: u32) -> Vector3<f64> {
+    pub(super) fn rest(&self, vertex: u32) -> Vector3<f64> {
         Vector3::from(self.lattice.indices()[vertex as usize].map(f64::from)) * self.lattice.cell_size()
     }
 
@@ -402,82 +361,4 @@ impl<'a> Naive<'a> {
         }
         means.into_iter().map(|(sum, weight)| sum / weight).collect()
     }
-
-    /// Computes half the sum, over all vertices of all regions, of the weighted squared distance from the
-    /// vertex to its rest position moved by the rigid motion of the region, and of the potential of its volume term,
-    /// times the stiffness factor of the region.
-    ///
-    /// The gradient of this sum with respect to the position x_i of vertex i is `s_i m_i (x_i - g_i)`, where m_i
-    /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and
-    /// the mass of a full cell, the sum is the elastic energy of the body.
-    ///
-    /// # Panics
-    ///
-    /// If the number of motions is not the number of regions, or that of positions not the number of lattice vertices.
-    pub fn matching_energy(&self, motions: &[RegionMotion], positions: &[Vector3<f64>]) -> f64 {
-        assert_eq!(motions.len(), self.region_count(), "`motions` must match the regions");
-        assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
-        let of_region = |(region, motion): (u32, &RegionMotion)| -> f64 {
-            let members = self.members(region);
-            let distance = |i: u32| positions[i as usize] - motion.rigid_goal(self.rest(i));
-            let sum: f64 = members.iter().map(|&i| self.weight(i) * distance(i).norm_squared()).sum();
-            self.factor(region)
-                * self.share(region)
-                * (sum + 2.0 * motion.mass * motion.stretch.powi(2) * motion.volume_energy)
-        };
-        self.regions().zip(motions).map(of_region).sum::<f64>() / 2.0
-    }
-
-    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` times the stiffness factor of the
-    /// vertex in each step, where g are the goal positions and x the positions.
-    ///
-    /// The unit of mass is the mass of a full cell, the unit of length is the unit of the positions, and the
-    /// unit of time is one step. `velocities`: the velocities before the change.
-    ///
-    /// These steps are steps of the leapfrog method, which does not conserve the sum of the kinetic and the
-    /// elastic energy. For a harmonic motion it conserves the sum returned here. This is the elastic energy
-    /// at the positions, plus a kinetic energy in which the product of the velocities before and after the
-    /// change replaces the square of the velocity. Growth of this sum is therefore an error of the method.
-    ///
-    /// # Panics
-    ///
-    /// If the number of positions or velocities is not the number of lattice vertices.
-    pub fn energy(&self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>], alpha: f64) -> f64 {
-        assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
-        let motions = self.motions(positions);
-        let goals = self.goals(&motions);
-        let factors = self.vertex_factors();
-        let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses).zip(&factors);
-        let kinetic =
-            vertices.map(|((((goal, x), v), m), s)| 0.5 * m * v.dot(&(v + (goal - x) * (alpha * s))));
-        kinetic.sum::<f64>() + alpha * self.matching_energy(&motions, positions)
-    }
-}
-
-/// Returns k Y and k W/t of the volume term of a region, from its deformation gradient F and its inverse rest
-/// covariance C⁻¹. With t = tr C⁻¹/3, D = C⁻¹/t, the cofactors K of F, d = det F - 1 and q = K : K D, the potential
-/// is W = d²/(2 (q + 4 d²)), and Y D⁻¹ its gradient with respect to F.
-fn volume_term(f: &Matrix3<f64>, inverse: &Matrix3<f64>, poisson_ratio: f64) -> (Matrix3<f64>, f64) {
-    let (k, t) = (3.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio), inverse.trace() / 3.0);
-    if k == 0.0 || t == 0.0 {
-        return (Matrix3::zeros(), 0.0);
-    }
-    let metric = inverse / t;
-    let cofactors = crossed(f, f) / 2.0;
-    let d = f.determinant() - 1.0;
-    let stretched = cofactors * metric;
-    let q = cofactors.dot(&stretched);
-    let size = q + 4.0 * d * d;
-    let slope = (cofactors * q - crossed(&stretched, f) * d) * (d / (size * size));
-    (slope * metric * k, k * d * d / (2.0 * size) / t)
-}
-
-/// Returns the product of two matrices that is twice the cofactor matrix if they are the same.
-fn crossed(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    let entry = |i: usize, j: usize| {
-        let [(i1, j1), (i2, j2)] = [((i + 1) % 3, (j + 1) % 3), ((i + 2) % 3, (j + 2) % 3)];
-        let first = a[(i1, j1)] * b[(i2, j2)] + b[(i1, j1)] * a[(i2, j2)];
-        first - a[(i1, j2)] * b[(i2, j1)] - b[(i1, j2)] * a[(i2, j1)]
-    };
-    Matrix3::from_fn(entry)
 }

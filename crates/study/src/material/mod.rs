@@ -5,7 +5,8 @@
 //! |---|---|
 //! | `cases` | the cases, one file per family |
 //! | `bodies`, `shapes` | the bodies that they use |
-//! | `theory`, `trace` | laws of bars; frequency and decay of a recorded motion |
+//! | `theory`, `regions` | laws of bars; factors of a lattice with regions |
+//! | `trace` | frequency and decay of a recorded motion |
 //! | `case` | a case with its quantities, laws and targets, and its result |
 //! | `report` | the results of all cases as a table and as JSON |
 //!
@@ -14,6 +15,7 @@
 mod bodies;
 mod case;
 mod cases;
+mod regions;
 mod report;
 mod shapes;
 mod theory;

@@ -8,16 +8,14 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::search::{Search, Touch};
+use super::search::Search;
 use super::view::{BodyView, ContactStep};
-use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
 use crate::contact::memory::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
 use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
-use crate::lattice::trilinear_weights;
 use crate::state::{BodyState, ContactKey, Interval};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
@@ -26,16 +24,8 @@ const PUSH_PART: f64 = 0.3;
 /// Greatest push in a step, in cells.
 const PUSH_LIMIT: f64 = 0.08;
 
-/// Weight up to which a vertex does not take part in a contact.
-const LEAST_WEIGHT: f64 = 1e-6;
-
-/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With
-/// less, the constrained ones all but decide how the point of contact moves, and an impulse that does the rest would
-/// fling the others away: pieces that overlap where a body broke would do so at a pin.
-const LEAST_FREE_WEIGHT: f64 = 0.3;
-
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
-const GREATEST_RATIO: f64 = 1e30;
+pub(super) const GREATEST_RATIO: f64 = 1e30;
 
 /// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that impulses of bodies at
 /// rest become more exact from step to step, with few passes in each. An impact takes more passes.
@@ -49,24 +39,24 @@ const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
 pub(crate) struct Island {
     index: u32,
     pub(super) members: Vec<Member>,
-    solver: Solver,
+    pub(super) solver: Solver,
     /// The contacts between bodies, in the order of their constraints, which follow the constraints at colliders.
-    pairs: Vec<PairContact>,
+    pub(super) pairs: Vec<PairContact>,
     /// Each body with the indices in `pairs` of its contacts, in increasing order.
     pairs_by_body: Vec<(u32, u32)>,
     /// Number of constraints of contacts with colliders.
     collider_constraints: usize,
     /// Impulses with which the solution begins, in the order of the constraints.
-    begin: Vec<Vec4>,
+    pub(super) begin: Vec<Vec4>,
     /// Impulses of the contacts with colliders: normal impulse and friction impulse.
     collider_impulses: Vec<(f32, Vec4)>,
     /// Velocity change of each row by the impulses, in increasing order of the rows.
     impacts: Vec<(u32, Vec4)>,
     /// Displacement of each row by the pushes, in increasing order of the rows.
     pushes: Vec<(u32, Vec4)>,
-    patches: PatchBuffers,
+    pub(super) patches: PatchBuffers,
     /// Unit of length, and unit of mass.
-    units: (f64, f64),
+    pub(super) units: (f64, f64),
     /// Mean velocity of the bodies, in scene units per second.
     mean_velocity: Vector3<f64>,
 }
@@ -76,7 +66,7 @@ pub(crate) struct Island {
 pub(super) struct Member {
     pub(super) body: u32,
     /// Row of its first vertex.
-    offset: u32,
+    pub(super) offset: u32,
     vertices: u32,
     /// Its first constraint of a contact with a collider.
     first: usize,
@@ -102,18 +92,18 @@ pub(crate) struct PairContact {
     /// Mass times displacement of the body of the samples, in scene units.
     pub(crate) displacement: Vector3<f64>,
     /// The lesser cell size of the two bodies, in units of length of the island.
-    cell_size: f64,
+    pub(super) cell_size: f64,
 }
 
 /// A key that sorts touches by contact, as in [`ContactKey::Body`]: the point of the grid, the axis, the components of
 /// the other body and of the body, and the index of the touch.
-type PatchKey = ([i32; 3], u8, (u32, u32), u32);
+pub(super) type PatchKey = ([i32; 3], u8, (u32, u32), u32);
 
 /// Touches of a search, by contact, and links of a contact.
 #[derive(Clone, Debug, Default)]
-struct PatchBuffers {
-    keys: Vec<PatchKey>,
-    links: [Vec<(u32, f64)>; 2],
+pub(super) struct PatchBuffers {
+    pub(super) keys: Vec<PatchKey>,
+    pub(super) links: [Vec<(u32, f64)>; 2],
 }
 
 impl Island {
@@ -225,7 +215,7 @@ impl Island {
     }
 
     /// Returns the member of a body.
-    fn member(&self, body: u32) -> &Member {
+    pub(super) fn member(&self, body: u32) -> &Member {
         let index = self.members.partition_point(|member| member.body < body);
         &self.members[index]
     }
@@ -241,123 +231,6 @@ impl Island {
             }
         }
         pairs_by_body.sort_unstable();
-    }
-
-    /// Adds the contacts of a search. Touching samples form one contact if they have in common the nearest point of a
-    /// grid of half the cell size, the dominant axis and sign of the normal, and the components of both bodies. With
-    /// one contact for each lattice vertex, the gaps of the samples of a contact would differ too much.
-    fn add_search<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>, search: &Search, step: ContactStep) {
-        let (body, other) = (view(search.body), view(search.other));
-        let mut buffers = std::mem::take(&mut self.patches);
-        buffers.keys.clear();
-        buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
-            let sample = &body.contact.surface().samples[touch.sample as usize];
-            let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let components = (component_of(&other, touch.touched.cell), component_of(&body, touch.cell));
-            (node, dominant_axis(&touch.normal), components, index)
-        }));
-        buffers.keys.sort_unstable();
-        let PatchBuffers { keys, links } = &mut buffers;
-        for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
-            let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            let (node, axis, (component, own), _) = patch[0];
-            let key = ContactKey::Body { other: search.other, components: [own, component], node, axis };
-            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, step);
-        }
-        self.patches = buffers;
-    }
-
-    /// Adds the contact of some touching samples.
-    fn add_patch<'a>(
-        &mut self,
-        [body, other]: [&BodyView; 2],
-        search: &Search,
-        (key, components): (ContactKey, [u32; 2]),
-        touches: impl Iterator<Item = &'a Touch> + Clone,
-        links: &mut [Vec<(u32, f64)>; 2],
-        ContactStep { dt, gravity }: ContactStep,
-    ) {
-        let (length, mass) = self.units;
-        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
-        let skin = SKIN * cell_size;
-        // A sample at the outer bound of the skin has a small weight in place of none.
-        let weight = |touch: &Touch| (skin - touch.gap).max(1e-3 * skin);
-        let total: f64 = touches.clone().map(weight).sum();
-        let share = |touch: &Touch| weight(touch) / total;
-        let normal: Vector3<f64> = touches.clone().map(|touch| touch.normal * share(touch)).sum();
-        let Some(normal) = normal.try_normalize(1e-6) else { return };
-        let first = touches.clone().next().map_or_else(Point3::origin, |touch| touch.point);
-        let point = first + touches.clone().map(|t| (t.point - first) * share(t)).sum::<Vector3<f64>>();
-        let gap: f64 = touches.clone().map(|touch| touch.gap * share(touch)).sum();
-        let past: f64 = touches.clone().map(|touch| touch.past * share(touch)).sum();
-        let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);
-
-        links.iter_mut().for_each(Vec::clear);
-        for touch in touches {
-            let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
-            for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
-                // A smooth surface of a crack leaves the cells of its piece, where weights can be negative or great.
-                let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
-                let corners = body.corners(cell).into_iter().zip(weights);
-                links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
-            }
-        }
-        links.iter_mut().for_each(merge);
-        let is_of_pieces = search.body == search.other && !body.lattice.broken_joints().is_empty();
-        let free = |(body, links): (&BodyView, &Vec<(u32, f64)>)| {
-            links
-                .iter()
-                .filter(|(vertex, _)| !body.is_constrained(*vertex))
-                .map(|(_, weight)| weight)
-                .sum::<f64>()
-        };
-        if is_of_pieces && [body, other].into_iter().zip(&*links).map(free).sum::<f64>() < LEAST_FREE_WEIGHT {
-            return;
-        }
-
-        let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
-        let before =
-            mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
-        let approach = -before.dot(&normal);
-        let end_gap = gap + past * velocity.dot(&normal);
-        let gap_before = end_gap - dt * velocity.dot(&normal);
-        let restitution = body.properties.restitution.max(other.properties.restitution);
-        let target = match gap_before > skin && approach > MIN_BOUNCE_STEPS * gravity * dt {
-            true => restitution * approach,
-            false => approach.min(0.0).max(-gap_before.max(0.0) / dt),
-        };
-        let friction = (body.properties.friction * other.properties.friction).sqrt();
-        let contact = Contact {
-            normal: narrow(normal),
-            velocity: narrow(velocity / length),
-            slip_before: narrow((before + normal * approach) / length),
-            target: (target / length) as f32,
-            approach: (approach / length) as f32,
-            friction: friction.min(f64::from(f32::MAX)) as f32,
-        };
-        let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
-        let offsets = sides.map(|(_, index, _)| self.member(index).offset);
-        let rows = links.iter().zip(sides).zip(offsets).flat_map(|((links, (body, _, sign)), offset)| {
-            links.iter().map(move |&(vertex, w)| {
-                let mobility = (body.inverse_mass(vertex) * mass).min(GREATEST_RATIO);
-                (offset + vertex, (sign * w) as f32, mobility as f32)
-            })
-        });
-        self.solver.add(contact, rows);
-        self.begin.push(narrow(body.state.touches.force(key) * (dt / (length * mass))));
-        self.pairs.push(PairContact {
-            bodies: [search.body, search.other],
-            components,
-            key,
-            point,
-            normal,
-            // Without the impulses, until they are known.
-            depth: depth - past * velocity.dot(&normal),
-            impulse: Vector3::zeros(),
-            displacement: Vector3::zeros(),
-            cell_size: cell_size / length,
-        });
     }
 
     /// Stores the impulses of the contacts between bodies.
@@ -445,53 +318,4 @@ impl Island {
     pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
         self.mean_velocity
     }
-}
-
-impl BodyView<'_> {
-    fn is_constrained(&self, vertex: u32) -> bool {
-        self.constrained.get(vertex as usize) == Some(&true)
-    }
-
-    /// Returns the inverse mass of a vertex; zero if it is constrained.
-    fn inverse_mass(&self, vertex: u32) -> f64 {
-        match self.is_constrained(vertex) {
-            true => 0.0,
-            false => 1.0 / (self.cell_mass * f64::from(self.masses[vertex as usize])),
-        }
-    }
-}
-
-/// Returns the connected component of a cell.
-fn component_of(body: &BodyView, cell: u32) -> u32 {
-    body.lattice.components().of_vertex[body.corners(cell)[0] as usize]
-}
-
-/// Returns the indices of the point nearest to a sample in the grid of half the cell size.
-fn half_grid_node(cell: [i32; 3], local: [f32; 3]) -> [i32; 3] {
-    std::array::from_fn(|a| 2 * cell[a] + (2.0 * local[a]).round() as i32)
-}
-
-/// Returns the axis of the greatest component of a vector, 0..3, plus 3 if that is negative.
-fn dominant_axis(vector: &Vector3<f64>) -> u8 {
-    let axis = vector.iamax() as u8;
-    if vector[usize::from(axis)] < 0.0 { axis + 3 } else { axis }
-}
-
-/// Returns the weighted mean of vectors of vertices.
-fn mean(links: &[(u32, f64)], vector: impl Fn(u32) -> Vector3<f64>) -> Vector3<f64> {
-    links.iter().map(|&(vertex, weight)| vector(vertex) * weight).sum()
-}
-
-/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as
-/// those of the inner vertices for samples on a face of a cell.
-fn merge(links: &mut Vec<(u32, f64)>) {
-    links.retain(|(_, weight)| *weight > LEAST_WEIGHT);
-    links.sort_unstable_by_key(|(vertex, _)| *vertex);
-    links.dedup_by(|next, first| {
-        let is_same = next.0 == first.0;
-        if is_same {
-            first.1 += next.1;
-        }
-        is_same
-    });
 }

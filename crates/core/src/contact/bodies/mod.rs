@@ -19,6 +19,7 @@
 //! | `touched_point` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
+//! | `pair_contacts` | adds the contacts between bodies to it |
 //! | `filter` | which bodies touch each other |
 //! | `pairing` | finds the bodies that may touch in a step |
 //! | `contacts` | [`BodyContacts`]: runs the parts of a step |
@@ -32,6 +33,7 @@ mod gaps;
 mod grid;
 mod island;
 mod motion;
+mod pair_contacts;
 mod pairing;
 mod posed;
 mod search;

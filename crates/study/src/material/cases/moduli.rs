@@ -14,7 +14,8 @@ use supple::{
 
 use crate::material::bodies::{bar, bar_vertices, stepped};
 use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
-use crate::material::theory::{Bar, Regions};
+use crate::material::regions::Regions;
+use crate::material::theory::Bar;
 
 /// Length of a bar, of the thickness 1. Its middle fifth is measured.
 const LENGTH: i32 = 5;

@@ -1,0 +1,110 @@
+//! Builds a body from the settings of its builder.
+
+use std::sync::OnceLock;
+
+use super::builder::{BodyBuilder, Model};
+use super::elasticity::{extent, initial_half_width, size_of};
+use super::material::check_cell_mass;
+use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
+use super::soft_body::{Body, MAX_CELLS};
+use super::surface::Surface;
+use crate::error::Error;
+use crate::fracture::FractureOptions;
+use crate::lattice::{Embedding, Lattice, LatticeError, Masses, cell_shares};
+use crate::mesh::Scale;
+use crate::skin::{Skin, SkinKind};
+use crate::state::State;
+use crate::volume::Correction;
+
+impl BodyBuilder {
+    /// Builds the body.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range, a lattice that cannot be built or exceeds the memory limit, a volume measure
+    /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
+    pub fn build(self) -> Result<Body, Error> {
+        self.material.validate()?;
+        self.placement.validate()?;
+        self.touching.validate()?;
+        self.fracture.iter().try_for_each(FractureOptions::validate)?;
+        let (lattice, surface) = match self.shape {
+            Model::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
+                return Err(LatticeError::Broken.into());
+            }
+            Model::Lattice(lattice) => {
+                let Scale::Uniform(factor) = self.scale else {
+                    return Err(LatticeError::Scale(self.scale).into());
+                };
+                (if factor == 1.0 { *lattice } else { lattice.scaled(factor)? }, None)
+            }
+            Model::Mesh(mesh) => {
+                let mesh = mesh.scaled(self.scale)?;
+                let lattice = Lattice::from_mesh(&mesh, &self.options)?;
+                let refined = self.refine.apply(&mesh, lattice.cell_size())?;
+                let mesh = refined.map_or(mesh, |refined| refined.mesh);
+                let embedding = Embedding::new(&lattice, mesh.vertices());
+                let embedding = match self.skin {
+                    SkinKind::Linear => embedding,
+                    SkinKind::Smooth => embedding.smoothed(&lattice),
+                };
+                (lattice, Some(Surface { mesh, embedding, skin: Skin::default(), pieces: None }))
+            }
+        };
+        self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
+        check_cell_mass(&self.material, &lattice)?;
+        let extent = extent(&lattice);
+        let half_width = initial_half_width(&self.material, &lattice, extent);
+        let mesh = surface.as_ref().map(|surface| &surface.mesh);
+        let shares = self.fracture.is_some().then(|| cell_shares(&lattice, mesh));
+        let masses = match &shares {
+            None => Masses::new(&lattice, mesh),
+            Some(shares) => Masses::of_shares(&lattice, shares),
+        };
+        let pipeline = Pipeline::new(&lattice, &masses, half_width);
+        let layout = &pipeline.matching.layout;
+        let mut state = State::at_rest(&lattice, layout, &self.placement);
+        state.set_initial_velocities(&masses, layout, &self.placement);
+        let volume_surface = surface.as_ref().map(Surface::volume_surface);
+        let correction = Correction::new(&lattice, volume_surface, &self.volume)?.into();
+        let mut body = Body {
+            name: self.name,
+            settings: Settings {
+                material: self.material,
+                skin: if surface.is_some() { self.skin } else { SkinKind::Linear },
+                volume: self.volume,
+                touching: self.touching,
+                has_self_contact: false,
+                youngs_modulus: None,
+            },
+            shape: Shape {
+                size: size_of(&lattice, surface.as_ref(), &masses),
+                lattice,
+                masses,
+                surface: surface.map(OnceLock::from),
+                scale: self.scale,
+                model_to_world: self.placement.isometry(),
+                extent,
+            },
+            state,
+            pipeline,
+            contact: ContactData { contacts: None, body_contact: None, leaving: Vec::new() },
+            constraints: None,
+            forces: None,
+            inflation: None,
+            stiffness_factors: None,
+            breaking: None,
+            display: DisplayData { correction, measures: OnceLock::new() },
+        };
+        body.update_shapes();
+        body.rebuild_stages();
+        if let (Some(options), Some(shares)) = (self.fracture, shares) {
+            body.arm(options, shares);
+        }
+        body.set_inflate(self.inflate)?;
+        self.zones.iter().try_for_each(|zone| body.zone(zone))?;
+        self.pins.iter().try_for_each(|pin| body.pin(pin))?;
+        self.handles.iter().try_for_each(|handle| body.handle(handle))?;
+        Ok(body)
+    }
+}
