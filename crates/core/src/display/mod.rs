@@ -8,7 +8,7 @@
 //! | `untangle` | untangles a lattice |
 //! | `untangling` | untangles the displayed lattice within the limits |
 //! | `stages` | the stages of the display, in order, and their plan |
-//! | `frame` | what an evaluation reads |
+//! | `frame` | the inputs of an evaluation |
 //! | `lattice` | the positions of the lattice before and after the correction |
 //! | `correcting` | the volume correction |
 //! | `buffers` | [`Display`]: the buffers of an evaluation |

@@ -22,7 +22,7 @@
 //!
 //! | file | stages |
 //! |---|---|
-//! | `stage` | [`Stage`]: what a stage is |
+//! | `stage` | [`Stage`]: the trait of a stage |
 //! | `constraints` | pins and handles |
 //! | `inflation` | ratios of rest volumes |
 //! | `momentum` | the momenta of free components |
