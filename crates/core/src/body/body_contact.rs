@@ -158,7 +158,7 @@ impl Body {
     }
 
     /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on
-    /// each other, or `None` if the body is not damped. `index` is that of the body.
+    /// each other, or `None` if the body is not damped. `index`: of the body.
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
         let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
         let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;

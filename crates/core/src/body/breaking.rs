@@ -246,8 +246,8 @@ impl Body {
         self.change_topology();
     }
 
-    /// Returns the lattice with the cracks of a snapshot, if they differ from those of the body. `Err` if they do not
-    /// fit it.
+    /// Returns the lattice with the cracks of a snapshot, if they differ from the cracks of the body. `Err` if they
+    /// do not fit it.
     pub(super) fn lattice_with(&self, cracks: Option<&Cracks>) -> Result<Option<Lattice>, ()> {
         if self.cracks().as_ref() == cracks {
             return Ok(None);

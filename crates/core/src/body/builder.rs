@@ -245,7 +245,7 @@ impl BodyBuilder {
     }
 
     /// Sets whether faces that are larger than cells are divided, so that the surface bends between the vertices of the
-    /// mesh; default [`Refine::Off`]. The mesh of the body then has more vertices, after those of the given mesh: see
+    /// mesh; default [`Refine::Off`]. The mesh of the body then has more vertices, after the given ones: see
     /// [`Mesh::refined`]. It has no effect on a bare lattice.
     pub fn refine(mut self, refine: Refine) -> Self {
         self.refine = refine;

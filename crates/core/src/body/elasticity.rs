@@ -210,7 +210,7 @@ impl Body {
         self.rebuild_stages();
     }
 
-    /// Removes what was computed from the regions and their factors.
+    /// Removes the data that were computed from the regions and their factors.
     pub(super) fn forget_elastic_measures(&mut self) {
         (self.pipeline.energy, self.state.energy_limit) = (None, None);
         self.pipeline.lowest_eigenvalue.take();

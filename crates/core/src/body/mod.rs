@@ -5,7 +5,7 @@
 //! | `touching` | options of the contact with other bodies |
 //! | `surface`, `piece_mesh` | the displayed mesh; the map from the mesh of the whole body to the pieces |
 //! | `fracture_stage`, `leaving` | the stage of fracture; vertices that leave colliders |
-//! | `parts` | shape, settings, pipeline and contacts of a body |
+//! | `parts` | shape, settings, pipeline, contacts and display data of a body |
 //! | `soft_body` | [`Body`]: its parts |
 //! | `values` | positions, velocities and other values of the vertices |
 //! | `samples` | the contact stage, and the samples of the surface |

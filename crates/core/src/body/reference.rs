@@ -89,9 +89,9 @@ impl<'a> BodyRef<'a> {
         Self { context: self.context.map(|context| DisplayContext { executor, ..context }), ..self }
     }
 
-    /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: that of
-    /// the material, or less if steps of this length cannot reach it. Outside a simulation it is the modulus that
-    /// was set, or `None` if none was set.
+    /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: the
+    /// modulus of the material, or less if steps of this length cannot reach it. Outside a simulation it is the
+    /// modulus that was set, or `None` if none was set.
     pub fn youngs_modulus(self) -> Option<f64> {
         match self.context {
             Some(context) => Some(self.body.modulus_in_force(context.dt)),

@@ -48,7 +48,7 @@ impl Body {
     /// selected part had when the handle became active. A pin that gets keyframes becomes a handle. A handle that
     /// followed an animation moves along the keyframes from the pose that the part has before the next step.
     ///
-    /// * `interpolation`: `None` for that of the keyframes before; linear if there were none.
+    /// * `interpolation`: `None` keeps the interpolation of the keyframes before; linear if there were none.
     /// * `index`: as for [`Body::release`].
     ///
     /// # Errors

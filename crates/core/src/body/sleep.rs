@@ -101,7 +101,7 @@ impl Body {
         }
     }
 
-    /// Lets the body sleep, or wakes it up, at the beginning of a step. `vote` is that of the body and of all bodies
+    /// Lets the body sleep, or wakes it up, at the beginning of a step. `vote`: of the body and of all bodies
     /// that it touches.
     pub(crate) fn follow(&mut self, vote: RestVote) {
         match vote {

@@ -1,4 +1,4 @@
-//! The body, and what its parts are.
+//! The body and its parts.
 
 use super::fracture_stage::Breaking;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};

@@ -60,7 +60,7 @@ impl Body {
         }
     }
 
-    /// Builds what the stages derive from the lattice, the regions and the material, which are new or were changed.
+    /// Builds the data of the stages from the lattice, the regions and the material, which are new or were changed.
     pub(super) fn rebuild_stages(&mut self) {
         stages().for_each(|stage| stage.rebuild(self));
     }

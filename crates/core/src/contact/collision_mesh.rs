@@ -196,7 +196,7 @@ impl PosedMesh<'_> {
         Point3::from(self.rotation.tr_mul(&(p - self.origin)) / self.scale)
     }
 
-    /// Returns the signed distance of a point, in cells. That of an open mesh is negative only within the shell.
+    /// Returns the signed distance of a point, in cells. For an open mesh it is negative only within the shell.
     pub(super) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         self.distance_below(p, f64::INFINITY)
             .unwrap_or(SignedDistance { distance: f64::INFINITY, normal: Vector3::x() })

@@ -155,7 +155,8 @@ impl Detection {
     /// surface may be on the wrong side, the paths of the samples decide. `collider`: with its index.
     pub(super) fn find(
         &mut self,
-        (index, collider): (u32, &PosedCollider<'_>),
+        index: u32,
+        collider: &PosedCollider<'_>,
         samples: &SampleCells,
         skin: f64,
         report: &mut ContactReport,
@@ -163,7 +164,7 @@ impl Detection {
         self.patches.list.clear();
         self.patches.rows.clear();
         let shape = &collider.shape;
-        if self.finds_by_paths((index, collider), samples, skin, report)
+        if self.finds_by_paths(index, collider, samples, skin, report)
             || !self.may_touch(shape, samples, skin)
         {
             return;
@@ -191,13 +192,14 @@ impl Detection {
     /// Finds the samples by their paths, as [`find`](Self::find), if the collider needs it. Returns whether it does.
     fn finds_by_paths(
         &mut self,
-        (index, collider): (u32, &PosedCollider<'_>),
+        index: u32,
+        collider: &PosedCollider<'_>,
         samples: &SampleCells,
         skin: f64,
         report: &mut ContactReport,
     ) -> bool {
         let Some(motion) = self.paths.motion(index, collider, &self.positions) else { return false };
-        if self.is_far((index, collider), samples, skin + motion) {
+        if self.is_far(index, collider, samples, skin + motion) {
             return true;
         }
         let Self { positions, smooth, patches, paths, has_swept, .. } = self;
@@ -213,7 +215,8 @@ impl Detection {
     /// Returns true only if no sample has a side point at a collider, and none is within `distance` of it.
     fn is_far(
         &mut self,
-        (index, collider): (u32, &PosedCollider<'_>),
+        index: u32,
+        collider: &PosedCollider<'_>,
         samples: &SampleCells,
         distance: f64,
     ) -> bool {
@@ -241,7 +244,7 @@ impl Detection {
         let mut found = self.paths.take_scratch();
         for (index, collider) in (0..).zip(colliders) {
             let Some(motion) = self.paths.motion(index, &collider, &self.positions) else { continue };
-            if self.is_far((index, &collider), samples, motion) {
+            if self.is_far(index, &collider, samples, motion) {
                 continue;
             }
             let Self { positions, smooth, paths, .. } = &*self;

@@ -28,7 +28,7 @@
 //! | `pressure` | a contact of the last step |
 //! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
 //! | `push_out` | moves samples that are still inside a collider out of it |
-//! | `continuation` | what snapshots store of the stage, and what a broken body takes over |
+//! | `continuation` | the data of the stage for snapshots and for a body that breaks |
 //! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
 //! | `smooth_rows` | slopes of the lattice at the rows, for a smooth skin |

@@ -35,7 +35,7 @@ impl Contacts {
             detection.update_paths();
             let mut report = ContactReport::default();
             for (index, collider) in colliders.during(step, state.frame).enumerate() {
-                detection.find((index as u32, &collider), samples, 0.0, &mut report);
+                detection.find(index as u32, &collider, samples, 0.0, &mut report);
                 for patch in detection.patches() {
                     let (normal, distance) = match patch.side() {
                         Some(side) => (side.normal, patch.mean_distance()),

@@ -74,8 +74,8 @@ impl Shape {
         })
     }
 
-    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. That of a
-    /// mesh is the center of its bounding box before it is rotated.
+    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. The center
+    /// of a mesh is the center of its bounding box before it is rotated.
     pub fn center(&self) -> Point3<f64> {
         match self {
             Self::Plane { point, .. } => Point3::from(*point),
@@ -98,7 +98,7 @@ impl Shape {
         }
     }
 
-    /// Returns the signed distance of a world-space point from the shape at time 0. That of an open mesh is not
+    /// Returns the signed distance of a world-space point from the shape at time 0. For an open mesh it is not
     /// negative.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
         let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };

@@ -164,8 +164,8 @@ impl Contacts {
         self.keep_sides(state, colliders, step);
     }
 
-    /// Sets the initial impulses of the solution: the impulses of the step before. `impulse` returns that of a
-    /// contact, in the unit of [`Pressure::impulse`].
+    /// Sets the initial impulses of the solution: the impulses of the step before. `impulse` returns the impulse of
+    /// a contact, in the unit of [`Pressure::impulse`].
     pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
         self.begin.clear();
         self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.key()))));
@@ -194,7 +194,7 @@ impl Contacts {
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
             let untouched = report.contacts == 0;
-            detection.find((index as u32, &collider), samples, SKIN, &mut report);
+            detection.find(index as u32, &collider, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }

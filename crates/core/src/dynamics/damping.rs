@@ -114,7 +114,7 @@ impl FitVelocities<'_> {
     /// B = [Sx Sy Sz]/M - v dᵀ are the first moments of the velocities with respect to the rest offsets
     /// y = (i, j, k) - d. So the angular momentum divided by M is l = Σⱼ (R eⱼ) × Bⱼ, and the angular
     /// velocity is ω = R J⁻¹ Rᵀ l. With a plastic shape S, the lever arms are R S y: R S takes the place of R where it
-    /// multiplies eⱼ, and the inertia of S y that of J. A region in its rest shape gets the same bits as without
+    /// multiplies eⱼ, and the inertia of S y multiplies J. A region in its rest shape gets the same bits as without
     /// plasticity.
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {

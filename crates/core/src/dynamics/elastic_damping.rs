@@ -235,7 +235,7 @@ impl ElasticDamper {
         let mut limit = rigid.energy_of(motion);
         for &(_, index) in own {
             let support = &mut supports[index as usize];
-            rest_on(&mut projection, support, (step.size, step.dt), motion, rigid.center);
+            rest_on(&mut projection, support, &step, motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
             if step.rolling_resistance > 0.0 && constrained.is_none() {
                 rolling = rolling + resistance(support, step.rolling_resistance, &mobility, motion + rolling);
@@ -249,14 +249,14 @@ impl ElasticDamper {
     }
 }
 
-/// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: that of the
+/// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: of the
 /// resistance. `mobility`, `motion`: of the component, without conditions.
 fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: RigidMotion) -> RigidMotion {
     let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;
     let rolling = turning - normal * normal.dot(&turning);
     let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
-    // A torque alone: how the velocity of the center follows is up to friction.
+    // A torque without a force: friction changes the velocity of the center.
     let turned = mobility.turn(axis);
     let radius = (support.squared_radius + 0.25).sqrt();
     // Without a mean normal, no force presses.
@@ -273,7 +273,7 @@ fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: 
 fn rest_on(
     projection: &mut Projection,
     support: &mut Support,
-    (size, dt): (f64, f64),
+    &DampingStep { size, dt, .. }: &DampingStep,
     motion: RigidMotion,
     center: Vector3<f64>,
 ) {

@@ -15,7 +15,7 @@ use crate::state::{Interval, State};
 pub(crate) struct Forces {
     /// Lattice vertices and the forces on them in the next step, in scene units of mass × length / s².
     next: Vec<(u32, [f64; 3])>,
-    /// The forces of the last step in which the body was not at rest. While it rests, they are what holds it in place
+    /// The forces of the last step in which the body was not at rest. While it rests, they hold it in place
     /// together with gravity.
     at_rest: Vec<(u32, [f64; 3])>,
     /// Lattice vertices and their velocity change times dt, in cells. This is f of Eq. (2) in

@@ -34,7 +34,7 @@ impl Masses {
         Self { vertices, shares: (!is_full).then(|| shares.iter().map(|&share| share as f32).collect()) }
     }
 
-    /// Returns the masses with others of the vertices, for a lattice with the same cells.
+    /// Returns the masses with other masses of the vertices, for a lattice with the same cells.
     pub(crate) fn with_vertices(&self, vertices: Vec<f32>) -> Self {
         Self { vertices, shares: self.shares.clone() }
     }

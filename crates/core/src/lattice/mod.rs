@@ -8,7 +8,7 @@
 //! * [`resolution`]: finds the cell size for a requested number of vertices.
 //! * [`candidate`]: finds the cells at one cell size.
 //! * [`components`], [`nearest`]: find the parts of the cells and the bridges that join them.
-//! * [`cells`]: [`Lattice`] itself; [`broken`]: what broken joints change in it.
+//! * [`cells`]: [`Lattice`] itself; [`broken`]: the data that broken joints change.
 //! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
 //! * [`blocks`], [`layout`]: storage of the vertices in blocks of eight.

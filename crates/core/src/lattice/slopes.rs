@@ -21,8 +21,8 @@ use crate::simd::xyzx::Xyzx;
 
 /// Bend up to which the slope weight is 1. See [`Stencil::bend`].
 ///
-/// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with
-/// 0.6 and 1.2 some have more folds.
+/// With these two limits, random and layered lattices have no folds beside the folds of the trilinear interpolation;
+/// with 0.6 and 1.2 some have more folds.
 const FULL_WEIGHT_BEND: f32 = 0.5;
 
 /// Bend from which the slope weight is 0.

@@ -188,7 +188,7 @@ fn slope<S: Simd>(
     let q = (parts[0] + parts[1]) + parts[2];
     let size = (d * 4.0).mul_add(d, q);
     let zero = f32x16::splat(simd, 0.0);
-    // The comparison also leaves out what is not a number.
+    // The comparison also leaves out NaN.
     let valid = size.simd_lt(f32x16::splat(simd, GREATEST_SIZE));
     let inverse = f32x16::splat(simd, 1.0) / size;
     let energy = (d * inverse) * (d * bulk);

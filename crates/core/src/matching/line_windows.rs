@@ -41,7 +41,7 @@ impl<'a> LineWindows<'a> {
         let taken: Vec<f64> =
             self.loose.iter().map(|cell| std::mem::take(&mut field[cell.slot as usize])).collect();
         let mut sums =
-            (0..3).rev().fold(field, |field, axis| self.moment_within(links, 0.0, (axis, 0), &field));
+            (0..3).rev().fold(field, |field, axis| self.moment_within(links, 0.0, axis, 0, &field));
         for (cell, value) in self.loose.iter().zip(taken) {
             cell.corners.iter().for_each(|&corner| sums[corner as usize] += value);
         }
@@ -83,8 +83,8 @@ impl<'a> LineWindows<'a> {
     /// signed number of links from the center of the window, and p = `power` is 0, 1 or 2.
     fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
         match self.half_width.is_cell() {
-            true => self.moment_within([0, 1], 0.5, (axis, power), field),
-            false => self.moment_within([self.half_width.links(); 2], 0.0, (axis, power), field),
+            true => self.moment_within([0, 1], 0.5, axis, power, field),
+            false => self.moment_within([self.half_width.links(); 2], 0.0, axis, power, field),
         }
     }
 
@@ -94,7 +94,8 @@ impl<'a> LineWindows<'a> {
         &self,
         [back, forth]: [usize; 2],
         shift: f64,
-        (axis, power): (usize, usize),
+        axis: usize,
+        power: usize,
         field: &[f64],
     ) -> Vec<f64> {
         let (slots, starts) = &self.axes[axis];

@@ -170,7 +170,8 @@ impl Matching {
         Self { layout, regions, cascade }
     }
 
-    /// Fits a rigid motion to each region. `potential` receives the sums of the elastic potential. With [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
+    /// Fits a rigid motion to each region. `potential` receives the sums of the elastic potential. With
+    /// [`Purpose::Vertices`], [`Matching::goals`] can then compute the goal positions.
     ///
     /// Returns the number of rotations for which Newton's method did not converge. They are computed by the
     /// fallback: an eigenvalue problem in f64.
@@ -197,7 +198,7 @@ impl Matching {
         self.fit_regions((workspace, executor), arrays, (None, Some(gradients)), Purpose::Vertices)
     }
 
-    /// Measures the deformation gradient of each region at `positions`. Results are the same as those of
+    /// Measures the deformation gradient of each region at `positions`. The results are the same as by
     /// [`Matching::fit_and_measure`].
     pub(crate) fn measure(
         &self,

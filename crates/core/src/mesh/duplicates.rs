@@ -31,7 +31,7 @@ pub(super) enum Use {
 }
 
 impl Repeated {
-    /// Returns what becomes of a face in the surface.
+    /// Returns the use of a face in the surface.
     pub(super) fn of(&self, face: usize) -> Use {
         self.uses.get(face).copied().unwrap_or(Use::Kept)
     }

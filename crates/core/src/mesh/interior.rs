@@ -70,7 +70,7 @@ impl OpenSurface {
     ///
     /// A component encloses a space if it is closed, or if the winding number of the whole surface at its triangles,
     /// without the triangle itself, is nearly 1/2 as on a closed surface, or -1/2 if the normals point inwards.
-    /// Panels that are not joined enclose a space together. A greater number is that of a surface that lies there
+    /// Panels that are not joined enclose a space together. A greater number belongs to a surface that lies there
     /// twice, or of a sheet inside another surface; then the component alone decides.
     fn new(mesh: &Mesh) -> Self {
         let (surface, weld) = (mesh.surface(), mesh.weld());

@@ -22,7 +22,7 @@ pub(crate) const fn lane_stride(axis: usize) -> usize {
 
 /// Returns the row of the vertices halfway between two consecutive blocks along an axis: the upper half of the block
 /// `before` in the lower lanes, and the lower half of the block `after` in the upper lanes. These are the vertices one
-/// link after those of `before`, and one link before those of `after`.
+/// link after the vertices of `before`, and one link before the vertices of `after`.
 #[inline(always)]
 pub(crate) fn between<S: Simd, const AXIS: usize>(simd: S, before: f32x8<S>, after: f32x8<S>) -> f32x8<S> {
     match AXIS {

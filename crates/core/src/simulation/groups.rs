@@ -68,7 +68,7 @@ fn filter(bodies: &[Body], settings: ContactSettings) -> ContactFilter {
     ContactFilter { between, with_itself, ignored }
 }
 
-/// Buffers for what touching bodies decide and compute together.
+/// Buffers for the computations of groups of touching bodies.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     sets: UnionFind,

@@ -6,7 +6,7 @@ use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 
 /// Returns for each body the sum of its mass and the masses of the bodies above it, along gravity, which it touches
-/// if they fall on it. Of a body above, the part counts whose box, seen along gravity, covers that of the body.
+/// if they fall on it. Of a body above, the part counts whose box, seen along gravity, covers the box of the body.
 /// `contacts` is `None` if bodies do not touch each other.
 pub(super) fn stacked_masses(
     bodies: &[Body],

@@ -1,4 +1,4 @@
-//! The simulation, and what can be read from it.
+//! The simulation and its values.
 
 use nalgebra::Vector3;
 

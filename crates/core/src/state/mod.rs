@@ -166,7 +166,7 @@ impl State {
         limit: f64,
         is_relative: bool,
     ) -> SearchedMotion {
-        self.touches.searched_motion((&self.positions, self.frame.shift), occupied, (limit, is_relative))
+        self.touches.searched_motion((&self.positions, self.frame.shift), occupied, limit, is_relative)
     }
 
     /// Wakes the body up. It has to be at rest again before it sleeps.

@@ -197,7 +197,8 @@ impl Touches {
         &mut self,
         (positions, shift): (&Lanes<3>, [f64; 3]),
         occupied: &[u8],
-        (limit, is_relative): (f64, bool),
+        limit: f64,
+        is_relative: bool,
     ) -> SearchedMotion {
         let Self { searched, .. } = self;
         if let Some(displacements) = searched.place.displacements((positions, shift), occupied) {
@@ -330,7 +331,7 @@ mod tests {
         };
         let mut motion = |offset: [f32; 3], shift: f64| {
             let motion =
-                touches.searched_motion((&positions(offset), [shift, 0.0, 0.0]), &[0b11], (0.02, true));
+                touches.searched_motion((&positions(offset), [shift, 0.0, 0.0]), &[0b11], 0.02, true);
             (motion.distance.is_finite(), motion.is_in_place)
         };
         assert_eq!(motion([0.0; 3], 0.0), (false, false));

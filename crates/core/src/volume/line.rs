@@ -124,7 +124,7 @@ impl<S: Simd> Determinants<S> {
 /// Sum of determinants `det[a, b, c]` as [`Determinants`], at half the cost: the terms are computed in f32. They are
 /// added in f32 up to the next [`flush`](Self::flush), and then in f64.
 ///
-/// The error is that of positions in f32, whose differences are the edges `b` and `c`. Coordinates above 1e12 cells can
+/// The error comes from positions in f32, whose differences are the edges `b` and `c`. Coordinates above 1e12 cells can
 /// overflow; the coefficients are then not finite.
 #[derive(Clone, Copy)]
 pub(super) struct FastDeterminants<S: Simd> {

@@ -19,7 +19,7 @@ pub(super) struct Boxes<'a> {
     pub(super) flat: Option<usize>,
 }
 
-/// The boxes that all searches have marked, and what this search has found.
+/// The boxes that all searches have marked, and the boxes that this search has found.
 struct Marks<'a> {
     /// The marked boxes. A box of two cells is marked by its upper cell.
     marked: &'a mut Bricks,

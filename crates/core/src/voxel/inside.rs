@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::grid_set::GridSet;
 use crate::mesh::WindingTree;
 
-/// Returns the cells whose centers the surface encloses, apart from those of `walls` and `enclosed`.
+/// Returns the cells whose centers the surface encloses, without the cells in `walls` and `enclosed`.
 ///
 /// * `walls`: the cells that the surface enters. `faces`: for each axis, the cells with a part of the surface on the
 ///   face to the lower neighbor along the axis. A space that the surface encloses is beside one of them, because the

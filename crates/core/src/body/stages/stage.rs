@@ -34,7 +34,7 @@ pub(in crate::body) trait Stage: Sync {
     /// Returns the parameters of the stage, and its memory in bytes.
     fn describe(&self, body: &Body) -> (String, usize);
 
-    /// Builds what depends on the lattice, the regions and the material, which are new or were changed.
+    /// Builds the data that depend on the lattice, the regions and the material, which are new or were changed.
     fn rebuild(&self, _body: &mut Body) {}
 
     /// Moves the data of vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The

@@ -142,7 +142,7 @@ impl BodyContacts {
         let view = |index: u32| bodies[index as usize].contact_view();
         self.choose_searches(view, step);
         for past in self.search_times() {
-            self.search(view, (past, step.dt), executor);
+            self.search(view, past, step.dt, executor);
         }
         self.solve(view, step, executor);
     }
@@ -168,7 +168,7 @@ impl BodyContacts {
         self.is_searched.clear();
         self.is_searched.resize(count, true);
         let view = |index: u32| bodies[index as usize].contact_view();
-        self.search(view, (0.0, 0.0), &executor);
+        self.search(view, 0.0, 0.0, &executor);
         self.found_overlaps(|body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size()))
     }
 
@@ -199,7 +199,8 @@ impl BodyContacts {
     fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
-        (past, dt): (f64, f64),
+        past: f64,
+        dt: f64,
         executor: &Executor,
     ) {
         let Self { posed, regions, is_searched, times, searches, search_count, .. } = self;
@@ -222,7 +223,7 @@ impl BodyContacts {
                 let lattices = [search.body, search.other].map(|body| &posed[body as usize]);
                 match search.follows {
                     true => search.update_touches(&body, &other),
-                    false => search.run([&body, &other], lattices, (past * dt, dt)),
+                    false => search.run([&body, &other], lattices, past * dt, dt),
                 }
             }
         });

@@ -148,7 +148,7 @@ impl LinearMap {
             return Self { center, inverse: Matrix3::zeros(), range: Vector3::repeat(f64::INFINITY) };
         }
         let inverse = gradient.cofactors.transpose() / gradient.determinant;
-        // About the center, the terms that are not linear are those of xy, xz, yz and xyz, with |x|, |y|, |z| <= half.
+        // About the center, only the terms of xy, xz, yz and xyz are not linear, with |x|, |y|, |z| <= half.
         let half =
             [0, 1, 2].map(|a| if continued_sides >> (2 * a) & 3 == 0 { 0.5 + MARGIN } else { 1.5 + MARGIN });
         let [hx, hy, hz] = half;

@@ -16,8 +16,8 @@ use crate::state::ContactKey;
 const LEAST_WEIGHT: f64 = 1e-6;
 
 /// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With
-/// less, the constrained ones all but decide how the point of contact moves, and an impulse that does the rest would
-/// fling the others away: pieces that overlap where a body broke would do so at a pin.
+/// less, the constrained vertices nearly determine the motion of the contact point, and the impulse that corrects it
+/// would throw the other vertices away, for example where pieces overlap at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
 impl Island {
@@ -180,7 +180,7 @@ fn mean(links: &[(u32, f64)], vector: impl Fn(u32) -> Vector3<f64>) -> Vector3<f
 }
 
 /// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as
-/// those of the inner vertices for samples on a face of a cell.
+/// the weights of inner vertices for samples on a face of a cell.
 fn merge(links: &mut Vec<(u32, f64)>) {
     links.retain(|(_, weight)| *weight > LEAST_WEIGHT);
     links.sort_unstable_by_key(|(vertex, _)| *vertex);

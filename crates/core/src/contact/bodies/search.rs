@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use super::deformed_cell::DeformedCell;
 use super::posed::{CellCache, PosedLattice};
 use super::touched_point::{
-    MAX_SHELL_DEPTH, RestPoint, SAME_SIDE, cell_of, closest_on_closed, closest_on_shell,
+    MAX_SHELL_DEPTH, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
 };
 use super::view::BodyView;
 use crate::contact::SKIN;
@@ -83,7 +83,8 @@ impl Search {
         &mut self,
         [body, other]: [&BodyView; 2],
         posed: [&PosedLattice; 2],
-        (past, dt): (f64, f64),
+        past: f64,
+        dt: f64,
     ) {
         let remembered = body.state.touches.of(self.other);
         let pair = Pair { body, other, posed: posed[1], is_same: self.body == self.other, past, dt };
@@ -226,9 +227,17 @@ impl Pair<'_> {
                     }
                     (true, _) => MAX_SHELL_DEPTH,
                 };
-                closest_on_closed((surface, self.are_pieces()), (&rest, located.cell), (facing, side), limit)?
+                let query = SurfaceQuery {
+                    rest,
+                    cell: located.cell,
+                    facing,
+                    side,
+                    limit,
+                    are_pieces: self.are_pieces(),
+                };
+                closest_on_closed(surface, &query)?
             }
-            false => closest_on_shell(surface, (&rest, located.cell), |normal| match (facing, memory) {
+            false => closest_on_shell(surface, &rest, located.cell, |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
                 (None, Some(before)) => {
                     located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))

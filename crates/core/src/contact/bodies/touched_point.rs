@@ -45,17 +45,28 @@ pub(super) struct RestPoint {
     pub(super) shell: f64,
 }
 
+/// A sample for which the closest point of a closed surface is searched.
+#[derive(Clone, Copy)]
+pub(super) struct SurfaceQuery {
+    /// The sample in the rest shape of the surface.
+    pub(super) rest: Point3<f64>,
+    /// The cell of this point.
+    pub(super) cell: u32,
+    /// Direction at rest in which the surface of the sample faces.
+    pub(super) facing: Option<Vector3<f64>>,
+    /// Normal at rest with which the sample touched in the last step.
+    pub(super) side: Option<Vector3<f64>>,
+    /// Greatest distance in cells.
+    pub(super) limit: f64,
+    /// Whether the samples belong to the pieces of a body, which fit together where it broke.
+    pub(super) are_pieces: bool,
+}
+
 /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
-/// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
-/// with which it touched. `cell`: of the point. `are_pieces`: whether the samples belong to the pieces of a
-/// body, which fit together where it broke. Returns `None` if no point at a distance below `limit` faces it, or the
+/// step if that is near. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
-pub(super) fn closest_on_closed(
-    (surface, are_pieces): (&ContactSurface, bool),
-    (rest, cell): (&Point3<f64>, u32),
-    (facing, side): (Option<Vector3<f64>>, Option<Vector3<f64>>),
-    limit: f64,
-) -> Option<RestPoint> {
+pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) -> Option<RestPoint> {
+    let &SurfaceQuery { ref rest, cell, facing, side, limit, are_pieces } = query;
     let tree = surface.tree_at(cell)?;
     let closest = tree.closest(rest, limit, |_| true)?;
     if !closest.is_inside(rest) && closest.distance > OUTSIDE {
@@ -94,7 +105,8 @@ pub(super) fn closest_on_closed(
 /// normal of the side from which the sample came.
 pub(super) fn closest_on_shell(
     surface: &ContactSurface,
-    (rest, cell): (&Point3<f64>, u32),
+    rest: &Point3<f64>,
+    cell: u32,
     side: impl Fn(&Vector3<f64>) -> f64,
 ) -> Option<RestPoint> {
     let closest = surface.tree_at(cell)?.closest(rest, MAX_SHELL_DEPTH, |_| true)?;

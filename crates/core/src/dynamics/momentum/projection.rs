@@ -10,7 +10,7 @@ use super::sums::RigidState;
 const DETERMINED: f64 = 1e-9;
 
 /// Variance of a soft condition, as a fraction of the mobility of the unconstrained component. Soft conditions that
-/// contradict each other, as those of two plates that press on a body do, give a compromise. The speeds of the
+/// contradict each other, for example of two plates that press on a body, give a compromise. The speeds of the
 /// compromise are at most 1/(2 √`SOFTNESS`) = 2.2 times those in the conditions, however small the lever between them
 /// is.
 pub(crate) const SOFTNESS: f64 = 0.05;

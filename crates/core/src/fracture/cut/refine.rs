@@ -143,7 +143,7 @@ fn parts(long: [bool; 3], length: impl Fn(usize, usize) -> f64) -> Vec<[usize; 3
     if count == 1 {
         return vec![[a, 3 + a, c], [3 + a, b, c]];
     }
-    // Edge a is whole; the midpoints are those of the edges b-c and c-a.
+    // Edge a is whole; the midpoints lie on the edges b-c and c-a.
     let (m, n) = (3 + b, 3 + c);
     if length(a, m) <= length(b, n) {
         vec![[m, c, n], [a, b, m], [a, m, n]]

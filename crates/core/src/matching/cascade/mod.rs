@@ -31,7 +31,7 @@
 //! vertex, they compute the sum of the fields of all regions that contain the vertex.
 //!
 //! At the front of a crack, links do not join all corners of a cell. If the regions are cells, the sums of such a
-//! cell are those of its eight corners nevertheless ([`loose`]).
+//! cell have its eight corners nevertheless ([`loose`]).
 //!
 //! A plane is the set of blocks with the same x. Only the passes along x read other planes. So all passes
 //! except the adjoint x pass run plane by plane, in scratch memory that stays in the cache ([`plane`]). The

@@ -1,4 +1,4 @@
-//! A correction, and what a solution consists of: positions, field, volumes, one cubic for each component, results.
+//! A correction, and the parts of a solution: positions, field, volumes, one cubic for each component, results.
 
 use std::sync::Arc;
 

@@ -110,7 +110,7 @@ fn mean([weight, weighted]: [f64; 2]) -> f32 {
 ///
 /// The scale `s` of a vertex with `links` links is the minimum if
 /// `(links + w) s = sum of the scales over the links + w u`, with the weight `w` and the wanted scale `u`. `weights`:
-/// `w` and `w u`. The rows are `w u` and `1 / (links + w)`, both 0 in lanes without a vertex; the sums are those of `w`
+/// `w` and `w u`. The rows are `w u` and `1 / (links + w)`, both 0 in lanes without a vertex; the sums are of `w`
 /// and `w u`.
 #[inline(always)]
 pub(super) fn equation<S: Simd>(
