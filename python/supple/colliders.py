@@ -51,6 +51,10 @@ class Collider:
         How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth", from
         rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
 
+    rolling_resistance : float, default None
+        Coefficient of rolling resistance on the collider, >= 0, in place of that of the bodies: see the
+        rolling_resistance of Body. None: that of each body.
+
     Raises ValueError for an invalid number.
 
     The items of `Simulation.colliders` are the colliders of the simulation: move_to moves them, translation, rotation,
@@ -65,6 +69,7 @@ class Collider:
     restitution: float
     keys: Sequence[Key]
     interpolation: Literal["linear", "smooth", "cubic"]
+    rolling_resistance: float | None
 
     def __post_init__(self) -> None:
         """Check the numbers and replace them by plain copies."""
@@ -145,7 +150,9 @@ class Collider:
 
 @dataclass(frozen=True)
 class Plane(Collider):
-    """The half-space behind a plane. For friction, restitution, keys and interpolation see Collider.
+    """The half-space behind a plane.
+
+    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
     point : (3,) float
         Any point of the plane.
@@ -160,11 +167,12 @@ class Plane(Collider):
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+    rolling_resistance: float | None = None
 
 
 @dataclass(frozen=True)
 class Sphere(Collider):
-    """A solid sphere. For friction, restitution, keys and interpolation see Collider.
+    """A solid sphere. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -177,11 +185,12 @@ class Sphere(Collider):
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+    rolling_resistance: float | None = None
 
 
 @dataclass(frozen=True, init=False)
 class Box(Collider):
-    """A solid box. For friction, restitution, keys and interpolation see Collider.
+    """A solid box. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
@@ -202,6 +211,7 @@ class Box(Collider):
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+    rolling_resistance: float | None = None
 
     def __init__(
         self,
@@ -212,6 +222,7 @@ class Box(Collider):
         restitution: float = 0.0,
         keys: Sequence[Key] = (),
         interpolation: Literal["linear", "smooth", "cubic"] = "linear",
+        rolling_resistance: float | None = None,
         *,
         min: ArrayLike | None = None,  # noqa: A002
         max: ArrayLike | None = None,  # noqa: A002
@@ -221,7 +232,7 @@ class Box(Collider):
             center, half_extents = _between(min, max)
         elif min is not None or max is not None or center is None or half_extents is None:
             raise TypeError("Box() needs either center and half_extents, or min= and max=")
-        values = (center, half_extents, rotate, friction, restitution, keys, interpolation)
+        values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance)
         for known, value in zip(fields(self), values, strict=True):
             object.__setattr__(self, known.name, value)
         self.__post_init__()
@@ -241,7 +252,7 @@ def _between(low: ArrayLike | None, high: ArrayLike | None) -> tuple[NDArray[np.
 class Capsule(Collider):
     """All points within `radius` of the segment from `a` to `b`.
 
-    For friction, restitution, keys and interpolation see Collider.
+    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
     a, b : (3,) float
     radius : float, > 0
@@ -255,13 +266,14 @@ class Capsule(Collider):
     restitution: float = 0.0
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
+    rolling_resistance: float | None = None
 
 
 @dataclass(frozen=True)
 class MeshCollider(Collider):
     """A mesh: a solid if it is closed, a thin shell if it is open.
 
-    For friction, restitution, keys and interpolation see Collider.
+    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
     mesh : Mesh
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a mesh.
@@ -302,3 +314,4 @@ class MeshCollider(Collider):
     start: float = 0.0
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     inside: bool = False
+    rolling_resistance: float | None = None

@@ -129,3 +129,11 @@ def test_rolling_resistance_follows_the_damping_unless_it_is_set(block):
     assert supple.Body(block, rolling_resistance=0.1).rolling_resistance == 0.1
     with pytest.raises(ValueError, match="rolling_resistance = -1 is out of range: it must be at least 0"):
         supple.Body(block, rolling_resistance=-1)
+
+
+def test_rolling_resistance_of_a_collider(block):
+    plane = supple.Plane((0, 0, 0), (0, 1, 0), rolling_resistance=0.1)
+    sim = supple.Simulation([supple.Body(block, translate=(0, 2, 0))], colliders=[plane, supple.Sphere((9, 0, 0), 1)])
+    assert [collider.rolling_resistance for collider in sim.colliders] == [0.1, None]
+    with pytest.raises(ValueError, match="rolling_resistance"):
+        supple.Plane((0, 0, 0), (0, 1, 0), rolling_resistance=-1)

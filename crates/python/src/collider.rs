@@ -105,7 +105,12 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
     let (friction, restitution) = (read_number("friction")?, read_number("restitution")?);
     let keys = constraint::keys(&collider.getattr("keys")?)?;
     let interpolation = choice(&collider.getattr("interpolation")?, "interpolation", &Interpolation::NAMED)?;
-    Ok(Collider { shape, friction, restitution, keys, interpolation })
+    let rolling_resistance = collider.getattr("rolling_resistance")?;
+    let rolling_resistance = match rolling_resistance.is_none() {
+        true => None,
+        false => Some(number(&rolling_resistance, "rolling_resistance")?),
+    };
+    Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation })
 }
 
 /// Returns the mesh of a `MeshCollider`. The search tree of a rigid mesh is built once, and stored in the `Mesh`.
@@ -168,6 +173,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     fields.set_item("interpolation", collider.interpolation.name())?;
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
+    fields.set_item("rolling_resistance", collider.rolling_resistance)?;
     Ok((class, fields))
 }
 

@@ -100,18 +100,19 @@ fn moving_colliders_carry_resting_bodies_at_their_own_velocity() {
 
 /// A ball that rolls down a slope of 10 degrees has 5/7 of the acceleration of one that slides without friction; rolling resistance
 /// takes less than 3 % of it by default. With a greater one, a ball on level ground that rolls a tenth of its radius in a second comes to
-/// rest.
+/// rest. The coefficient of a collider holds in place of that of the body.
 #[test]
 fn a_ball_rolls_down_a_slope_and_comes_to_rest_on_level_ground() {
     let (sin, cos) = 10.0_f64.to_radians().sin_cos();
-    let run = |tilt: [f64; 2], velocity: f64, coefficient: Option<f64>, frames: u64| {
+    let run = |tilt: [f64; 2], velocity: f64, [own, floor]: [Option<f64>; 2], frames: u64| {
         let mesh = supple_tests::mesh_of(supple_tests::sphere([0.0; 3], 1.0, 40));
         let mut builder =
             Body::builder(mesh).preset(Preset::Rubber).lattice_vertices(3000).velocity([velocity, 0.0, 0.0]);
-        if let Some(coefficient) = coefficient {
+        if let Some(coefficient) = own {
             builder = builder.rolling_resistance(coefficient);
         }
-        let floor = Collider { friction: 1.0, ..Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]) };
+        let plane = Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]);
+        let floor = Collider { friction: 1.0, rolling_resistance: floor, ..plane };
         let gravity = [9.81 * tilt[0], -9.81 * tilt[1], 0.0];
         let simulation =
             Simulation::builder().body(builder.build().unwrap()).collider(floor).gravity(gravity);
@@ -122,16 +123,18 @@ fn a_ball_rolls_down_a_slope_and_comes_to_rest_on_level_ground() {
     };
     // It settles in the first second.
     let share = |coefficient| {
-        let [early, late] = [30, 75].map(|frames| run([sin, cos], 0.0, coefficient, frames).1);
+        let [early, late] = [30, 75].map(|frames| run([sin, cos], 0.0, [coefficient, None], frames).1);
         (late - early) / (1.5 * 9.81 * sin * 5.0 / 7.0)
     };
     let (free, slowed) = (share(Some(0.0)), share(None));
     // The ball is not round: its lowest cells have to be deformed.
     assert!((0.94..1.005).contains(&free), "{free}");
     assert!((0.97..1.0).contains(&(slowed / free)), "{slowed} of {free}");
-    let (way, _, is_asleep) = run([0.0, 1.0], 0.1, Some(0.05), 150);
-    assert!(is_asleep && way > 0.01, "{way}");
+    let (slowed, _, is_asleep) = run([0.0, 1.0], 0.1, [Some(0.05), None], 150);
+    assert!(is_asleep && slowed > 0.01, "{slowed}");
+    assert_eq!(run([0.0, 1.0], 0.1, [Some(0.0), Some(0.05)], 150).0, slowed);
     // Without resistance it goes on.
-    let (free, speed, is_asleep) = run([0.0, 1.0], 0.1, Some(0.0), 150);
-    assert!(!is_asleep && speed > 0.02 && free > way, "{free} {speed}");
+    let (free, speed, is_asleep) = run([0.0, 1.0], 0.1, [Some(0.0), None], 150);
+    assert!(!is_asleep && speed > 0.02 && free > slowed, "{free} {speed}");
+    assert_eq!(run([0.0, 1.0], 0.1, [Some(0.05), Some(0.0)], 150).0, free);
 }

@@ -81,6 +81,7 @@ plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 box = { center = [0, 0, 0], half_extents = [1, 2, 3], rotate = [0, 45, 0] }
 friction = 0.1
 restitution = 0.9
+rolling_resistance = 0.2
 keys = [ { time = 1, translate = [0, -1, 0] } ]
 
 [[collider]]
@@ -165,6 +166,8 @@ fn every_key_is_read() {
     assert!(matches!(scene.colliders[2].shape, ColliderShape::Capsule { radius: 0.25, .. }));
     assert_eq!(ball.touching, TouchingOptions::default());
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
+    let rolling_resistance = scene.colliders.iter().map(|collider| collider.rolling_resistance);
+    assert_eq!(rolling_resistance.collect::<Vec<_>>(), [None, Some(0.2), None]);
 }
 
 #[test]

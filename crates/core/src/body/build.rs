@@ -88,7 +88,12 @@ impl BodyBuilder {
             },
             state,
             pipeline,
-            contact: ContactData { contacts: None, body_contact: None, leaving: Vec::new() },
+            contact: ContactData {
+                contacts: None,
+                body_contact: None,
+                colliders_resist_rolling: false,
+                leaving: Vec::new(),
+            },
             constraints: None,
             forces: None,
             inflation: None,

@@ -98,7 +98,9 @@ impl Body {
 
     /// Returns whether the body has the elastic-damping stage: for damping or rolling resistance.
     pub(super) fn needs_damping(&self) -> bool {
-        self.settings.material.is_damped() || self.rolling_resistance() > 0.0
+        self.settings.material.is_damped()
+            || self.rolling_resistance() > 0.0
+            || self.contact.colliders_resist_rolling
     }
 
     /// Creates or removes the elastic-damping stage.

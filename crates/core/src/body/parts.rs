@@ -75,6 +75,8 @@ pub(super) struct ContactData {
     pub(super) contacts: Option<Contacts>,
     /// Present in a simulation in which the body can touch bodies.
     pub(super) body_contact: Option<BodyContact>,
+    /// Whether a collider resists the rolling of bodies that have no resistance of their own.
+    pub(super) colliders_resist_rolling: bool,
     /// Vertices of components that leave colliders in the current step: see `escape`.
     pub(super) leaving: Vec<Leaving>,
 }

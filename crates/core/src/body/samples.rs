@@ -8,6 +8,10 @@ impl Body {
     /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more
     /// samples.
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
+        if self.contact.colliders_resist_rolling != colliders.resist_rolling() {
+            self.contact.colliders_resist_rolling = !self.contact.colliders_resist_rolling;
+            self.update_elastic_damping();
+        }
         if colliders.is_empty() {
             self.contact.contacts = None;
             self.state.supports.clear();

@@ -22,6 +22,9 @@ pub struct Collider {
     /// separates as fast as it approached; the body still rises less high than it fell, because the impact makes it
     /// vibrate. An impact slower than the speed of two steps of free fall does not bounce.
     pub restitution: f64,
+    /// Coefficient of rolling resistance of bodies on the collider, >= 0, in place of that of the
+    /// [body](crate::TouchingOptions::rolling_resistance). Default: `None`, that of the body; 0: bodies roll freely.
+    pub rolling_resistance: Option<f64>,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,
     /// Interpolation between the keyframes. Default: linear.
@@ -35,6 +38,7 @@ impl Collider {
             shape,
             friction: 0.5,
             restitution: 0.0,
+            rolling_resistance: None,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
         }
@@ -139,6 +143,11 @@ impl Collider {
         }
         finite("friction", &[self.friction])?;
         finite("restitution", &[self.restitution])?;
+        if let Some(coefficient) = self.rolling_resistance {
+            let range = "its range is 0 and above";
+            finite("rolling_resistance", &[coefficient])?;
+            check("rolling_resistance", &[coefficient], range, |value| value >= 0.0)?;
+        }
         check("friction", &[self.friction], "its range is 0 and above", |value| value >= 0.0)?;
         check("restitution", &[self.restitution], "its range is 0 to 1", |value| (0.0..=1.0).contains(&value))
     }

@@ -162,6 +162,18 @@ impl Colliders {
         }
     }
 
+    /// Returns the coefficient of rolling resistance of a collider; `None` if that of the body holds.
+    pub(crate) fn rolling_resistance(&self, collider: u32) -> Option<f64> {
+        self.0.get(collider as usize).and_then(|valid| valid.collider.rolling_resistance)
+    }
+
+    /// Returns whether bodies that roll freely have a resistance on a collider.
+    pub(crate) fn resist_rolling(&self) -> bool {
+        self.0
+            .iter()
+            .any(|valid| valid.collider.rolling_resistance.is_some_and(|coefficient| coefficient > 0.0))
+    }
+
     /// Returns whether any collider may move.
     pub(crate) fn any_moves(&self) -> bool {
         self.0

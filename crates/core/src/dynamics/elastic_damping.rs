@@ -85,16 +85,16 @@ impl Damped {
 }
 
 /// The numbers of a step that the damping depends on.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DampingStep {
+#[derive(Clone, Copy)]
+pub(crate) struct DampingStep<'a> {
     /// Length of the step in seconds.
     pub(crate) dt: f64,
     /// exp(-2 c dt), the fraction of the differences that remains.
     pub(crate) keep: f64,
     /// Size of the body in cells.
     pub(crate) size: f64,
-    /// Coefficient of rolling resistance.
-    pub(crate) rolling_resistance: f64,
+    /// Returns the coefficient of rolling resistance on a collider.
+    pub(crate) rolling_resistance: &'a dyn Fn(u32) -> f64,
 }
 
 impl ElasticDamper {
@@ -119,7 +119,7 @@ impl ElasticDamper {
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
         tracker: &MomentumTracker,
-        step: DampingStep,
+        step: DampingStep<'_>,
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
         let supports = state.supports.list_mut();
@@ -219,7 +219,7 @@ impl ElasticDamper {
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
         (supports, own): (&mut [Support], &[(u32, u32)]),
-        step: DampingStep,
+        step: DampingStep<'_>,
     ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
         let mut rolling = RigidMotion::ZERO;
@@ -237,8 +237,9 @@ impl ElasticDamper {
             let support = &mut supports[index as usize];
             rest_on(&mut projection, support, &step, motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
-            if step.rolling_resistance > 0.0 && constrained.is_none() {
-                rolling = rolling + resistance(support, step.rolling_resistance, &mobility, motion + rolling);
+            let coefficient = (step.rolling_resistance)(support.collider);
+            if coefficient > 0.0 && constrained.is_none() {
+                rolling = rolling + resistance(support, coefficient, &mobility, motion + rolling);
             }
         }
         let reference = projection.motion();
@@ -273,7 +274,7 @@ fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: 
 fn rest_on(
     projection: &mut Projection,
     support: &mut Support,
-    &DampingStep { size, dt, .. }: &DampingStep,
+    &DampingStep { size, dt, .. }: &DampingStep<'_>,
     motion: RigidMotion,
     center: Vector3<f64>,
 ) {

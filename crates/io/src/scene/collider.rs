@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale,
+    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, optional_not_negative,
+    positive, scale,
 };
 use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape};
 
@@ -36,6 +37,9 @@ pub struct ColliderData {
     /// Coefficient of restitution, in [0, 1]; default 0.
     #[serde(default, deserialize_with = "fraction")]
     pub restitution: f64,
+    /// Coefficient of rolling resistance, at least 0; `None` for that of the body.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "optional_not_negative")]
+    pub rolling_resistance: Option<f64>,
     /// Keyframes; without them the collider is at rest.
     #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<Key>,
@@ -129,8 +133,9 @@ impl ColliderData {
                 Shape::mesh(read(path)?, scale, rotate, translate).map_err(|fault| failed(path, fault))?
             }
         };
-        let &Self { friction, restitution, interpolation, .. } = self;
-        Ok(Collider { shape, friction, restitution, keys: self.keys.clone(), interpolation })
+        let &Self { friction, restitution, rolling_resistance, interpolation, .. } = self;
+        let keys = self.keys.clone();
+        Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation })
     }
 
     /// Returns a key that has a value although only a mesh has it.
@@ -161,6 +166,7 @@ impl ColliderData {
             animation: None,
             friction: friction(),
             restitution: 0.0,
+            rolling_resistance: None,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
         }

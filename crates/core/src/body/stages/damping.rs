@@ -109,8 +109,9 @@ impl Body {
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let keep = self.kept_fraction(dt, executor);
-        let (size, rolling_resistance) =
-            (self.shape.size / self.shape.lattice.cell_size(), self.rolling_resistance());
+        let size = self.shape.size / self.shape.lattice.cell_size();
+        let (own, colliders) = (self.rolling_resistance(), context.colliders);
+        let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
         let Self {
             pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
             constraints,

@@ -29,10 +29,9 @@ use supple::{
 pub(super) use curve::inflate;
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
-use ranges::optional_not_negative;
 pub(super) use ranges::{
     count, direction, directory, extents, fraction, mesh, name, not_negative, optional_finite,
-    optional_positive, point_cache, positive,
+    optional_not_negative, optional_positive, point_cache, positive,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
