@@ -47,8 +47,8 @@ impl BodyRef<'_> {
 const ROUNDS: usize = 8;
 
 impl Display {
-    /// Evaluates the lattice of a body at its current positions: runs the stages of [`DISPLAY`] but the last one, which
-    /// [`Displayed`] runs for each mesh or set of normals that is asked for.
+    /// Evaluates the lattice of a body at its current positions: runs all stages of the display but the last one,
+    /// which [`Displayed`] runs for each mesh or set of normals that is asked for.
     pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
         let start = Instant::now();
         let frame = Frame::new(body.into());

@@ -7,7 +7,8 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// The positions of the lattice vertices in an evaluation, in vertex order and in cells from the origin of the body.
 #[derive(Debug, Default)]
 pub(super) struct DisplayedLattice {
-    /// P^: before the correction.
+    /// P^: before the correction. Where cells are inside out, it is untangled, and later the start of the next correction;
+    /// `Untangling::deformed` then has the positions of the dynamics.
     pub(super) deformed: Vec<[f32; 3]>,
     /// P~: after the correction. Not in use without a correction.
     pub(super) corrected: Vec<[f32; 3]>,

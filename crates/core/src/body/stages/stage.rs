@@ -37,7 +37,7 @@ pub(in crate::body) trait Stage: Sync {
     /// Builds the data that depend on the lattice, the regions and the material, which are new or were changed.
     fn rebuild(&self, _body: &mut Body) {}
 
-    /// Moves the data of vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The
+    /// Moves the data of lattice vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The
     /// lattice, the masses, the regions and the state of the body are the new ones.
     fn follow(&self, _body: &mut Body, _parents: &Parents) {}
 }
