@@ -41,7 +41,7 @@ const MOTION: [Column; 12] = [
     ("loss", 6, |point| compact(point.free.as_ref().and_then(|free| free.energy_loss))),
 ];
 
-const VERTICES: Column = ("n", 6, |point| point.lattice_vertices.to_string());
+const VERTICES: Column = ("n", 5, |point| point.lattice_vertices.to_string());
 const HALF_WIDTH: Column = ("w", 3, |point| point.half_width.to_string());
 const SUBSTEPS: Column = ("k", 2, |point| point.substeps.to_string());
 
