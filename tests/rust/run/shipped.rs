@@ -280,6 +280,26 @@ fn the_chocolate_breaks_at_a_groove() {
     assert!(from_groove[from_groove.len() / 2] < 0.5 + 1e-6, "{from_groove:?}");
 }
 
+/// Edges of the mesh of the bar lie in planes of the grid, up to rounding. While the crack grows, the cut splits the triangles
+/// beside it; each of them at most a few hundred times.
+#[test]
+fn the_notched_bar_breaks_and_its_mesh_stays_of_moderate_size() {
+    let (scene, mut prepared) = scene("notch.toml", &[]);
+    let triangles = |prepared: &Prepared| prepared.simulation.body(0).mesh().unwrap().triangles().len();
+    let whole = triangles(&prepared);
+    let mut frames = 0;
+    while prepared.simulation.bodies()[0].pieces() == 1 && frames < scene.simulation.frames {
+        prepared.simulation.steps(u64::from(prepared.substeps));
+        frames += 1;
+        assert!(
+            triangles(&prepared) < 10 * whole,
+            "{} in frame {frames}, {whole} at first",
+            triangles(&prepared)
+        );
+    }
+    run_until_broken("notch.toml");
+}
+
 #[test]
 fn the_bust_breaks_on_the_wedge() {
     run_until_broken("wedge.toml");

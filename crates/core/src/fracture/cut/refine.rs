@@ -14,6 +14,14 @@ const LONGEST: f64 = 0.6;
 /// Distance from a plane in cells within which edges are split.
 const BAND: f64 = 0.9;
 
+/// Margin in cells of the box of an edge. Far greater than rounding errors, so that an edge is near a crack if a part of it is,
+/// also along a plane of the grid.
+const MARGIN: f64 = 1e-6;
+
+/// Greatest number of times that a triangle is split in turn. More than edges of any length need: it ends the splitting of
+/// triangles without an area, whose edges lie on each other, where rounding errors decide which of them are long.
+const DEEPEST: u8 = 100;
+
 /// Marks a triangle of the uncut mesh.
 const INPUT: u32 = u32::MAX;
 
@@ -73,14 +81,15 @@ impl Refined {
         let mut midpoints: Map<(u32, u32), u32> = Map::default();
         let mut work = Vec::new();
         for triangle in Self::unchanged(mesh).triangles {
-            work.push(triangle);
-            while let Some(triangle) = work.pop() {
+            work.push((triangle, 0));
+            while let Some((triangle, depth)) = work.pop() {
                 let weights = refined.weights(&triangle);
                 let corners = triangle.corners;
                 let cells = corners.map(|corner| to_cells(&points[corner as usize]));
                 let is_long = |e: usize| is_long(planes, faces, &cells[e], &cells[(e + 1) % 3]);
                 let long = [0, 1, 2].map(is_long);
-                if long == [false; 3] || corners.iter().enumerate().any(|(i, c)| corners[..i].contains(c)) {
+                let has_equal_corners = corners.iter().enumerate().any(|(i, c)| corners[..i].contains(c));
+                if long == [false; 3] || has_equal_corners || depth == DEEPEST {
                     refined.triangles.push(triangle);
                     continue;
                 }
@@ -100,11 +109,8 @@ impl Refined {
                 for part in parts(long, length) {
                     refined.weights.push(part.map(|corner| at[corner]));
                     let weights = refined.weights.len() as u32 - 1;
-                    work.push(Triangle {
-                        corners: part.map(|corner| ids[corner]),
-                        source: triangle.source,
-                        weights,
-                    });
+                    let corners = part.map(|corner| ids[corner]);
+                    work.push((Triangle { corners, source: triangle.source, weights }, depth + 1));
                 }
             }
         }
@@ -118,8 +124,8 @@ fn is_long(planes: &Planes, faces: &BrokenFaces, a: &Vector3<f64>, b: &Vector3<f
     if (a - b).norm_squared() <= LONGEST * LONGEST {
         return false;
     }
-    let cell = |point: Vector3<f64>| point.map(|x| x.floor() as i32).into();
-    if !faces.is_near_box(cell(a.inf(b)), cell(a.sup(b))) {
+    let cell = |point: Vector3<f64>, margin: f64| point.map(|x| (x + margin).floor() as i32).into();
+    if !faces.is_near_box(cell(a.inf(b), -MARGIN), cell(a.sup(b), MARGIN)) {
         return false;
     }
     planes.cracks().any(|crack| {
