@@ -129,7 +129,10 @@ def test_a_function_is_called_before_each_step(sim):
 
 def test_fields_of_several_bodies_act_in_frames():
     lattice = supple.Lattice.from_cells(np.ones((2, 2, 2), bool))
-    bodies = [supple.Body(lattice, name=name, translate=(x, 0, 0)) for name, x in [("left", 0), ("right", 9)]]
+    # Without a Poisson's ratio, a pull along y moves nothing along x.
+    bodies = [
+        supple.Body(lattice, name=name, translate=(x, 0, 0), poisson_ratio=0) for name, x in [("left", 0), ("right", 9)]
+    ]
     sim = supple.Simulation(bodies, fps=30, gravity=(0, 0, 0))
     for body in bodies:
         body.add_force_field(lambda x, v, time: (x - x.mean(axis=0)) * [0, 1e3, 0] + [0, 0, x[0, 0] + 1])
