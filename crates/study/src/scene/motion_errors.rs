@@ -200,4 +200,18 @@ mod tests {
         let (all, built) = errors(f64::INFINITY, block::FAST);
         assert_eq!((all.path.map(|path| path.frames), built), (Some(4), 1));
     }
+
+    /// Also with regions of one cell, of which those at the surface are partly filled.
+    #[test]
+    fn the_naive_sums_of_a_scene_compute_the_motion_of_the_library() {
+        for keys in ["half_width = 2", "half_width = 0.5", "youngs_modulus = 3e7\naccuracy = \"exact\""] {
+            let (_directory, physical) = block::physical_with("substeps = 2", 4, &[keys]);
+            let mut evaluator = ErrorEvaluator::new(Budget { path: f64::INFINITY, goals: f64::INFINITY });
+            let errors = evaluator.errors(&physical, block::FAST, &mut Meter::new(&mut (), 1.0)).unwrap();
+            // Goal positions round by up to 1e-5 cells, in eight steps.
+            for distances in [errors.goals.unwrap(), errors.path.unwrap().distances] {
+                assert!(distances.max_cells < 1e-4, "{keys}: {distances:?}");
+            }
+        }
+    }
 }
