@@ -20,6 +20,10 @@ use crate::state::State;
 /// cells inside out at most, and one whose vertices are at random places about half of them.
 const TANGLED_SHARE: f64 = 0.25;
 
+/// A body that is spread over more than this multiple of its extent along an axis is not tangled: its cells pull it together
+/// first, and faster. A choice.
+const GREATEST_SPREAD: f64 = 2.0;
+
 /// Greatest β: the share of the distance to its goal that a vertex moves in a step. A choice.
 const GREATEST_RATE: f64 = 0.1;
 
@@ -34,8 +38,14 @@ const NEAR: f64 = 0.25;
 /// Greatest number of steps of a recovery.
 const MOST_STEPS: f64 = 1e6;
 
-/// Returns whether a body is tangled.
-pub(crate) fn is_tangled(lattice: &Lattice, slots: &[u32], state: &State) -> bool {
+/// Returns whether a body is tangled. `extent` is that of its lattice along the longest axis, in cells.
+pub(crate) fn is_tangled((lattice, slots): (&Lattice, &[u32]), extent: usize, state: &State) -> bool {
+    let positions = || slots.iter().map(|&slot| state.local(slot));
+    let corner = |pick: fn(f64, f64) -> f64| positions().reduce(|a, b| a.zip_map(&b, pick));
+    let (Some(low), Some(high)) = (corner(f64::min), corner(f64::max)) else { return false };
+    if (high - low).max() > GREATEST_SPREAD * extent as f64 {
+        return false;
+    }
     let is_inside_out = |&cell: &u32| {
         let corners = lattice.cell_corners(cell).map(|vertex| state.local(slots[vertex as usize]));
         // The gradient of the mean deformation of the cell, times 4.
