@@ -13,7 +13,7 @@ use crate::contact::bodies::{
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
 use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
-use crate::state::{ContactForce, SearchedMotion, Touches};
+use crate::state::{ContactForce, SearchedMotion, State, Touches};
 
 /// Coefficient of rolling resistance of a body of the damping ratio 1.
 const ROLLING_RESISTANCE: f64 = 0.08;
@@ -87,17 +87,27 @@ impl Body {
 
     /// Stores the velocities before the step, for contact with bodies.
     pub(super) fn begin_body_contact(&mut self) {
+        self.read_motion(BodyContact::begin);
+    }
+
+    /// Measures the boxes of the positions and velocities, by which near bodies are found.
+    pub(crate) fn measure_contact_bounds(&mut self) {
+        self.read_motion(BodyContact::measure_bounds);
+    }
+
+    /// Lets the contact with bodies, if there is one, read the state of the body and of its pieces.
+    fn read_motion(&mut self, read: impl FnOnce(&mut BodyContact, &State, &[u8], Option<PieceVertices<'_>>)) {
         let Self {
-            contact: ContactData { body_contact, .. },
+            contact: ContactData { body_contact: Some(contact), .. },
             shape: Shape { lattice, .. },
             pipeline: Pipeline { matching, .. },
             state,
             ..
-        } = self;
-        if let Some(contact) = body_contact {
-            let pieces = pieces(lattice, &matching.layout);
-            contact.begin(state, matching.layout.occupied(), pieces);
-        }
+        } = self
+        else {
+            return;
+        };
+        read(contact, state, matching.layout.occupied(), pieces(lattice, &matching.layout));
     }
 
     /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
@@ -114,21 +124,6 @@ impl Body {
     /// Returns whether parts of the body touch each other that are connected.
     pub(crate) fn has_self_contact(&self) -> bool {
         self.settings.has_self_contact
-    }
-
-    /// Measures the boxes of the positions and velocities, by which near bodies are found.
-    pub(crate) fn measure_contact_bounds(&mut self) {
-        let Self {
-            contact: ContactData { body_contact, .. },
-            shape: Shape { lattice, .. },
-            pipeline: Pipeline { matching, .. },
-            state,
-            ..
-        } = self;
-        if let Some(contact) = body_contact {
-            let pieces = pieces(lattice, &matching.layout);
-            contact.measure_bounds(state, matching.layout.occupied(), pieces);
-        }
     }
 
     /// Returns the number of samples of the surface at which the body touches other bodies or itself, or `None` if it

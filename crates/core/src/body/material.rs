@@ -2,11 +2,9 @@
 
 use super::elasticity::initial_half_width;
 use super::soft_body::Body;
+use super::stages::{DampModes, DampRegions, Stage};
 use super::zones::check_stiffness;
-use crate::dynamics::{
-    Accuracy, Damping, ElasticDamper, Elasticity, Material, RegionDamper, RegionDamping, RegionSize,
-    Stiffness,
-};
+use crate::dynamics::{Accuracy, Damping, Elasticity, Material, RegionDamping, RegionSize, Stiffness};
 use crate::lattice::Lattice;
 use crate::range::{RangeError, in_range};
 
@@ -105,7 +103,7 @@ impl Body {
 
     /// Creates or removes the elastic-damping stage.
     pub(super) fn update_elastic_damping(&mut self) {
-        self.pipeline.elastic_damping = self.needs_damping().then(ElasticDamper::default);
+        DampModes.rebuild(self);
         if self.pipeline.elastic_damping.is_none() {
             self.state.supports.clear();
         }
@@ -121,11 +119,9 @@ impl Body {
         material.validate()?;
         self.settings.material = material;
         self.wake();
-        self.pipeline.region_damping = match self.pipeline.region_damping.take() {
-            _ if !material.has_region_damping() => None,
-            Some(stage) => Some(stage),
-            None => Some(RegionDamper::new(&self.pipeline.matching)),
-        };
+        if DampRegions.exists(self) != material.has_region_damping() {
+            DampRegions.rebuild(self);
+        }
         Ok(())
     }
 

@@ -9,10 +9,12 @@
 //! second term has no momenta: Σ m (g - x) = 0, and Σ m (x - c) × (g - x) = 0 at
 //! the best rotation.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::momentum::RigidState;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Layout};
+use crate::matching::rotations_near;
+use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
 use crate::state::State;
 
@@ -39,13 +41,12 @@ const NEAR: f64 = 0.25;
 const MOST_STEPS: f64 = 1e6;
 
 /// Returns whether a body is tangled. `extent` is that of its lattice along the longest axis, in cells.
-pub(crate) fn is_tangled((lattice, slots): (&Lattice, &[u32]), extent: usize, state: &State) -> bool {
-    let positions = || slots.iter().map(|&slot| state.local(slot));
-    let corner = |pick: fn(f64, f64) -> f64| positions().reduce(|a, b| a.zip_map(&b, pick));
-    let (Some(low), Some(high)) = (corner(f64::min), corner(f64::max)) else { return false };
-    if (high - low).max() > GREATEST_SPREAD * extent as f64 {
+pub(crate) fn is_tangled(lattice: &Lattice, layout: &Layout, extent: usize, state: &State) -> bool {
+    let (low, high) = bounds(&state.positions, layout.occupied());
+    if (0..3).any(|a| f64::from(high[a]) - f64::from(low[a]) > GREATEST_SPREAD * extent as f64) {
         return false;
     }
+    let slots = layout.slots();
     let is_inside_out = |&cell: &u32| {
         let corners = lattice.cell_corners(cell).map(|vertex| state.local(slots[vertex as usize]));
         // The gradient of the mean deformation of the cell, times 4.
@@ -84,13 +85,12 @@ pub(crate) fn recover(
         vertices.map(|(&slot, index)| (slot, Vector3::from(index.map(f64::from))))
     };
     let mass = |slot: u32| f64::from(weights.get(slot)[0]);
-    let total: f64 = slots.iter().map(|&slot| mass(slot)).sum();
-    let rest_center = vertices().map(|(slot, rest)| rest * (mass(slot) / total)).sum::<Vector3<f64>>();
-    let center = vertices().map(|(slot, _)| state.local(slot) * (mass(slot) / total)).sum::<Vector3<f64>>();
+    let center = measured.center;
+    let rest_center = vertices().map(|(slot, rest)| rest * mass(slot)).sum::<Vector3<f64>>() / measured.mass;
     let moments: Matrix3<f64> = vertices()
         .map(|(slot, rest)| (state.local(slot) - center) * (rest - rest_center).transpose() * mass(slot))
         .sum();
-    let rotation = nearest_rotation(moments);
+    let rotation = rotations_near(&[moments], &UnitQuaternion::identity())[0];
     let goal = |rest| center + rotation * (rest - rest_center);
     let farthest = vertices().map(|(slot, rest)| (goal(rest) - state.local(slot)).norm()).fold(0.0, f64::max);
     let rate = GREATEST_RATE.min(GREATEST_DISTANCE * alpha.sqrt() / farthest);
@@ -102,16 +102,4 @@ pub(crate) fn recover(
         state.velocities.set(slot, velocity.map(|v| v as f32).into());
     }
     farthest < NEAR
-}
-
-/// Returns the rotation R with the greatest trace of Rᵀ A. It is any of them if several are equally good.
-fn nearest_rotation(moments: Matrix3<f64>) -> Matrix3<f64> {
-    let decomposed = moments.svd(true, true);
-    match (decomposed.u, decomposed.v_t) {
-        (Some(u), Some(v_t)) => {
-            let signs = Vector3::new(1.0, 1.0, (u * v_t).determinant().signum());
-            u * Matrix3::from_diagonal(&signs) * v_t
-        }
-        _ => Matrix3::identity(),
-    }
 }

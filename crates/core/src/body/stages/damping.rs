@@ -9,7 +9,7 @@ use crate::matching::{Purpose, RegionFit, Shapes};
 use crate::parallel::Executor;
 
 /// Moves the velocities towards the mean rigid velocity of the regions.
-pub(super) struct DampRegions;
+pub(in crate::body) struct DampRegions;
 
 impl Stage for DampRegions {
     fn name(&self) -> &'static str {
@@ -39,7 +39,7 @@ impl Stage for DampRegions {
 }
 
 /// Computes the reference motions of the components, towards which the acceleration damps the velocities.
-pub(super) struct DampModes;
+pub(in crate::body) struct DampModes;
 
 impl Stage for DampModes {
     fn name(&self) -> &'static str {

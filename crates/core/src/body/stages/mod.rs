@@ -48,7 +48,7 @@ mod stage;
 
 use self::constraints::{ApplyConstraints, BeginConstraints};
 use self::contacts::{BeginContacts, TouchBodies, TouchColliders};
-use self::damping::{DampModes, DampRegions};
+pub(super) use self::damping::{DampModes, DampRegions};
 use self::forces::ApplyForces;
 use self::fracture::FindBreaking;
 use self::inflation::UpdateInflation;

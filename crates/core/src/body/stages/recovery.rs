@@ -45,7 +45,7 @@ impl Body {
         let (lattice, extent) = (&self.shape.lattice, self.shape.extent);
         let (matching, momentum, state) = (&self.pipeline.matching, &self.pipeline.momentum, &mut self.state);
         let slots = matching.layout.slots();
-        if state.recovery_steps == 0 && can_start && is_tangled((lattice, slots), extent, state) {
+        if state.recovery_steps == 0 && can_start && is_tangled(lattice, &matching.layout, extent, state) {
             state.recovery_steps = most_steps(extent, alpha);
         }
         if state.recovery_steps > 0 {
