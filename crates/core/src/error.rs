@@ -105,12 +105,12 @@ pub enum StateError {
         /// Name of the body.
         body: String,
     },
-    /// Pins, handles or forces on vertices that the body does not have.
+    /// Pins, handles, inflation, forces or contacts of another body.
     #[error("body {body:?}: the state has {what} of another body")]
     Vertices {
         /// Name of the body.
         body: String,
-        /// `pins and handles` or `forces`.
+        /// `pins and handles`, `inflation`, `forces` or `contacts`.
         what: &'static str,
     },
     /// A handle follows an animation that the body does not have.

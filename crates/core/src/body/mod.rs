@@ -30,7 +30,8 @@
 //! | `plan` | describes the stages and their memory |
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
-//! | `snapshot` | saves and restores the state |
+//! | `snapshot` | the saved state |
+//! | `saving` | saves and restores it |
 
 mod body_contact;
 mod breaking;
@@ -52,6 +53,7 @@ mod plasticity;
 mod quantities;
 mod reference;
 mod samples;
+mod saving;
 mod select;
 mod settings;
 mod sleep;

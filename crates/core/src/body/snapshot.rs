@@ -1,223 +1,32 @@
-//! Saves and restores the state of a body.
+//! The saved state of a body.
 
-use std::sync::OnceLock;
-
-use super::soft_body::Body;
-use super::surface::Surface;
-use super::zones::{check_stiffness, checked_factors};
 use crate::contact::Side;
-use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
-use crate::error::{Error, StateError};
+use crate::dynamics::{Constraints, Forces, Inflation, Material};
 use crate::fracture::Cracks;
-use crate::lattice::{Embedding, Lattice, Layout};
 use crate::matching::HalfWidth;
-use crate::range::in_range;
 use crate::state::State;
-use crate::volume::{self, Correction, VolumeError, VolumeOptions};
+use crate::volume::VolumeOptions;
 
-/// The saved state of a body: all data that steps and changes of settings modify. It can be restored in any
-/// body that was built from the same mesh or lattice with the same settings.
+/// The saved state of a body: all data that steps and changes of settings modify. Each stage saves, checks and restores
+/// its own part. It can be restored in any body that was built from the same mesh or lattice with the same settings.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
     /// The cracks; `None` while the body is whole. They determine the lattice, to which all other data belong.
-    cracks: Option<Cracks>,
-    state: State,
-    constraints: Option<Constraints>,
-    material: Material,
+    pub(super) cracks: Option<Cracks>,
+    pub(super) state: State,
+    pub(super) constraints: Option<Constraints>,
+    pub(super) material: Material,
     /// Young's modulus that was fixed when the body joined a simulation.
-    youngs_modulus: Option<f64>,
-    half_width: HalfWidth,
+    pub(super) youngs_modulus: Option<f64>,
+    pub(super) half_width: HalfWidth,
     /// One per lattice vertex.
-    stiffness_factors: Option<Vec<f64>>,
-    inflation: Option<Inflation>,
-    volume: VolumeOptions,
-    forces: Option<Forces>,
+    pub(super) stiffness_factors: Option<Vec<f64>>,
+    pub(super) inflation: Option<Inflation>,
+    pub(super) volume: VolumeOptions,
+    pub(super) forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
-    displacements: Vec<[f32; 3]>,
+    pub(super) displacements: Vec<[f32; 3]>,
     /// Side points of the samples at colliders; see `contact::sides`.
-    sides: Vec<Side>,
-}
-
-impl Body {
-    /// Returns a copy of the current state.
-    pub fn snapshot(&self) -> BodySnapshot {
-        BodySnapshot {
-            cracks: self.cracks(),
-            state: self.state.clone(),
-            constraints: self.constraints.clone(),
-            material: self.settings.material,
-            youngs_modulus: self.settings.youngs_modulus,
-            half_width: self.half_width(),
-            stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
-            inflation: self.inflation.clone(),
-            volume: self.settings.volume,
-            forces: self.forces.clone(),
-            displacements: self
-                .contact
-                .contacts
-                .as_ref()
-                .map_or_else(Vec::new, |contacts| contacts.all_displacements().to_vec()),
-            sides: self.contact.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
-        }
-    }
-
-    /// Restores a state of a body that was built from the same mesh or lattice with the same settings.
-    ///
-    /// # Errors
-    ///
-    /// A state that does not match the body. The body is then unchanged.
-    pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.check_snapshot(snapshot)?;
-        self.apply_snapshot(snapshot)?;
-        // The other bodies may be elsewhere than when the state was saved.
-        self.state.touches.forget_bodies();
-        Ok(())
-    }
-
-    /// Restores the cracks of a state that passed [`check_snapshot`](Self::check_snapshot).
-    pub(crate) fn apply_cracks(&mut self, snapshot: &BodySnapshot) {
-        self.restore_cracks(snapshot.cracks.as_ref());
-    }
-
-    /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
-    pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.apply_cracks(snapshot);
-        self.settings.material = snapshot.material;
-        self.settings.youngs_modulus = snapshot.youngs_modulus;
-        self.set_half_width(snapshot.half_width);
-        if snapshot.stiffness_factors.as_deref() != self.stiffness_factors() {
-            let factors = snapshot.stiffness_factors.clone().map(StiffnessFactors::new).transpose()?;
-            self.replace_stiffness_factors(factors);
-        }
-        self.set_region_damping(snapshot.material.region_damping)?;
-        self.update_elastic_damping();
-        if snapshot.volume != self.settings.volume {
-            if self.shape.lattice.broken_joints().is_empty() {
-                self.set_volume(snapshot.volume)?;
-            } else {
-                // As after an event, it is created when it is needed.
-                self.settings.volume = snapshot.volume;
-                self.display.correction = OnceLock::new();
-            }
-        }
-        self.state = snapshot.state.clone();
-        self.inflation = snapshot.inflation.clone();
-        self.update_shapes();
-        self.pass_inflation();
-        if self.contact.body_contact.is_none() {
-            self.state.touches.forget_bodies();
-        }
-        self.measure_contact_bounds();
-        let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);
-        let is_tracked =
-            constrained == snapshot.constraints.as_ref().map_or(&[][..], Constraints::constrained);
-        let before = std::mem::replace(&mut self.constraints, snapshot.constraints.clone());
-        if let (Some(constraints), Some(before)) = (&mut self.constraints, &before) {
-            constraints.resolve(before);
-        }
-        if !is_tracked {
-            self.track_constraints();
-        }
-        self.forces = snapshot.forces.clone();
-        if let Some(contacts) = &mut self.contact.contacts {
-            contacts.set_displacements(&snapshot.displacements);
-            contacts.clear_pressures();
-            contacts.set_sides(&snapshot.sides);
-        }
-        Ok(())
-    }
-
-    /// Checks that a snapshot matches this body: cell size, lattice, constraints, forces and settings.
-    pub(crate) fn check_snapshot(&self, snapshot: &BodySnapshot) -> Result<(), StateError> {
-        let body = || self.name.clone();
-        let (cell_size, found) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
-        if cell_size != found {
-            return Err(StateError::CellSize { body: body(), cell_size, found });
-        }
-        let found = snapshot.state.positions.blocks().len();
-        let Ok(other) = self.lattice_with(snapshot.cracks.as_ref()) else {
-            return Err(StateError::Lattice {
-                body: body(),
-                blocks: self.pipeline.matching.layout.blocks(),
-                found,
-            });
-        };
-        let (lattice, blocks) = match &other {
-            None => (&self.shape.lattice, self.pipeline.matching.layout.blocks()),
-            Some(lattice) => (lattice, Layout::new(lattice).blocks()),
-        };
-        let components = lattice.components().count;
-        if snapshot.state.strains.is_some() != snapshot.material.plastic.is_some() {
-            return Err(StateError::Plastic { body: body() });
-        }
-        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid);
-        if !(blocks == found && are_sides_valid && snapshot.state.is_valid(blocks, components)) {
-            return Err(StateError::Lattice { body: body(), blocks, found });
-        }
-        let vertices = lattice.len();
-        if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_valid(vertices)) {
-            return Err(StateError::Vertices { body: body(), what: "pins and handles" });
-        }
-        let unresolved = |constraints: &Constraints| constraints.unresolved(self.constraints.as_ref());
-        if let Some(index) = snapshot.constraints.as_ref().and_then(unresolved) {
-            return Err(StateError::Animation { body: body(), index });
-        }
-        if !snapshot.inflation.as_ref().is_none_or(|inflation| inflation.is_valid(vertices)) {
-            return Err(StateError::Vertices { body: body(), what: "inflation" });
-        }
-        if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_valid(vertices)) {
-            return Err(StateError::Vertices { body: body(), what: "forces" });
-        }
-        let settings = |source| StateError::Settings { body: body(), source: Box::new(source) };
-        self.check_settings(snapshot, vertices).map_err(settings)?;
-        self.check_volume(snapshot.volume, (lattice, other.is_some())).map_err(|error| settings(error.into()))
-    }
-
-    /// Checks that the options of the volume correction are valid for the lattice of a snapshot. `is_other`: whether it
-    /// has other broken joints than the body.
-    fn check_volume(
-        &self,
-        volume: VolumeOptions,
-        (lattice, is_other): (&Lattice, bool),
-    ) -> Result<(), VolumeError> {
-        if volume == self.settings.volume {
-            return Ok(());
-        }
-        // Pieces that the measure does not allow keep the volume of their cells.
-        if !lattice.broken_joints().is_empty() {
-            return volume.validate();
-        }
-        let whole = match &self.breaking {
-            Some(breaking) if is_other => breaking.whole.as_ref(),
-            _ => {
-                let surface = self.surface().map(Surface::volume_surface);
-                return Correction::new(lattice, surface, &volume).map(|_| ());
-            }
-        };
-        let embedding = whole.map(|mesh| Embedding::new(lattice, mesh.vertices()));
-        let surface =
-            whole.zip(embedding.as_ref()).map(|(mesh, embedding)| volume::Surface { mesh, embedding });
-        Correction::new(lattice, surface, &volume).map(|_| ())
-    }
-
-    /// Checks that the settings of a snapshot are valid for this body with `vertices` lattice vertices.
-    fn check_settings(&self, snapshot: &BodySnapshot, vertices: usize) -> Result<(), Error> {
-        let &BodySnapshot { material, youngs_modulus, half_width, .. } = snapshot;
-        material.validate()?;
-        let factors = snapshot.stiffness_factors.as_ref();
-        let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
-        check_stiffness(&material, factors.as_ref())?;
-        if let Some(modulus) = youngs_modulus {
-            in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
-        }
-        let is_within = half_width.links() <= self.shape.extent.max(1);
-        in_range(
-            "half_width",
-            half_width.cells(),
-            half_width.is_valid() && is_within,
-            "0.5, or at least 1 and at most the extent",
-        )?;
-        Ok(())
-    }
+    pub(super) sides: Vec<Side>,
 }

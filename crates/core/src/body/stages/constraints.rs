@@ -3,9 +3,11 @@
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Shape};
+use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
-use crate::dynamics::RegionDamper;
+use crate::dynamics::{Constraints, RegionDamper};
+use crate::error::StateError;
 use crate::parallel::Executor;
 
 /// Pins and handles that become active capture the positions of their vertices.
@@ -64,6 +66,35 @@ impl Stage for ApplyConstraints {
     fn follow(&self, body: &mut Body, parents: &Parents) {
         if let Some(constraints) = &mut body.constraints {
             constraints.transfer(&parents.first);
+        }
+    }
+
+    fn save(&self, body: &Body, snapshot: &mut BodySnapshot) {
+        snapshot.constraints = body.constraints.clone();
+    }
+
+    fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
+        let Some(constraints) = &snapshot.constraints else { return Ok(()) };
+        let name = || body.name.clone();
+        if !constraints.is_valid(vertices) {
+            return Err(StateError::Vertices { body: name(), what: "pins and handles" });
+        }
+        match constraints.unresolved(body.constraints.as_ref()) {
+            Some(index) => Err(StateError::Animation { body: name(), index }),
+            None => Ok(()),
+        }
+    }
+
+    fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
+        let before = std::mem::replace(&mut body.constraints, snapshot.constraints.clone());
+        if let (Some(constraints), Some(before)) = (&mut body.constraints, &before) {
+            constraints.resolve(before);
+        }
+        let constrained = |constraints: &Option<Constraints>| {
+            constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
+        };
+        if constrained(&before) != constrained(&body.constraints) {
+            body.track_constraints();
         }
     }
 }

@@ -3,10 +3,12 @@
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{ContactData, Shape};
+use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
-use crate::contact::Contacts;
 use crate::contact::bodies::BodyContactPart;
+use crate::contact::{Contacts, Side};
+use crate::error::StateError;
 use crate::plan::CONTACT_OF_BODIES;
 
 /// Finds the components inside colliders, and stores the velocities before the impacts of the step.
@@ -61,6 +63,13 @@ impl Stage for TouchBodies {
     fn follow(&self, body: &mut Body, _parents: &Parents) {
         body.renew_body_contact();
     }
+
+    fn restore(&self, body: &mut Body, _snapshot: &BodySnapshot) {
+        if body.contact.body_contact.is_none() {
+            body.state.touches.forget_bodies();
+        }
+        body.measure_contact_bounds();
+    }
 }
 
 /// Applies the impulses at colliders, of a body that touches no other one.
@@ -90,6 +99,28 @@ impl Stage for TouchColliders {
             let mut contacts = Contacts::within(before.spacing(), body.create_samples(before.spacing()));
             contacts.continue_from(&before, &parents.first, &body.shape.lattice);
             body.contact.contacts = Some(contacts);
+        }
+    }
+
+    fn save(&self, body: &Body, snapshot: &mut BodySnapshot) {
+        if let Some(contacts) = &body.contact.contacts {
+            snapshot.displacements = contacts.all_displacements().to_vec();
+            snapshot.sides = contacts.sides().to_vec();
+        }
+    }
+
+    fn check(&self, body: &Body, snapshot: &BodySnapshot, _vertices: usize) -> Result<(), StateError> {
+        if snapshot.sides.iter().all(Side::is_valid) {
+            return Ok(());
+        }
+        Err(StateError::Vertices { body: body.name.clone(), what: "contacts" })
+    }
+
+    fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
+        if let Some(contacts) = &mut body.contact.contacts {
+            contacts.set_displacements(&snapshot.displacements);
+            contacts.clear_pressures();
+            contacts.set_sides(&snapshot.sides);
         }
     }
 }

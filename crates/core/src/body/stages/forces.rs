@@ -3,9 +3,11 @@
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Shape};
+use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::Forces;
+use crate::error::StateError;
 
 /// Applies the external forces of the step.
 pub(super) struct ApplyForces;
@@ -32,6 +34,23 @@ impl Stage for ApplyForces {
         if let Some(forces) = &mut body.forces {
             forces.transfer(&parents.pairs(), &body.shape.masses);
         }
+    }
+
+    fn save(&self, body: &Body, snapshot: &mut BodySnapshot) {
+        snapshot.forces = body.forces.clone();
+    }
+
+    fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
+        match &snapshot.forces {
+            Some(forces) if !forces.is_valid(vertices) => {
+                Err(StateError::Vertices { body: body.name.clone(), what: "forces" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
+        body.forces = snapshot.forces.clone();
     }
 }
 

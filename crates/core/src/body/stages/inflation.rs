@@ -1,9 +1,11 @@
 //! The ratios of the rest volumes.
 
 use super::stage::{BodyStep, Stage};
+use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::Inflation;
+use crate::error::StateError;
 
 /// Updates the ratios of the rest volumes of the regions to the end of the step.
 pub(super) struct UpdateInflation;
@@ -33,5 +35,24 @@ impl Stage for UpdateInflation {
         if let Some(inflation) = &mut body.inflation {
             inflation.transfer(&parents.first);
         }
+    }
+
+    fn save(&self, body: &Body, snapshot: &mut BodySnapshot) {
+        snapshot.inflation = body.inflation.clone();
+    }
+
+    fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
+        match &snapshot.inflation {
+            Some(inflation) if !inflation.is_valid(vertices) => {
+                Err(StateError::Vertices { body: body.name.clone(), what: "inflation" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
+        body.inflation = snapshot.inflation.clone();
+        body.update_shapes();
+        body.pass_inflation();
     }
 }

@@ -1,9 +1,11 @@
 //! The trait of the stages.
 
 use crate::body::context::StepContext;
+use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::contact::bodies::BodyContactPart;
+use crate::error::StateError;
 use crate::parallel::Executor;
 
 /// The inputs of a stage.
@@ -40,4 +42,20 @@ pub(in crate::body) trait Stage: Sync {
     /// Moves the data of lattice vertices to a lattice whose vertices were split, before [`rebuild`](Self::rebuild). The
     /// lattice, the masses, the regions and the state of the body are the new ones.
     fn follow(&self, _body: &mut Body, _parents: &Parents) {}
+
+    /// Copies the data of the stage that steps change to a snapshot.
+    fn save(&self, _body: &Body, _snapshot: &mut BodySnapshot) {}
+
+    /// Checks that the data of a snapshot fit the body, which then has `vertices` lattice vertices.
+    ///
+    /// # Errors
+    ///
+    /// Data that do not fit.
+    fn check(&self, _body: &Body, _snapshot: &BodySnapshot, _vertices: usize) -> Result<(), StateError> {
+        Ok(())
+    }
+
+    /// Restores the data of a snapshot that passed [`check`](Self::check). The lattice, the settings and the state of
+    /// the body are restored before.
+    fn restore(&self, _body: &mut Body, _snapshot: &BodySnapshot) {}
 }
