@@ -6,12 +6,12 @@ use super::context::StepContext;
 use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
+use crate::contact::Parts;
 use crate::contact::bodies::{
-    BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PieceVertices,
+    BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PartVertices,
     SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
 use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
-use crate::lattice::{Components, Lattice, Layout};
 use crate::parallel::Executor;
 use crate::state::{ContactForce, SearchedMotion, State, Touches};
 
@@ -95,8 +95,8 @@ impl Body {
         self.read_motion(BodyContact::measure_bounds);
     }
 
-    /// Lets the contact with bodies, if there is one, read the state of the body and of its pieces.
-    fn read_motion(&mut self, read: impl FnOnce(&mut BodyContact, &State, &[u8], Option<PieceVertices<'_>>)) {
+    /// Lets the contact with bodies, if there is one, read the state of the body and of its parts.
+    fn read_motion(&mut self, read: impl FnOnce(&mut BodyContact, &State, &PartVertices<'_>)) {
         let Self {
             contact: ContactData { body_contact: Some(contact), .. },
             shape: Shape { lattice, .. },
@@ -107,13 +107,14 @@ impl Body {
         else {
             return;
         };
-        read(contact, state, matching.layout.occupied(), pieces(lattice, &matching.layout));
+        let (slots, occupied) = (matching.layout.slots(), matching.layout.occupied());
+        read(contact, state, &PartVertices { parts: Parts::new(lattice), slots, occupied });
     }
 
     /// Returns the surface for contact with bodies, which is created if it does not exist; `None` if the body can touch
     /// none.
     pub(crate) fn surface_of_contact(&self) -> Option<&ContactSurface> {
-        self.contact.body_contact.as_ref()?.surface_or(|| self.contact_surface())
+        self.contact.body_contact.as_ref()?.surface_or(|| ContactSurface::new(self.rest_surface()))
     }
 
     /// Returns the box in which the body has been since it was measured last; `None` if the body can touch none.
@@ -133,15 +134,7 @@ impl Body {
         let contact = self.contact.body_contact.as_ref()?;
         match contact.created_surface() {
             Some(surface) => Some(surface.sample_count()),
-            None => self.contact_surface().map(|surface| surface.sample_count()),
-        }
-    }
-
-    /// Creates the surface for contact with bodies; `None` if it has no area.
-    fn contact_surface(&self) -> Option<ContactSurface> {
-        match self.surface() {
-            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.shape.lattice, &surface.embedding),
-            None => ContactSurface::of_lattice(&self.shape.lattice),
+            None => ContactSurface::new(self.rest_surface()).map(|surface| surface.sample_count()),
         }
     }
 
@@ -347,13 +340,6 @@ impl TouchingBody for Body {
     fn is_asleep(&self) -> bool {
         self.state.rest.is_asleep
     }
-}
-
-/// Returns the pieces of a body; `None` if it is in one piece.
-fn pieces<'a>(lattice: &'a Lattice, layout: &'a Layout) -> Option<PieceVertices<'a>> {
-    let Components { count, of_vertex } = lattice.components();
-    let is_in_pieces = *count > 1 && !lattice.broken_joints().is_empty();
-    is_in_pieces.then_some(PieceVertices { count: *count, of_vertex, slots: layout.slots() })
 }
 
 #[cfg(test)]

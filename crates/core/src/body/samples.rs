@@ -2,7 +2,7 @@
 
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::contact::{Colliders, Contacts, Pressure, SampleCells};
+use crate::contact::{Colliders, Contacts, Pressure, RestSurface, SampleCells};
 
 impl Body {
     /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more
@@ -31,22 +31,25 @@ impl Body {
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary
     /// of a bare lattice.
     pub(crate) fn create_samples(&self, spacing: f64) -> SampleCells {
-        let slots = self.pipeline.matching.layout.slots();
+        let (slots, masses) = (self.pipeline.matching.layout.slots(), &self.shape.masses);
+        let lattice = &self.shape.lattice;
+        if self.surface().is_none() {
+            return SampleCells::of_lattice_within(spacing, lattice, slots, masses);
+        }
+        let samples = SampleCells::of_surface(&self.rest_surface(), spacing, slots, masses);
+        match self.smoothing() {
+            None => samples,
+            Some(_) => samples.smoothed(lattice, slots, masses),
+        }
+    }
+
+    /// Returns the surface at rest, on which contacts act.
+    pub(super) fn rest_surface(&self) -> RestSurface<'_> {
         match self.surface() {
-            Some(Surface { mesh, embedding, pieces, .. }) => {
-                let samples = SampleCells::of_mesh_within(
-                    spacing,
-                    (mesh, pieces.as_ref().map(|_| embedding)),
-                    &self.shape.lattice,
-                    slots,
-                    &self.shape.masses,
-                );
-                match embedding.smoothing() {
-                    None => samples,
-                    Some(_) => samples.smoothed(&self.shape.lattice, slots, &self.shape.masses),
-                }
+            Some(Surface { mesh, embedding, .. }) => {
+                RestSurface::of_mesh(mesh, &self.shape.lattice, embedding)
             }
-            None => SampleCells::of_lattice_within(spacing, &self.shape.lattice, slots, &self.shape.masses),
+            None => RestSurface::of_lattice(&self.shape.lattice),
         }
     }
 }

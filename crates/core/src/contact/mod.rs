@@ -14,8 +14,9 @@
 //! | `collider` | description of a collider: shape, friction, restitution, keyframes |
 //! | `colliders` | the validated colliders of a simulation, at rest, along keyframes or driven |
 //! | `posed_collider` | a collider during a step: its shapes, and the motion of its surface |
-//! | `surface_points` | points of a mesh that are samples |
-//! | `piece_points` | points of the surface of a body that broke |
+//! | `parts` | the parts of a body that touch: a whole body, or the pieces of a broken one |
+//! | `surface_points` | points of a surface that are samples |
+//! | `sampler` | samples the surface of a body part by part: a mesh or a bare lattice |
 //! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
 //! | `sides` | the side of a shape from which a sample came, and its contact there |
@@ -70,11 +71,12 @@ mod field;
 mod interpolant;
 mod jacobi;
 mod memory;
+mod parts;
 mod patch;
-mod piece_points;
 mod posed_collider;
 mod pressure;
 mod push_out;
+mod sampler;
 mod samples;
 mod shape;
 mod sides;
@@ -96,7 +98,9 @@ pub(crate) use self::escape::BodyPoints;
 pub use self::fault::{ColliderError, ColliderFault};
 pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
+pub(crate) use self::parts::Parts;
 pub(crate) use self::pressure::Pressure;
+pub(crate) use self::sampler::RestSurface;
 pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;

@@ -7,9 +7,11 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::piece_points::{PiecePoints, PieceSurface};
-use super::surface_points::{MAX_SAMPLES, surface_points};
-use crate::lattice::{Embedding, Lattice, Stencil, trilinear_weights};
+use super::sampler::RestSurface;
+#[cfg(feature = "internals")]
+use crate::lattice::Embedding;
+use crate::lattice::{Lattice, Stencil, trilinear_weights};
+#[cfg(feature = "internals")]
 use crate::mesh::Mesh;
 use crate::simd::lanes::LANES;
 
@@ -111,7 +113,7 @@ impl SampleCells {
         }
     }
 
-    /// Makes the positions of the samples smooth; see [`Embedding::smoothed`].
+    /// Makes the positions of the samples smooth; see [`Embedding::smoothed`](crate::lattice::Embedding::smoothed).
     ///
     /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass.
     #[must_use]
@@ -142,49 +144,11 @@ impl SampleCells {
         self.stencils.as_deref()
     }
 
-    /// Creates the samples of a mesh in its lattice, at most one cell apart: see
-    /// [`of_mesh_within`](Self::of_mesh_within).
+    /// Creates the samples of a mesh in its lattice, at most one cell apart, as bodies have them.
     #[cfg(feature = "internals")]
     pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
-        Self::of_mesh_within(1.0, (mesh, None), lattice, slots, masses)
-    }
-
-    /// Creates the samples of a mesh in its lattice: points of the surface that are at most `spacing` cells apart, or
-    /// farther if that gives more than [`MAX_SAMPLES`].
-    ///
-    /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex, and `masses` its mass in
-    /// units of a full cell's mass. `hosts`: the embedding of the mesh of a body that broke. A piece of a few cells can
-    /// be without a surface: the centers of its cells are samples, so that it does not fall through colliders.
-    pub(crate) fn of_mesh_within(
-        spacing: f64,
-        (mesh, hosts): (&Mesh, Option<&Embedding>),
-        lattice: &Lattice,
-        slots: &[u32],
-        masses: &[f32],
-    ) -> Self {
-        let samples = |embedding: &Embedding, centers: &[u32]| {
-            let on_surface = (0..embedding.len()).map(|i| (embedding.cell(i), embedding.local(i)));
-            let centers = centers.iter().map(|&cell| (cell, [0.5; 3]));
-            let (cells, local): (Vec<_>, Vec<_>) = on_surface.chain(centers).unzip();
-            Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
-        };
-        if let Some(hosts) = hosts {
-            let hosts = &|vertex| hosts.cell(vertex as usize);
-            let scale = PieceSurface::SCALE / lattice.cell_size();
-            let surface =
-                PieceSurface { vertices: mesh.vertices(), triangles: mesh.triangles(), scale, hosts };
-            let limits = (spacing * lattice.cell_size(), MAX_SAMPLES * lattice.len());
-            let PiecePoints { embedding, .. } = surface.points(lattice, limits, |point| *point);
-            return samples(&embedding, &cells_without_points(lattice, &embedding));
-        }
-        let points = surface_points(
-            mesh.vertices(),
-            mesh.surface(),
-            mesh.weld(),
-            spacing * lattice.cell_size(),
-            MAX_SAMPLES * lattice.len(),
-        );
-        samples(&Embedding::new(lattice, &points), &[])
+        let embedding = Embedding::new(lattice, mesh.vertices());
+        Self::of_surface(&RestSurface::of_mesh(mesh, lattice, &embedding), 1.0, slots, masses)
     }
 
     /// Creates the samples of a bare lattice (without a mesh), one cell apart: see
@@ -192,6 +156,24 @@ impl SampleCells {
     #[cfg(feature = "internals")]
     pub fn of_lattice(lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         Self::of_lattice_within(1.0, lattice, slots, masses)
+    }
+
+    /// Creates the samples of the surface of a mesh, at most `spacing` cells apart: see [`RestSurface::sample`].
+    ///
+    /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass. A piece of a
+    /// few cells can be without a surface: the centers of its cells are samples, so that it does not fall through
+    /// colliders.
+    pub(crate) fn of_surface(surface: &RestSurface<'_>, spacing: f64, slots: &[u32], masses: &[f32]) -> Self {
+        let parts = surface.parts;
+        let samples = surface.sample(&surface.of_parts(), spacing);
+        let mut has_samples = vec![false; parts.count];
+        samples.iter().for_each(|sample| has_samples[parts.of_cell(sample.cell) as usize] = true);
+        let centers = (0..parts.lattice.cells().len() as u32)
+            .filter(|&cell| !has_samples[parts.of_cell(cell) as usize])
+            .map(|cell| (cell, [0.5; 3]));
+        let on_surface = samples.iter().map(|sample| (sample.cell, sample.local));
+        let (cells, local): (Vec<_>, Vec<_>) = on_surface.chain(centers).unzip();
+        Self::new(&cells, &local, |cell| parts.lattice.cell_corners(cell), slots).with_masses(masses)
     }
 
     /// Creates the samples of a bare lattice: its vertices with fewer than eight occupied cells, which lie on the
@@ -339,14 +321,4 @@ fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
     vertices.dedup();
     vertices.shrink_to_fit();
     vertices
-}
-
-/// Returns the cells of the pieces without an embedded point.
-fn cells_without_points(lattice: &Lattice, embedding: &Embedding) -> Vec<u32> {
-    let mut has_points = vec![false; lattice.components().count];
-    for point in 0..embedding.len() {
-        has_points[lattice.component_of_cell(embedding.cell(point)) as usize] = true;
-    }
-    let cells = 0..lattice.cells().len() as u32;
-    cells.filter(|&cell| !has_points[lattice.component_of_cell(cell) as usize]).collect()
 }

@@ -10,31 +10,28 @@ pub(super) const MAX_SAMPLES: usize = 64;
 
 /// Returns points of a surface that are dense enough to detect contacts of large faces.
 ///
-/// The points are, in this order: the welded vertices that triangles use, points on the edges longer than
+/// The points are, in this order: the vertices that triangles use, points on the edges longer than
 /// `spacing`, and points within the triangles with such an edge. They are at most `spacing` apart along each
 /// edge, and within a triangle along and across its longest edge. If these are more than `max_points` points
 /// beside the vertices, the spacing is doubled until they are not. Of triangles with the same corners only the
 /// first one is filled.
 ///
-/// * `weld`: for each vertex, the first vertex at the same position.
-/// * `spacing`: a length > 0.
+/// Vertices at the same position have to be one vertex; `spacing` is a length > 0.
 pub(super) fn surface_points(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
-    weld: &[u32],
     mut spacing: f64,
     max_points: usize,
 ) -> Vec<Point3<f64>> {
-    let welded = || triangles.iter().map(|triangle| triangle.map(|v| weld[v as usize]));
     let mut used = vec![false; vertices.len()];
-    welded().flatten().for_each(|v| used[v as usize] = true);
+    triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
     let mut points: Vec<_> = vertices.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p).collect();
     let vertex_count = points.len();
     // A triangle with short edges has no points beside its vertices, for any larger spacing as well.
     let edge = |p: u32, q: u32| (vertices[p as usize] - vertices[q as usize]).norm();
     let is_large =
         |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| edge(p, q) > spacing);
-    let triangles = distinct(welded().filter(is_large));
+    let triangles = distinct(triangles.iter().copied().filter(is_large));
     while !add_points(vertices, &triangles, spacing, vertex_count + max_points, &mut points) {
         points.truncate(vertex_count);
         spacing *= 2.0;
@@ -126,10 +123,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_triangles_are_sampled_at_their_welded_vertices_only() {
-        let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3], [9.0; 3]].map(Point3::from);
-        // Vertex 3 duplicates vertex 0 at a seam; vertex 4 belongs to no face.
-        let points = surface_points(&vertices, &[[0, 1, 2], [3, 2, 1]], &[0, 1, 2, 0, 4], 1.5, 1000);
+    fn small_triangles_are_sampled_at_their_vertices_only() {
+        let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0; 3]].map(Point3::from);
+        // Vertex 3 belongs to no face.
+        let points = surface_points(&vertices, &[[0, 1, 2], [0, 2, 1]], 1.5, 1000);
         assert_eq!(points, vertices[..3]);
     }
 
@@ -142,7 +139,7 @@ mod tests {
             [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 1.0, 0.0]],
         ] {
             let corners = corners.map(Point3::from);
-            let points = surface_points(&corners, &[[0, 1, 2]], &[0, 1, 2], spacing, 10_000);
+            let points = surface_points(&corners, &[[0, 1, 2]], spacing, 10_000);
             for i in 0..=60 {
                 for j in 0..=60 - i {
                     let (u, v) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
@@ -161,13 +158,13 @@ mod tests {
     #[test]
     fn sample_count_of_a_sliver_is_linear_in_its_length() {
         let corners = [[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [500.0, 1e-3, 0.0]].map(Point3::from);
-        assert!(surface_points(&corners, &[[0, 1, 2]], &[0, 1, 2], 1.0, 10_000).len() < 2100);
+        assert!(surface_points(&corners, &[[0, 1, 2]], 1.0, 10_000).len() < 2100);
     }
 
     #[test]
     fn equal_triangles_are_sampled_once_and_the_number_of_samples_is_limited() {
         let corners = [[0.0; 3], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]].map(Point3::from);
-        let sample = |faces: &[[u32; 3]], limit| surface_points(&corners, faces, &[0, 1, 2], 0.5, limit);
+        let sample = |faces: &[[u32; 3]], limit| surface_points(&corners, faces, 0.5, limit);
         let one = sample(&[[0, 1, 2]], 10_000);
         assert_eq!(sample(&[[0, 1, 2], [1, 2, 0], [2, 1, 0]], 10_000), one);
         let few = sample(&[[0, 1, 2]], 100);

@@ -66,7 +66,7 @@ impl SurfaceTree {
     }
 
     /// Returns the vertices of a triangle. Triangles without area were left out.
-    pub(crate) fn triangle(&self, triangle: u32) -> [u32; 3] {
+    fn triangle(&self, triangle: u32) -> [u32; 3] {
         self.mesh.indices()[triangle as usize]
     }
 

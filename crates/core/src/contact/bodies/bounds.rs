@@ -64,6 +64,26 @@ impl Bounds {
         (0..3).all(|a| self.low[a] <= other.high[a] && other.low[a] <= self.high[a])
     }
 
+    /// Calls `visit` for each pair of boxes that have a common point, the one with the lesser lower x coordinate first,
+    /// and for each box and itself if `with_itself`. `order` is a buffer.
+    pub(super) fn for_each_pair(
+        count: u32,
+        bounds: impl Fn(u32) -> Self,
+        with_itself: bool,
+        order: &mut Vec<u32>,
+        mut visit: impl FnMut(u32, u32),
+    ) {
+        order.clear();
+        order.extend((0..count).filter(|&index| !bounds(index).is_empty()));
+        order.sort_unstable_by(|&a, &b| bounds(a).low.x.total_cmp(&bounds(b).low.x).then(a.cmp(&b)));
+        for (place, &a) in order.iter().enumerate() {
+            let own = bounds(a);
+            let later = order[place + usize::from(!with_itself)..].iter();
+            let later = later.take_while(|&&b| bounds(b).low.x <= own.high.x);
+            later.filter(|&&b| bounds(b).intersects(&own)).for_each(|&b| visit(a, b));
+        }
+    }
+
     /// Returns on which sides of the box a point is outside: one bit for each of the six sides.
     pub(super) fn sides_of(&self, point: &Point3<f64>) -> u8 {
         let side = |a: usize| u8::from(point[a] < self.low[a]) | u8::from(point[a] > self.high[a]) << 1;
@@ -72,5 +92,31 @@ impl Bounds {
 
     pub(super) fn contains(&self, point: &Point3<f64>) -> bool {
         (0..3).all(|a| self.low[a] <= point[a] && point[a] <= self.high[a])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pair_of_boxes_that_intersect_is_found_once() {
+        let cube = |x: f64| Bounds::of([Point3::new(x, 0.0, 0.0), Point3::new(x + 1.0, 1.0, 1.0)]);
+        let boxes = [cube(2.5), cube(0.0), Bounds::EMPTY, cube(0.5), cube(3.5)];
+        let pairs = |with_itself: bool| {
+            let mut pairs = Vec::new();
+            Bounds::for_each_pair(
+                5,
+                |k| boxes[k as usize],
+                with_itself,
+                &mut Vec::new(),
+                |a, b| {
+                    pairs.push((a, b));
+                },
+            );
+            pairs
+        };
+        assert_eq!(pairs(false), [(1, 3), (0, 4)]);
+        assert_eq!(pairs(true), [(1, 1), (1, 3), (3, 3), (0, 0), (0, 4), (4, 4)]);
     }
 }

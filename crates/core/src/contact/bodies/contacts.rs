@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::bounds::Bounds;
 use super::filter::ContactFilter;
 use super::island::{Island, PairContact};
-use super::motion::NearPieces;
+use super::motion::Nearness;
 use super::posed::PosedLattice;
 use super::search::{Search, Touch};
 use super::view::{BodyView, ContactStep};
@@ -35,6 +35,35 @@ pub(crate) enum BodyContactPart<'a> {
     InIsland { contacts: &'a BodyContacts, island: &'a Island, member: usize, index: u32 },
 }
 
+/// A body in the contacts of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearBody {
+    /// Box in which it is searched; empty if it is in no pair.
+    pub(super) region: Bounds,
+    /// Whether it is in a pair with another body.
+    pub(super) has_partner: bool,
+    /// Greatest number of times in the step at which it is searched.
+    pub(super) times: u32,
+    /// Whether it is searched.
+    pub(super) is_searched: bool,
+    /// Its island, and its index there.
+    place: Option<(u32, u32)>,
+}
+
+impl NearBody {
+    /// A body in no pair.
+    pub(super) const ALONE: Self =
+        Self { region: Bounds::EMPTY, has_partner: false, times: 1, is_searched: false, place: None };
+}
+
+/// Two bodies that may touch in a step, or a body and itself.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearPair {
+    /// The lesser one first.
+    pub(super) bodies: (u32, u32),
+    pub(super) near: Nearness,
+}
+
 /// The contacts between the bodies of a simulation. Its buffers are reused.
 #[derive(Debug, Default)]
 pub(crate) struct BodyContacts {
@@ -43,25 +72,15 @@ pub(crate) struct BodyContacts {
     pub(super) bounds: Vec<Bounds>,
     /// Bodies in increasing order of the lower x coordinates of their boxes.
     pub(super) order: Vec<u32>,
-    /// Box in which each body is searched; empty if it is in no pair.
-    pub(super) regions: Vec<Bounds>,
-    /// Whether each body is in a pair with another one.
-    pub(super) has_partner: Vec<bool>,
-    /// Greatest number of times in a step at which each body is searched.
-    pub(super) times: Vec<u32>,
-    /// Whether each body is searched in this step.
-    pub(super) is_searched: Vec<bool>,
+    pub(super) bodies: Vec<NearBody>,
     /// The searches of this step are the first `search_count` ones.
     pub(super) searches: Vec<Search>,
     pub(super) search_count: usize,
-    pub(super) pairs: Vec<(u32, u32)>,
-    /// The bodies whose pieces may touch each other, in increasing order.
-    pub(super) in_pieces: Vec<(u32, NearPieces)>,
+    /// In increasing order of the bodies.
+    pub(super) pairs: Vec<NearPair>,
     /// The islands of this step are the first `island_count` ones.
     islands: Vec<Island>,
     pub(super) island_count: usize,
-    /// Island of each body, and its index there.
-    pub(super) places: Vec<Option<(u32, u32)>>,
     /// The lattice of each body at the time of a search.
     posed: Vec<PosedLattice>,
     /// The contacts of the last step, and those in which sleeping bodies fell asleep, with their forces.
@@ -86,34 +105,14 @@ impl BodyContacts {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self {
-            bounds,
-            order,
-            regions,
-            has_partner,
-            times,
-            is_searched,
-            searches,
-            pairs,
-            in_pieces,
-            islands,
-            places,
-            posed,
-            records,
-            ..
-        } = self;
+        let Self { bounds, order, bodies, searches, pairs, islands, posed, records, .. } = self;
         size_of_val(&**bounds)
-            + size_of_val(&**is_searched)
             + size_of_val(&**order)
-            + size_of_val(&**regions)
-            + size_of_val(&**has_partner)
-            + size_of_val(&**times)
+            + size_of_val(&**bodies)
             + searches.iter().map(Search::bytes).sum::<usize>()
             + size_of_val(&**searches)
             + size_of_val(&**pairs)
-            + size_of_val(&**in_pieces)
             + islands.iter().map(Island::bytes).sum::<usize>()
-            + size_of_val(&**places)
             + posed.iter().map(PosedLattice::bytes).sum::<usize>()
             + size_of_val(&**posed)
             + size_of_val(&**records)
@@ -136,7 +135,7 @@ impl BodyContacts {
         }
         executor.for_each_indexed(bodies, |index, body| {
             if self.region(index).is_some() {
-                prepare(body, !self.has_partner[index as usize]);
+                prepare(body, !self.bodies[index as usize].has_partner);
             }
         });
         let view = |index: u32| bodies[index as usize].contact_view();
@@ -154,8 +153,7 @@ impl BodyContacts {
         bodies: &mut [B],
         prepare: impl Fn(&mut B) + Send + Sync,
     ) -> Vec<(usize, usize, f64)> {
-        let count = bodies.len();
-        if !self.pair(count as u32, |index| bodies[index as usize].contact_view(), |_| false, 0.0) {
+        if !self.pair(bodies.len() as u32, |index| bodies[index as usize].contact_view(), |_| false, 0.0) {
             return Vec::new();
         }
         // On the calling thread, which may hold locks of the caller.
@@ -165,8 +163,7 @@ impl BodyContacts {
                 prepare(body);
             }
         });
-        self.is_searched.clear();
-        self.is_searched.resize(count, true);
+        self.bodies.iter_mut().for_each(|body| body.is_searched = true);
         let view = |index: u32| bodies[index as usize].contact_view();
         self.search(view, 0.0, 0.0, &executor);
         self.found_overlaps(|body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size()))
@@ -185,12 +182,12 @@ impl BodyContacts {
 
     /// Returns the box in which a body is searched, or `None` if it is in no pair.
     fn region(&self, body: u32) -> Option<Bounds> {
-        self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
+        self.bodies.get(body as usize).map(|body| body.region).filter(|region| !region.is_empty())
     }
 
     /// Returns the times of the searches, as parts of the step before its end: decreasing, the last one 0.
     fn search_times(&self) -> impl Iterator<Item = f64> + use<> {
-        let times = self.times.iter().copied().max().unwrap_or(1);
+        let times = self.bodies.iter().map(|body| body.times).max().unwrap_or(1);
         (1..=times).map(move |time| 1.0 - f64::from(time) / f64::from(times))
     }
 
@@ -203,16 +200,16 @@ impl BodyContacts {
         dt: f64,
         executor: &Executor,
     ) {
-        let Self { posed, regions, is_searched, times, searches, search_count, .. } = self;
-        posed.resize_with(regions.len(), PosedLattice::default);
+        let Self { posed, bodies, searches, search_count, .. } = self;
+        posed.resize_with(bodies.len(), PosedLattice::default);
         executor.for_each_indexed(posed, |body, posed| {
-            let index = body as usize;
-            let is_searched = is_searched[index] && is_search_time(past, times[index]);
-            if is_searched
-                && !regions[index].is_empty()
+            let NearBody { region, times, is_searched, .. } = &bodies[body as usize];
+            if *is_searched
+                && is_search_time(past, *times)
+                && !region.is_empty()
                 && let Some(body) = view(body)
             {
-                body.pose(posed, past * dt, &regions[index]);
+                body.pose(posed, past * dt, region);
             }
         });
         let posed = &*posed;
@@ -236,20 +233,19 @@ impl BodyContacts {
         step: ContactStep,
         executor: &Executor,
     ) {
-        let Self { searches, search_count, islands, places, sets, .. } = self;
+        let Self { searches, search_count, islands, bodies, sets, .. } = self;
         let searches = &searches[..*search_count];
-        sets.reset(places.len());
-        places.fill(None);
+        sets.reset(bodies.len());
         for search in searches.iter().filter(|search| !search.touches.is_empty()) {
             sets.unite(search.body, search.other);
             // Marks the bodies that touch; the islands follow.
             for body in [search.body, search.other] {
-                places[body as usize] = Some((0, 0));
+                bodies[body as usize].place = Some((0, 0));
             }
         }
         self.island_count = 0;
-        for body in 0..places.len() as u32 {
-            if places[body as usize].is_none() {
+        for body in 0..bodies.len() as u32 {
+            if bodies[body as usize].place.is_none() {
                 continue;
             }
             let root = sets.find(body);
@@ -261,15 +257,15 @@ impl BodyContacts {
                 self.island_count += 1;
             }
             // The root is the first body of its island.
-            let index = if root == body { self.island_count as u32 - 1 } else { island_index(places, root) };
+            let index = if root == body { self.island_count as u32 - 1 } else { island_index(bodies, root) };
             let member = islands[index as usize].add_body(body);
-            places[body as usize] = Some((index, member));
+            bodies[body as usize].place = Some((index, member));
         }
-        let places = &*places;
+        let bodies = &*bodies;
         executor.for_each_mut(&mut islands[..self.island_count], |island| {
             let index = island.index();
             let searches = searches.iter().filter(|search| !search.touches.is_empty());
-            let own = searches.filter(|search| island_index(places, search.body) == index);
+            let own = searches.filter(|search| island_index(bodies, search.body) == index);
             let view = |body| view(body).expect("bodies that touch have a surface");
             island.solve(view, own, step);
         });
@@ -277,13 +273,13 @@ impl BodyContacts {
 
     /// Returns the island of a body, and the index of the body there, or `None` if it touches no body.
     fn island_of(&self, body: u32) -> Option<(&Island, usize)> {
-        let (island, member) = (*self.places.get(body as usize)?)?;
+        let (island, member) = self.bodies.get(body as usize)?.place?;
         Some((&self.islands[island as usize], member as usize))
     }
 
     /// Returns whether two bodies are a pair of this step.
     pub(crate) fn is_pair(&self, body: u32, other: u32) -> bool {
-        self.pairs.binary_search(&(body.min(other), body.max(other))).is_ok()
+        self.pairs.binary_search_by_key(&(body.min(other), body.max(other)), |pair| pair.bodies).is_ok()
     }
 
     /// Returns the samples of a body that touch bodies.
@@ -351,6 +347,6 @@ fn is_search_time(past: f64, times: u32) -> bool {
 }
 
 /// Returns the island of a body that touches another one.
-fn island_index(places: &[Option<(u32, u32)>], body: u32) -> u32 {
-    places[body as usize].map_or(u32::MAX, |(island, _)| island)
+fn island_index(bodies: &[NearBody], body: u32) -> u32 {
+    bodies[body as usize].place.map_or(u32::MAX, |(island, _)| island)
 }

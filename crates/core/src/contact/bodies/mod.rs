@@ -14,7 +14,7 @@
 //! | `surface` | the surface of a body at rest: its triangles and samples |
 //! | `view` | the data of a body that are read |
 //! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
-//! | `motion` | boxes of the motion of a body and of its pieces |
+//! | `motion` | boxes of the motion of the parts of a body |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
 //! | `touched_point` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
@@ -46,7 +46,7 @@ pub(crate) use self::contacts::{BodyContactPart, BodyContacts, TouchingBody};
 pub(crate) use self::filter::ContactFilter;
 pub(crate) use self::gaps::{GapBody, GapSearch};
 pub(crate) use self::island::Island;
-pub(crate) use self::motion::PieceVertices;
+pub(crate) use self::motion::PartVertices;
 pub(crate) use self::pairing::SEARCH_DISTANCE;
 pub(crate) use self::surface::ContactSurface;
 pub(crate) use self::view::{BodyContact, BodyView, ContactStep, MomentumChange, SurfaceProperties};

@@ -1,12 +1,15 @@
-//! Boxes of the motion of a body and of its pieces in a step, by which those that may touch each other are found.
+//! Boxes of the motion of the parts of a body in a step, by which those that may touch each other are found.
 
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
+use crate::contact::parts::Parts;
+use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
 use crate::state::State;
 
-/// Boxes of the motion of a body in a step, by which near bodies are found, and the times at which they are searched.
+/// Boxes of the motion of a body or a part in a step, by which those that are near are found, and the times at which
+/// they are searched.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionBounds {
     /// Positions at the end of the step without contacts, in world space.
@@ -22,11 +25,10 @@ impl MotionBounds {
     pub(super) const EMPTY: Self =
         Self { positions: Bounds::EMPTY, velocities: Bounds::EMPTY, velocities_before: Bounds::EMPTY };
 
-    /// Returns the greatest relative speeds of two motions, in scene units per second: before the step, and at its end
-    /// without contacts.
-    pub(super) fn greatest_speeds(&self, other: &Self) -> (f64, f64) {
-        let before = self.velocities_before.greatest_difference(&other.velocities_before);
-        (before, self.velocities.greatest_difference(&other.velocities))
+    /// Returns how fast two motions are relative to each other in the common part of their boxes.
+    pub(super) fn nearness(&self, other: &Self, region: Bounds) -> Nearness {
+        let speed_before = self.velocities_before.greatest_difference(&other.velocities_before);
+        Nearness { region, speed_before, speed: self.velocities.greatest_difference(&other.velocities) }
     }
 
     /// Returns the box of the positions during a step of `dt` seconds: those at its end, minus parts of the
@@ -40,117 +42,129 @@ impl MotionBounds {
     }
 }
 
-/// The lattice vertices of the pieces of a body.
+/// The lattice vertices of the parts of a body.
 #[derive(Clone, Copy)]
-pub(crate) struct PieceVertices<'a> {
-    /// Number of pieces.
-    pub(crate) count: usize,
-    /// Piece of each lattice vertex.
-    pub(crate) of_vertex: &'a [u32],
+pub(crate) struct PartVertices<'a> {
+    pub(crate) parts: Parts<'a>,
     /// Slot of each lattice vertex.
     pub(crate) slots: &'a [u32],
+    /// Bit mask of the lanes with a vertex, for each block of eight slots.
+    pub(crate) occupied: &'a [u8],
 }
 
-/// Boxes of the motion of each piece of a body in a step; empty if the body is in one piece.
-#[derive(Debug, Default)]
-pub(super) struct PieceMotions {
-    motions: Vec<MotionBounds>,
-    /// Buffer: least and greatest coordinates of each piece.
-    extents: Vec<[[f32; 3]; 2]>,
+/// Boxes of the motion of the parts of a body in a step.
+#[derive(Debug)]
+pub(super) struct PartMotions {
+    /// Of all parts together.
+    pub(super) all: MotionBounds,
+    parts: Vec<MotionBounds>,
+    /// Buffer: least and greatest coordinates of each part.
+    extents: Vec<([f32; 3], [f32; 3])>,
 }
 
-/// Where and how fast the pieces of a body may touch each other in a step.
+/// Where and how fast two bodies, or the parts of a body, may touch each other in a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NearPieces {
-    /// Contains the common parts of the boxes of all pairs of pieces.
+pub(super) struct Nearness {
+    /// Contains the common parts of their boxes.
     pub(super) region: Bounds,
-    /// Greatest relative speed before the step of two pieces whose boxes overlap, in scene units per second.
+    /// Greatest relative speed before the step, in scene units per second.
     pub(super) speed_before: f64,
-    /// Their greatest relative speed at the end of the step without contacts.
+    /// Greatest relative speed at the end of the step without contacts.
     pub(super) speed: f64,
 }
 
-impl PieceMotions {
-    /// Removes the boxes: the body is in one piece.
-    pub(super) fn clear(&mut self) {
-        self.motions.clear();
+impl Nearness {
+    /// Returns where and how fast the parts of one or the other of two pairs may touch each other.
+    fn union(&self, other: &Self) -> Self {
+        Self {
+            region: self.region.union(&other.region),
+            speed_before: self.speed_before.max(other.speed_before),
+            speed: self.speed.max(other.speed),
+        }
     }
+}
+
+impl PartMotions {
+    /// Of a body without vertices.
+    pub(super) const EMPTY: Self = Self { all: MotionBounds::EMPTY, parts: Vec::new(), extents: Vec::new() };
 
     /// Stores the velocities before the step.
-    pub(super) fn begin(&mut self, state: &State, pieces: PieceVertices<'_>) {
-        self.measure_extents(&state.velocities, pieces);
-        for (motion, extent) in self.motions.iter_mut().zip(&self.extents) {
-            motion.velocities_before = velocity_box(state, *extent);
+    pub(super) fn begin(&mut self, state: &State, vertices: &PartVertices<'_>) {
+        let velocity = |local| Point3::from(state.frame.velocity_to_world(local));
+        self.measure(&state.velocities, vertices, velocity, |motion| &mut motion.velocities_before);
+    }
+
+    /// Measures the positions and velocities at the end of the step without contacts.
+    pub(super) fn end(&mut self, state: &State, vertices: &PartVertices<'_>) {
+        let velocity = |local| Point3::from(state.frame.velocity_to_world(local));
+        self.measure(&state.velocities, vertices, velocity, |motion| &mut motion.velocities);
+        let position = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
+        self.measure(&state.positions, vertices, position, |motion| &mut motion.positions);
+        let overhang = vertices.parts.overhang * state.frame.cell_size();
+        for motion in self.parts.iter_mut().chain([&mut self.all]) {
+            motion.positions = motion.positions.enlarged(overhang);
         }
     }
 
-    /// Measures the positions and velocities at the end of the step without contacts. A smooth surface of a crack lies
-    /// at most a cell outside the lattice.
-    pub(super) fn measure(&mut self, state: &State, pieces: PieceVertices<'_>) {
-        self.measure_extents(&state.positions, pieces);
-        for (motion, extent) in self.motions.iter_mut().zip(&self.extents) {
-            let [low, high] = extent.map(|corner| state.frame.to_world(Vector3::from(corner.map(f64::from))));
-            motion.positions = Bounds { low, high }.enlarged(state.frame.cell_size());
-        }
-        self.measure_extents(&state.velocities, pieces);
-        for (motion, extent) in self.motions.iter_mut().zip(&self.extents) {
-            motion.velocities = velocity_box(state, *extent);
-        }
-    }
-
-    /// Returns where the pieces may touch each other in a step of `dt` seconds, at a distance of up to `margin`; `None`
-    /// if they cannot. `order` is a buffer.
-    pub(super) fn near(&self, dt: f64, margin: f64, order: &mut Vec<u32>) -> Option<NearPieces> {
-        let swept = |piece: u32| self.motions[piece as usize].swept(dt).enlarged(margin);
-        order.clear();
-        order.extend((0..self.motions.len() as u32).filter(|&piece| !swept(piece).is_empty()));
-        order.sort_unstable_by(|&a, &b| swept(a).low.x.total_cmp(&swept(b).low.x).then(a.cmp(&b)));
-        let mut near: Option<NearPieces> = None;
-        for (place, &a) in order.iter().enumerate() {
-            let (own, motion) = (swept(a), &self.motions[a as usize]);
-            for &b in order[place + 1..].iter().take_while(|&&b| swept(b).low.x <= own.high.x) {
-                let common = own.intersection(&swept(b));
-                if common.is_empty() {
-                    continue;
-                }
-                let (speed_before, speed) = motion.greatest_speeds(&self.motions[b as usize]);
-                let found = near.get_or_insert(NearPieces { region: common, speed_before, speed });
-                found.region = found.region.union(&common);
-                found.speed_before = found.speed_before.max(speed_before);
-                found.speed = found.speed.max(speed);
-            }
-        }
+    /// Returns where the parts may touch each other in a step of `dt` seconds, at a distance of up to `margin`; `None`
+    /// if they cannot. `with_itself`: whether a part touches itself. `order` is a buffer.
+    pub(super) fn near(
+        &self,
+        with_itself: bool,
+        dt: f64,
+        margin: f64,
+        order: &mut Vec<u32>,
+    ) -> Option<Nearness> {
+        let swept = |part: u32| self.parts[part as usize].swept(dt).enlarged(margin);
+        let mut near: Option<Nearness> = None;
+        Bounds::for_each_pair(self.parts.len() as u32, swept, with_itself, order, |a, b| {
+            let [first, second] = [a, b].map(|part| &self.parts[part as usize]);
+            let found = first.nearness(second, swept(a).intersection(&swept(b)));
+            near = Some(near.map_or(found, |near| near.union(&found)));
+        });
         near
-    }
-
-    /// Returns whether the body is in pieces.
-    pub(super) fn is_any(&self) -> bool {
-        !self.motions.is_empty()
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.motions) + size_of_val(&*self.extents)
+        size_of_val(&*self.parts) + size_of_val(&*self.extents)
     }
 
-    /// Measures the least and greatest numbers of the vertices of each piece.
-    fn measure_extents(&mut self, lanes: &Lanes<3>, pieces: PieceVertices<'_>) {
-        let Self { motions, extents } = self;
-        motions.resize(pieces.count, MotionBounds::EMPTY);
+    /// Measures a box of each part and of all. `world`: converts numbers of a vertex to the space of the box.
+    fn measure(
+        &mut self,
+        lanes: &Lanes<3>,
+        vertices: &PartVertices<'_>,
+        world: impl Fn([f32; 3]) -> Point3<f64>,
+        field: fn(&mut MotionBounds) -> &mut Bounds,
+    ) {
+        let Self { all, parts, extents } = self;
+        vertices.measure_extents(lanes, extents);
+        parts.resize(extents.len(), MotionBounds::EMPTY);
+        *field(all) = Bounds::EMPTY;
+        for (motion, &(low, high)) in parts.iter_mut().zip(&*extents) {
+            let bounds = Bounds { low: world(low), high: world(high) };
+            *field(motion) = bounds;
+            *field(all) = field(all).union(&bounds);
+        }
+    }
+}
+
+impl PartVertices<'_> {
+    /// Measures the least and greatest numbers of the vertices of each part.
+    fn measure_extents(&self, lanes: &Lanes<3>, extents: &mut Vec<([f32; 3], [f32; 3])>) {
         extents.clear();
-        extents.resize(pieces.count, [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
-        for (&piece, &slot) in pieces.of_vertex.iter().zip(pieces.slots) {
-            let [low, high] = &mut extents[piece as usize];
+        if self.parts.count == 1 {
+            extents.push(bounds(lanes, self.occupied));
+            return;
+        }
+        extents.resize(self.parts.count, ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]));
+        for (vertex, &slot) in (0..).zip(self.slots) {
+            let (low, high) = &mut extents[self.parts.of_vertex(vertex) as usize];
             for (axis, number) in lanes.get(slot).into_iter().enumerate() {
                 low[axis] = low[axis].min(number);
                 high[axis] = high[axis].max(number);
             }
         }
     }
-}
-
-/// Returns the box of velocities in scene units per second.
-fn velocity_box(state: &State, extent: [[f32; 3]; 2]) -> Bounds {
-    let [low, high] = extent.map(|corner| Point3::from(state.frame.velocity_to_world(corner)));
-    Bounds { low, high }
 }

@@ -15,9 +15,9 @@ use crate::state::ContactKey;
 /// Weight up to which a vertex does not take part in a contact.
 const LEAST_WEIGHT: f64 = 1e-6;
 
-/// Least sum of the weights of the vertices of a contact between pieces of a body that are not constrained. With
-/// less, the constrained vertices nearly determine the motion of the contact point, and the impulse that corrects it
-/// would throw the other vertices away, for example where pieces overlap at a pin.
+/// Least sum of the weights of the vertices of a contact between parts of a body that are not constrained. With less,
+/// the constrained vertices nearly determine the motion of the contact point, and the impulse that corrects it would
+/// throw the other vertices away, for example where parts overlap at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
 impl Island {
@@ -80,22 +80,15 @@ impl Island {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
-                // A smooth surface of a crack leaves the cells of its piece, where weights can be negative or great.
+                // A smooth surface of a crack leaves the cells of its part, where weights can be negative or great.
                 let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
                 let corners = body.corners(cell).into_iter().zip(weights);
                 links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
             }
         }
         links.iter_mut().for_each(merge);
-        let is_of_pieces = search.body == search.other && !body.lattice.broken_joints().is_empty();
-        let free = |(body, links): (&BodyView, &Vec<(u32, f64)>)| {
-            links
-                .iter()
-                .filter(|(vertex, _)| !body.is_constrained(*vertex))
-                .map(|(_, weight)| weight)
-                .sum::<f64>()
-        };
-        if is_of_pieces && [body, other].into_iter().zip(&*links).map(free).sum::<f64>() < LEAST_FREE_WEIGHT {
+        let fit_together = search.body == search.other && !body.lattice.broken_joints().is_empty();
+        if fit_together && body.free_weight(&links[0]) + other.free_weight(&links[1]) < LEAST_FREE_WEIGHT {
             return;
         }
 
@@ -147,6 +140,12 @@ impl Island {
 impl BodyView<'_> {
     fn is_constrained(&self, vertex: u32) -> bool {
         self.constrained.get(vertex as usize) == Some(&true)
+    }
+
+    /// Returns the sum of the weights of the vertices that are not constrained.
+    fn free_weight(&self, links: &[(u32, f64)]) -> f64 {
+        let free = links.iter().filter(|(vertex, _)| !self.is_constrained(*vertex));
+        free.map(|(_, weight)| weight).sum()
     }
 
     /// Returns the inverse mass of a vertex; zero if it is constrained.

@@ -9,7 +9,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::DeformedCell;
-use super::posed::{CellCache, PosedLattice};
+use super::posed::{CellCache, Located, PosedLattice};
 use super::touched_point::{
     MAX_SHELL_DEPTH, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
 };
@@ -29,7 +29,7 @@ const FIRST_DISPLACEMENT: f64 = 1.5;
 /// Depth in cells that a sample may have when it first touches, in addition.
 const FIRST_DEPTH: f64 = 0.1;
 
-/// Distance at rest up to which the surface of another piece is searched for a sample that did not touch it, as a
+/// Distance at rest up to which the surface of another part is searched for a sample that did not touch it, as a
 /// multiple of the depth that it may have: the lattice may be compressed.
 const FIRST_RANGE: f64 = 2.0;
 
@@ -177,11 +177,6 @@ impl Pair<'_> {
         !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
     }
 
-    /// Returns whether the samples belong to the pieces of a body, which fit together where it broke.
-    fn are_pieces(&self) -> bool {
-        self.is_same && !self.other.contact.surface().continued_sides.is_empty()
-    }
-
     /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
     fn touch(
         &self,
@@ -207,44 +202,20 @@ impl Pair<'_> {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
         };
-
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
-        let index_of_cell = other.lattice.cells()[located.cell as usize];
-        let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
         // An open surface has no outside, but the surfaces of a crack through it have one.
         let is_at_crack = self.is_same && surface.are_at_crack([cell, located.cell]);
-        let is_closed = surface.is_closed || is_at_crack;
-        // The direction at rest in which the surface of the sample faces.
         let facing = outward.filter(|_| body.contact.surface().is_closed || is_at_crack);
-        let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let RestPoint { rest: touched_rest, normal: rest_normal, shell } = match is_closed {
-            true => {
-                let side = memory.and_then(|before| located.gradient.rest_normal(&before));
-                let limit = match (self.is_same, memory) {
-                    (false, _) => MAX_DEPTH,
-                    (true, None) if self.are_pieces() => {
-                        FIRST_RANGE * (FIRST_DISPLACEMENT * displacement().norm() / cell_size + FIRST_DEPTH)
-                    }
-                    (true, _) => MAX_SHELL_DEPTH,
-                };
-                let query = SurfaceQuery {
-                    rest,
-                    cell: located.cell,
-                    facing,
-                    side,
-                    limit,
-                    are_pieces: self.are_pieces(),
-                };
-                closest_on_closed(surface, &query)?
-            }
-            false => closest_on_shell(surface, &rest, located.cell, |normal| match (facing, memory) {
-                (Some(facing), _) => -facing.dot(normal),
-                (None, Some(before)) => {
-                    located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))
-                }
-                (None, None) => -located.gradient.local_offset(&displacement()).dot(normal),
-            })?,
+        let encounter = Encounter {
+            located,
+            facing: facing.and_then(|outward| located.gradient.rest_normal(&outward)),
+            before: memory,
+            is_closed: surface.is_closed || is_at_crack,
+            fit_together: self.is_same && surface.are_of_two_parts([cell, located.cell]),
         };
+        let Encounter { facing, is_closed, fit_together, .. } = encounter;
+        let RestPoint { rest: touched_rest, normal: rest_normal, shell } =
+            self.closest(&encounter, cell_size, displacement)?;
         let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
         let touched_cell = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
@@ -254,7 +225,7 @@ impl Pair<'_> {
         let distance = (point - touched_cell.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let shell = match shell_before {
-            _ if !self.are_pieces() || !is_closed => shell,
+            _ if !fit_together || !is_closed => shell,
             Some(before) => remaining(before, distance / other.lattice.cell_size()),
             None if are_new => (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0),
             None => 0.0,
@@ -275,12 +246,57 @@ impl Pair<'_> {
             TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
         counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
     }
+
+    /// Returns the closest point of the surface of the other body that a sample may touch. `cell_size`: the lesser one.
+    /// `displacement`: of the sample relative to its cell of the other body, in the step.
+    fn closest(
+        &self,
+        encounter: &Encounter,
+        cell_size: f64,
+        displacement: impl Fn() -> Vector3<f64>,
+    ) -> Option<RestPoint> {
+        let &Encounter { located: Located { cell, local, gradient }, facing, before, .. } = encounter;
+        let fit_together = encounter.fit_together;
+        let surface = self.other.contact.surface();
+        let index = self.other.lattice.cells()[cell as usize];
+        let rest = Point3::from(std::array::from_fn(|a| f64::from(index[a]) + local[a]));
+        if !encounter.is_closed {
+            return closest_on_shell(surface, &rest, cell, |normal| match (facing, before) {
+                (Some(facing), _) => -facing.dot(normal),
+                (None, Some(before)) => gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before)),
+                (None, None) => -gradient.local_offset(&displacement()).dot(normal),
+            });
+        }
+        let limit = match (self.is_same, before) {
+            (false, _) => MAX_DEPTH,
+            (true, None) if fit_together => {
+                FIRST_RANGE * (FIRST_DISPLACEMENT * displacement().norm() / cell_size + FIRST_DEPTH)
+            }
+            (true, _) => MAX_SHELL_DEPTH,
+        };
+        let side = before.and_then(|before| gradient.rest_normal(&before));
+        closest_on_closed(surface, &SurfaceQuery { rest, cell, facing, side, limit, fit_together })
+    }
 }
 
-/// Returns the depth in cells that a sample of a piece may keep, as a negative number. `before`: the depth in the
-/// last step. `distance`: its distance from the surface of the other piece.
+/// A sample in a cell of the other body.
+#[derive(Clone, Copy)]
+struct Encounter {
+    located: Located,
+    /// Direction at rest of the cell in which the surface of the sample faces; `None` if it has no outside.
+    facing: Option<Vector3<f64>>,
+    /// Normal with which the sample touched in the last step.
+    before: Option<Vector3<f64>>,
+    /// Whether the surface of the other body has an outside there.
+    is_closed: bool,
+    /// Whether sample and cell are of two parts of a body, which fit together where it broke.
+    fit_together: bool,
+}
+
+/// Returns the depth in cells that a sample may keep in another part of the body, as a negative number. `before`: the
+/// depth in the last step. `distance`: its distance from the surface of the other part.
 ///
-/// Where a body breaks, its pieces are stretched, each of them differently, so that they overlap a little at the
+/// Where a body breaks, its parts are stretched, each of them differently, so that they overlap a little at the
 /// crack. This overlap must not push them apart: it remains until it ends by itself.
 fn remaining(before: f64, distance: f64) -> f64 {
     if before < 0.0 { before.max(distance).min(0.0) } else { before }

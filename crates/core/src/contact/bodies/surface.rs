@@ -1,16 +1,13 @@
 //! The surface of a body at rest, as contact between bodies needs it: trees of its triangles, and samples of it.
-//!
-//! Rest coordinates are positions in the model's frame, in cells from the origin of the lattice: a point of the cell
-//! with the index i and the local coordinates u has the rest coordinates i + u, however the body is deformed.
+//! For rest coordinates see [`RestSurface::at_rest`].
 
 use std::ops::Range;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use super::super::piece_points::{PiecePoints, PieceSurface};
-use super::super::surface_points::{MAX_SAMPLES, surface_points};
-use crate::lattice::{Embedding, Lattice, trilinear_weights};
-use crate::mesh::{Mesh, SurfaceTree};
+use crate::contact::sampler::{PartSurface, RestSurface};
+use crate::lattice::{Lattice, trilinear_weights};
+use crate::mesh::SurfaceTree;
 
 /// Greatest distance of samples within a triangle, in cells. The samples of the other body lie as densely, and both
 /// bodies are searched for the samples of the other.
@@ -25,11 +22,11 @@ const LEAST_WEIGHT: f32 = 0.02;
 /// Surface of a body at rest.
 #[derive(Debug)]
 pub(crate) struct ContactSurface {
-    /// The triangles of each piece, in rest coordinates; `None` if they have no area. Both sides of a crack have the
-    /// same rest coordinates. A body that did not break is one piece.
+    /// The triangles of each part, in rest coordinates; `None` if they have no area. Both sides of a crack have the
+    /// same rest coordinates.
     trees: Vec<Option<SurfaceTree>>,
-    /// The piece of each cell; empty if the body did not break.
-    pieces: Vec<u32>,
+    /// The part of each cell; empty if there is one part.
+    parts: Vec<u32>,
     /// Whether the surface encloses a volume. Otherwise contacts act on both sides of it, but where it broke.
     pub(super) is_closed: bool,
     /// The samples, by cell.
@@ -38,15 +35,15 @@ pub(crate) struct ContactSurface {
     pub(super) cells: Vec<SampledCell>,
     /// Lattice vertices at the corners of each cell of the lattice.
     pub(super) corners: Vec<[u32; 8]>,
-    /// The sides of each cell that were joined to another piece, one bit for each of the sides at -x, +x, -y, +y, -z,
-    /// +z; empty if the body did not break. A part of the smooth surface of a crack lies beyond them.
+    /// The sides of each cell that were joined to another part, one bit for each of the sides at -x, +x, -y, +y, -z,
+    /// +z; empty if there is one part. Some of the smooth surface of a crack lies beyond them.
     pub(super) continued_sides: Vec<u8>,
 }
 
 /// A point of the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
-    /// Local coordinates in its cell, in [0, 1].
+    /// Local coordinates in its cell, in [0, 1]; at the smooth surface of a crack in [-1, 2].
     pub(super) local: [f32; 3],
     /// Unit normal at rest.
     pub(super) normal: [f32; 3],
@@ -61,124 +58,61 @@ pub(super) struct SampledCell {
 }
 
 impl ContactSurface {
-    /// Creates the surface of a mesh in its lattice, both in the model's frame. Returns `None` if no triangle has an
-    /// area.
-    ///
-    /// `embedding`: of the vertices of the mesh.
-    pub(crate) fn of_mesh(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding) -> Option<Self> {
-        let (origin, scale) = (lattice.origin(), 1.0 / lattice.cell_size());
-        let vertices: Vec<_> = mesh.vertices().iter().map(|p| Point3::from((p - origin) * scale)).collect();
-        let weld = mesh.weld();
-        let triangles: Vec<_> =
-            mesh.surface().iter().map(|triangle| triangle.map(|v| weld[v as usize])).collect();
-        let host = |vertex: u32| embedding.cell(vertex as usize);
-        Self::new(lattice, &vertices, &triangles, mesh.is_closed(), host)
-    }
-
-    /// Creates the surface of a bare lattice: the faces of its cells that no other cell shares.
-    pub(crate) fn of_lattice(lattice: &Lattice) -> Option<Self> {
-        let vertices: Vec<_> = lattice.indices().iter().map(|index| index.map(f64::from).into()).collect();
-        let mut triangles = Vec::new();
-        for cell in 0..lattice.cells().len() as u32 {
-            let corners = lattice.cell_corners(cell);
-            for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-                if lattice.joined_cell(cell, 2 * axis + side).is_none() {
-                    let [a, b, c, d] = outward_face(axis, side == 1).map(|corner| corners[corner]);
-                    triangles.extend([[a, b, c], [a, c, d]]);
-                }
-            }
-        }
-        let mut hosts = vec![0; lattice.len()];
-        for cell in 0..lattice.cells().len() as u32 {
-            lattice.cell_corners(cell).into_iter().for_each(|corner| hosts[corner as usize] = cell);
-        }
-        Self::new(lattice, &vertices, &triangles, true, |vertex| hosts[vertex as usize])
-    }
-
-    fn new(
-        lattice: &Lattice,
-        vertices: &[Point3<f64>],
-        triangles: &[[u32; 3]],
-        is_closed: bool,
-        host: impl Fn(u32) -> u32,
-    ) -> Option<Self> {
-        let limit = MAX_SAMPLES * lattice.len();
-        let in_model = |p: &Point3<f64>| lattice.origin() + p.coords * lattice.cell_size();
-        let is_broken = !lattice.broken_joints().is_empty();
-        let (PiecePoints { points, embedding, trees }, pieces) = if is_broken {
-            let surface = PieceSurface { vertices, triangles, scale: PieceSurface::SCALE, hosts: &host };
-            let of_cell = (0..lattice.cells().len() as u32).map(|cell| lattice.component_of_cell(cell));
-            (surface.points(lattice, (SPACING, limit), in_model), of_cell.collect())
-        } else {
-            let own: Vec<u32> = (0..vertices.len() as u32).collect();
-            let points = surface_points(vertices, triangles, &own, SPACING, limit);
-            let embedding = Embedding::new(lattice, &points.iter().map(in_model).collect::<Vec<_>>());
-            let trees = vec![SurfaceTree::new(vertices, triangles.iter().copied())];
-            (PiecePoints { points, embedding, trees }, Vec::new())
-        };
+    /// Creates the surface of a body. Returns `None` if no triangle has an area.
+    pub(crate) fn new(surface: RestSurface<'_>) -> Option<Self> {
+        let surface = surface.at_rest();
+        let lattice = surface.parts.lattice;
+        let parts = surface.of_parts();
+        let tree = |part: &PartSurface| SurfaceTree::new(&part.vertices, part.triangles.iter().copied());
+        let trees: Vec<_> = parts.iter().map(tree).collect();
         if trees.iter().all(Option::is_none) {
             return None;
         }
-        let continued_sides = continued_sides(lattice, &pieces);
-        let mut surface = Self {
-            trees,
-            pieces,
-            is_closed,
-            samples: Vec::new(),
-            cells: Vec::new(),
-            corners: Vec::new(),
-            continued_sides,
-        };
-        let mut order: Vec<(u32, u32)> = (0..points.len()).map(|i| (embedding.cell(i), i as u32)).collect();
-        order.sort_unstable();
-        // The smooth surface of a crack lies outside the cells of its piece in part.
-        let (least, greatest) = if is_broken { (-1.0, 2.0) } else { (0.0, 1.0) };
-        let sample = |&(cell, point): &(u32, u32)| {
-            let tree = surface.tree_at(cell);
-            let closest = tree.and_then(|tree| tree.closest(&points[point as usize], f64::MAX, |_| true));
-            let normal = closest.map_or_else(Vector3::x, |closest| closest.normal);
-            let local = embedding.local(point as usize).map(|x| x.clamp(least, greatest));
-            Sample { local, normal: normal.map(|x| x as f32).into() }
-        };
-        surface.samples = order.iter().map(sample).collect();
-        let mut start = 0;
-        for group in order.chunk_by(|a, b| a.0 == b.0) {
-            let end = start + group.len() as u32;
-            surface.cells.push(SampledCell { cell: group[0].0, samples: start..end });
-            start = end;
+        let mut found = surface.sample(&parts, SPACING);
+        found.sort_by_key(|sample| sample.cell);
+        let of_cell = surface.parts.of_cells();
+        let continued_sides = continued_sides(lattice, &of_cell);
+        let (samples, cells) = (Vec::with_capacity(found.len()), Vec::new());
+        let (is_closed, corners) = (surface.is_closed, lattice.corner_table().into_owned());
+        let mut surface = Self { trees, parts: of_cell, is_closed, samples, cells, corners, continued_sides };
+        for group in found.chunk_by(|a, b| a.cell == b.cell) {
+            let (cell, start) = (group[0].cell, surface.samples.len() as u32);
+            for sample in group {
+                let tree = surface.tree_at(cell);
+                let closest = tree.and_then(|tree| tree.closest(&sample.point, f64::MAX, |_| true));
+                let normal = closest.map_or_else(Vector3::x, |closest| closest.normal).map(|x| x as f32);
+                // The smooth surface of a crack lies outside the cells of its part.
+                let local = sample.local.map(|u| u.clamp(-1.0, 2.0));
+                surface.samples.push(Sample { local, normal: normal.into() });
+            }
+            surface.cells.push(SampledCell { cell, samples: start..surface.samples.len() as u32 });
         }
-        surface.corners = lattice.corner_table().into_owned();
         Some(surface)
     }
 
-    /// Returns the triangles of the piece that contains a cell, in rest coordinates; `None` if they have no area.
+    /// Returns the triangles of the part that contains a cell, in rest coordinates; `None` if they have no area.
     pub(super) fn tree_at(&self, cell: u32) -> Option<&SurfaceTree> {
-        let piece = self.pieces.get(cell as usize).map_or(0, |piece| *piece as usize);
-        self.trees[piece].as_ref()
+        let part = self.parts.get(cell as usize).map_or(0, |part| *part as usize);
+        self.trees[part].as_ref()
     }
 
-    /// Returns whether two cells of the body touch each other: cells of different pieces, and cells of connected parts
-    /// if `connected_parts_touch`, unless they are the same or joined by at most [`NEIGHBORHOOD`] steps through cells
-    /// with common corners.
-    pub(super) fn cells_touch(
-        &self,
-        lattice: &Lattice,
-        connected_parts_touch: bool,
-        [a, b]: [u32; 2],
-    ) -> bool {
-        if self.pieces.get(a as usize) != self.pieces.get(b as usize) {
-            return true;
-        }
-        connected_parts_touch && !are_near(lattice, a, b)
+    /// Returns whether two cells of the body touch each other: cells of different parts, and cells of one part if
+    /// `with_itself`, unless they are the same or joined by at most [`NEIGHBORHOOD`] steps through cells with common
+    /// corners.
+    pub(super) fn cells_touch(&self, lattice: &Lattice, with_itself: bool, [a, b]: [u32; 2]) -> bool {
+        self.are_of_two_parts([a, b]) || with_itself && !are_near(lattice, a, b)
     }
 
-    /// Returns whether two cells of the body are of different pieces, and one of them was joined to another piece.
+    /// Returns whether two cells of the body are of different parts, which fit together where it broke.
+    pub(super) fn are_of_two_parts(&self, [a, b]: [u32; 2]) -> bool {
+        self.parts.get(a as usize) != self.parts.get(b as usize)
+    }
+
+    /// Returns whether two cells of the body are of different parts, and one of them was joined to another part.
     pub(super) fn are_at_crack(&self, cells: [u32; 2]) -> bool {
-        let [a, b] = cells.map(|cell| self.pieces.get(cell as usize));
-        a != b
-            && cells
-                .iter()
-                .any(|&cell| self.continued_sides.get(cell as usize).is_some_and(|sides| *sides != 0))
+        let is_continued =
+            |&cell: &u32| self.continued_sides.get(cell as usize).is_some_and(|sides| *sides != 0);
+        self.are_of_two_parts(cells) && cells.iter().any(is_continued)
     }
 
     /// Returns the lattice vertices that move a sample noticeably; none if there is no such sample.
@@ -203,20 +137,20 @@ impl ContactSurface {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { trees, pieces, samples, cells, corners, continued_sides, .. } = self;
+        let Self { trees, parts, samples, cells, corners, continued_sides, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**cells) + size_of_val(&**corners);
-        let of_pieces = size_of_val(&**trees) + size_of_val(&**pieces) + size_of_val(&**continued_sides);
-        trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>() + lists + of_pieces
+        let of_parts = size_of_val(&**trees) + size_of_val(&**parts) + size_of_val(&**continued_sides);
+        trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>() + lists + of_parts
     }
 }
 
-/// Returns the sides of each cell that were joined to another piece: see [`ContactSurface::continued_sides`].
-/// `of_cell`: the piece of each cell; empty if the body did not break.
+/// Returns the sides of each cell that were joined to another part: see [`ContactSurface::continued_sides`].
+/// `of_cell`: the part of each cell; empty if there is one part.
 fn continued_sides(lattice: &Lattice, of_cell: &[u32]) -> Vec<u8> {
-    let sides = |(cell, piece): (u32, &u32)| {
+    let sides = |(cell, part): (u32, &u32)| {
         let is_other = |side: u8| {
             let beyond = lattice.cell_beyond(cell, side / 2, if side % 2 == 1 { 1 } else { -1 });
-            beyond.is_some_and(|beyond| of_cell[beyond as usize] != *piece)
+            beyond.is_some_and(|beyond| of_cell[beyond as usize] != *part)
         };
         (0..6).filter(|side| is_other(*side)).fold(0, |sides, side| sides | 1 << side)
     };
@@ -238,24 +172,17 @@ fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
     }
 }
 
-/// Returns the corners of a face of a cell, counter-clockwise seen from outside the cell.
-fn outward_face(axis: usize, is_high: bool) -> [usize; 4] {
-    let (next, last) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
-    match is_high {
-        true => [0, next, next | last, last].map(|corner| corner | 1 << axis),
-        false => [0, last, next | last, next],
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     #[test]
     fn surface_of_a_lattice_is_closed_and_faces_outwards() {
         let lattice =
             Lattice::from_cells(&[[0, 0, 0], [1, 0, 0], [1, 1, 0]], 0.5, Point3::origin(), false).unwrap();
-        let surface = ContactSurface::of_lattice(&lattice).unwrap();
+        let surface = ContactSurface::new(RestSurface::of_lattice(&lattice)).unwrap();
         let tree = surface.tree_at(0).unwrap();
         assert_eq!(tree.len(), 2 * 14);
         let side = |point: [f64; 3]| {
@@ -269,7 +196,7 @@ mod tests {
     #[test]
     fn samples_lie_on_the_surface_with_its_normals() {
         let lattice = Lattice::from_cells(&[[0, 0, 0]], 2.0, Point3::new(3.0, 0.0, 0.0), false).unwrap();
-        let surface = ContactSurface::of_lattice(&lattice).unwrap();
+        let surface = ContactSurface::new(RestSurface::of_lattice(&lattice)).unwrap();
         // Each corner, and points between corners on every edge and face.
         assert!(surface.sample_count() >= 8 + 12 + 6);
         for Sample { local, normal } in &surface.samples {

@@ -31,7 +31,7 @@ const SHELL: f64 = 0.1;
 /// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
 pub(super) const SAME_SIDE: f64 = 0.3;
 
-/// Fraction of the distance to the center of a cell of the same piece by which a point of the surface of a piece is
+/// Fraction of the distance to the center of a cell of the same part by which a point of the surface of a part is
 /// moved to find its cell.
 const INWARDS: f64 = 1e-3;
 
@@ -58,22 +58,22 @@ pub(super) struct SurfaceQuery {
     pub(super) side: Option<Vector3<f64>>,
     /// Greatest distance in cells.
     pub(super) limit: f64,
-    /// Whether the samples belong to the pieces of a body, which fit together where it broke.
-    pub(super) are_pieces: bool,
+    /// Whether the sample is of another part of the body, which fits together with this one where the body broke.
+    pub(super) fit_together: bool,
 }
 
 /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
 /// step if that is near. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
 pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) -> Option<RestPoint> {
-    let &SurfaceQuery { ref rest, cell, facing, side, limit, are_pieces } = query;
+    let &SurfaceQuery { ref rest, cell, facing, side, limit, fit_together } = query;
     let tree = surface.tree_at(cell)?;
     let closest = tree.closest(rest, limit, |_| true)?;
     if !closest.is_inside(rest) && closest.distance > OUTSIDE {
         return None;
     }
     // At small folds of the rims of cracks, the pseudonormals may belong to the inner side.
-    if are_pieces && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
+    if fit_together && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
         return None;
     }
     let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
@@ -86,8 +86,8 @@ pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) 
         let normal = if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
         Some(RestPoint { rest: found.point, normal, shell: 0.0 })
     };
-    // Pieces fit together: where a sample is near a triangle that does not face it, it is no deeper behind others.
-    let facing_range = match are_pieces {
+    // The parts fit together: where a sample is near a triangle that does not face it, it is no deeper behind others.
+    let facing_range = match fit_together {
         true => FACING_RANGE.min(closest.distance),
         false => FACING_RANGE,
     };
@@ -122,14 +122,14 @@ pub(super) fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32,
         std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
     };
     if !lattice.broken_joints().is_empty() {
-        // The cell at the point may belong to another piece, on the other side of a crack. The smooth surface of a
-        // crack lies outside the cells of its piece in part.
+        // The cell at the point may belong to another part, on the other side of a crack. Some of the smooth surface of
+        // a crack lies outside the cells of its part.
         let index = lattice.cells()[near as usize];
         let inwards = |a: usize| f64::from(index[a]) + 0.5 - rest[a];
         let moved: [f64; 3] = std::array::from_fn(|a| rest[a] + INWARDS * inwards(a));
         let found = lattice.cell_at(moved.map(|x| x.floor() as i32));
-        let piece = lattice.component_of_cell(near);
-        let cell = found.filter(|&cell| lattice.component_of_cell(cell) == piece).unwrap_or(near);
+        let part = lattice.component_of_cell(near);
+        let cell = found.filter(|&cell| lattice.component_of_cell(cell) == part).unwrap_or(near);
         return (cell, local(cell).map(|u| u.clamp(-1.0, 2.0) as f32));
     }
     let is_inside = |local: &[f64; 3]| local.iter().all(|u| (0.0..=1.0).contains(u));

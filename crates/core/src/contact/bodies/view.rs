@@ -5,12 +5,11 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
-use super::motion::{MotionBounds, PieceMotions, PieceVertices};
+use super::motion::{PartMotions, PartVertices};
 use super::posed::PosedLattice;
 use super::surface::ContactSurface;
 use crate::contact::Contacts;
 use crate::lattice::Lattice;
-use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
 use crate::state::{SearchedMotion, State};
 
@@ -42,8 +41,7 @@ pub(crate) struct BodyContact {
     velocities_before: Lanes<3>,
     /// Velocity of the origin before the step, in cells/s.
     origin_velocity: Vector3<f64>,
-    pub(super) motion: MotionBounds,
-    pub(super) pieces: PieceMotions,
+    pub(super) motions: PartMotions,
     /// The distance that the body moved since its contacts were searched.
     pub(crate) searched: SearchedMotion,
     /// Buffer: the change of the momenta of each component by the contacts of a step.
@@ -67,8 +65,7 @@ impl BodyContact {
             surface: OnceLock::new(),
             velocities_before: Lanes::default(),
             origin_velocity: Vector3::zeros(),
-            motion: MotionBounds::EMPTY,
-            pieces: PieceMotions::default(),
+            motions: PartMotions::EMPTY,
             searched: SearchedMotion::UNKNOWN,
             momentum_changes: Vec::new(),
         }
@@ -94,47 +91,26 @@ impl BodyContact {
 
     /// Returns the box of the body in the last step.
     pub(crate) fn bounds(&self) -> Bounds {
-        self.motion.positions
+        self.motions.all.positions
     }
 
-    /// Stores the velocities before the step. `occupied` has the bit mask of the lanes with a vertex, for each block of
-    /// eight slots. `pieces`: of the body; `None` if it is in one piece.
-    pub(crate) fn begin(&mut self, state: &State, occupied: &[u8], pieces: Option<PieceVertices<'_>>) {
+    /// Stores the velocities before the step.
+    pub(crate) fn begin(&mut self, state: &State, vertices: &PartVertices<'_>) {
         self.velocities_before.copy_from(&state.velocities);
         self.origin_velocity = state.frame.velocity();
-        self.motion.velocities_before = velocity_bounds(state, occupied);
-        match pieces {
-            Some(pieces) => self.pieces.begin(state, pieces),
-            None => self.pieces.clear(),
-        }
+        self.motions.begin(state, vertices);
     }
 
-    /// Measures the boxes of the positions and velocities at the end of the step. `occupied` and `pieces` are as in
-    /// [`begin`](Self::begin).
-    pub(crate) fn measure_bounds(
-        &mut self,
-        state: &State,
-        occupied: &[u8],
-        pieces: Option<PieceVertices<'_>>,
-    ) {
-        let corner = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
-        let (low, high) = bounds(&state.positions, occupied);
-        self.motion.positions = Bounds { low: corner(low), high: corner(high) };
-        self.motion.velocities = velocity_bounds(state, occupied);
-        match pieces {
-            Some(pieces) => {
-                self.motion.positions = self.motion.positions.enlarged(state.frame.cell_size());
-                self.pieces.measure(state, pieces);
-            }
-            None => self.pieces.clear(),
-        }
+    /// Measures the boxes of the positions and velocities at the end of the step.
+    pub(crate) fn measure_bounds(&mut self, state: &State, vertices: &PartVertices<'_>) {
+        self.motions.end(state, vertices);
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let surface = self.created_surface().map_or(0, ContactSurface::bytes);
         let changes = self.momentum_changes.capacity() * size_of::<MomentumChange>();
-        surface + self.velocities_before.bytes() + self.pieces.bytes() + changes
+        surface + self.velocities_before.bytes() + self.motions.bytes() + changes
     }
 }
 
@@ -150,7 +126,7 @@ pub(crate) struct BodyView<'a> {
     pub(crate) cell_mass: f64,
     /// Whether each lattice vertex is constrained by a pin or handle; empty if none is.
     pub(crate) constrained: &'a [bool],
-    /// Whether connected parts of the body touch each other.
+    /// Whether a part of the body touches itself.
     pub(crate) touches_itself: bool,
     pub(crate) state: &'a State,
     pub(crate) contact: &'a BodyContact,
@@ -196,11 +172,4 @@ impl BodyView<'_> {
         let local = Vector3::from(velocities_before.get(self.slots[vertex as usize]).map(f64::from));
         (origin_velocity + local) * self.lattice.cell_size()
     }
-}
-
-/// Returns the box of the velocities, in scene units per second.
-fn velocity_bounds(state: &State, occupied: &[u8]) -> Bounds {
-    let velocity = |local: [f32; 3]| Point3::from(state.frame.velocity_to_world(local));
-    let (low, high) = bounds(&state.velocities, occupied);
-    Bounds { low: velocity(low), high: velocity(high) }
 }
