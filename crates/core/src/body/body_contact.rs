@@ -39,27 +39,19 @@ impl Body {
         self.state.touches.bodies()
     }
 
-    /// Creates or removes the data of contact with bodies.
-    ///
-    /// `with_itself`: whether connected parts of the body touch each other.
-    pub(crate) fn set_body_contact(&mut self, enabled: bool, with_itself: bool) {
+    /// Sets whether a part of the body touches itself, and forgets the touches: those of another simulation would name
+    /// other bodies.
+    pub(crate) fn set_self_contact(&mut self, with_itself: bool) {
         self.settings.has_self_contact = with_itself;
-        // The touches of another simulation would name other bodies.
         self.state.touches = Touches::default();
-        if !enabled {
-            self.contact.body_contact = None;
-        } else if self.contact.body_contact.is_none() {
-            self.contact.body_contact = Some(BodyContact::new());
-            self.measure_contact_bounds();
-        }
     }
 
-    /// Creates or removes the data of contact with bodies if it is missing or not needed any more, and keeps it
-    /// otherwise.
+    /// Creates or removes the data of contact with bodies if it is missing or not needed any more.
     pub(crate) fn update_body_contact(&mut self, enabled: bool) {
         if self.contact.body_contact.is_some() != enabled {
-            let with_itself = self.settings.has_self_contact;
-            self.set_body_contact(enabled, with_itself);
+            self.state.touches = Touches::default();
+            self.contact.body_contact = enabled.then(BodyContact::new);
+            self.measure_contact_bounds();
         }
     }
 

@@ -17,15 +17,12 @@ pub(super) struct ContactSettings {
 
 /// Creates the contacts between bodies, or returns `None` if no body can touch another one or itself.
 pub(super) fn create(bodies: &mut [Body], settings: ContactSettings) -> Option<BodyContacts> {
-    let filter = filter(bodies, settings);
-    for (index, body) in (0..).zip(&mut *bodies) {
-        let with_itself = connected_parts_touch(body, settings);
-        body.set_body_contact(
-            filter.between || filter.with_itself.binary_search(&index).is_ok(),
-            with_itself,
-        );
+    for body in &mut *bodies {
+        body.set_self_contact(connected_parts_touch(body, settings));
     }
-    (filter.between || !filter.with_itself.is_empty()).then(|| BodyContacts::new(filter))
+    let mut contacts = None;
+    update(bodies, settings, &mut contacts);
+    contacts
 }
 
 /// Updates the contacts between bodies after bodies broke into pieces, which touch each other.
@@ -34,13 +31,9 @@ pub(super) fn update(bodies: &mut [Body], settings: ContactSettings, contacts: &
     for (index, body) in (0..).zip(&mut *bodies) {
         body.update_body_contact(filter.between || filter.with_itself.binary_search(&index).is_ok());
     }
-    if !filter.between && filter.with_itself.is_empty() {
-        *contacts = None;
-        return;
-    }
-    match contacts {
-        Some(contacts) => contacts.set_filter(filter),
-        None => *contacts = Some(BodyContacts::new(filter)),
+    match filter.between || !filter.with_itself.is_empty() {
+        true => contacts.get_or_insert_default().set_filter(filter),
+        false => *contacts = None,
     }
 }
 

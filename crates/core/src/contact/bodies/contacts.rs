@@ -89,10 +89,6 @@ pub(crate) struct BodyContacts {
 }
 
 impl BodyContacts {
-    pub(crate) fn new(filter: ContactFilter) -> Self {
-        Self { filter, ..Self::default() }
-    }
-
     /// Changes which bodies touch each other.
     pub(crate) fn set_filter(&mut self, filter: ContactFilter) {
         self.filter = filter;
