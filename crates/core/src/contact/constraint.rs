@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::patch::PatchSide;
@@ -44,22 +44,62 @@ pub(super) struct SurfacePoint {
     pub(super) side: Option<PatchSide>,
 }
 
-/// Contact of a point of the surface with a collider. Velocities are in cells per second. In a push-out they
-/// stand for displacements in cells.
+/// Contact of a point of the surface with a collider or a part of a body. Velocities are in cells per second. In a
+/// push-out they stand for displacements in cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Contact {
-    /// Outward unit normal of the collider.
+    /// Outward unit normal of the touched surface.
     pub(super) normal: Vec4,
-    /// Velocity relative to the collider's surface, without contacts.
+    /// Velocity relative to the touched surface, without contacts.
     pub(super) velocity: Vec4,
-    /// Tangential velocity before the step, relative to the collider's surface.
+    /// Tangential velocity before the step, relative to the touched surface.
     pub(super) slip_before: Vec4,
-    /// Target velocity: the least normal velocity after the contact. Positive away from the collider.
+    /// Target velocity: the least normal velocity after the contact. Positive away from the surface.
     pub(super) target: f32,
     /// Speed of approach before the step.
     pub(super) approach: f32,
     /// Coulomb friction coefficient.
     pub(super) friction: f32,
+}
+
+/// The touched surface of a collider or a part at a contact point, and the motion of the point relative to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TouchedSurface {
+    /// Outward unit normal.
+    pub(super) normal: Vector3<f64>,
+    /// Distance of the point from the surface before the step.
+    pub(super) distance_before: f64,
+    /// Velocity at the end of the step without contacts.
+    pub(super) velocity: Vector3<f64>,
+    /// Velocity before the step.
+    pub(super) velocity_before: Vector3<f64>,
+    pub(super) friction: f64,
+    pub(super) restitution: f64,
+    /// Least speed of approach that bounces.
+    pub(super) min_bounce: f64,
+}
+
+impl TouchedSurface {
+    /// Returns the contact, with velocities divided by the cell size of the problem. A point that starts the step
+    /// outside the skin and approaches faster than `min_bounce` separates at the speed of approach times the
+    /// restitution. Otherwise `target` returns the target velocity, by the speed of approach.
+    pub(super) fn contact(&self, skin: f64, cell_size: f64, target: impl FnOnce(f64) -> f64) -> Contact {
+        let &Self { normal, velocity, velocity_before, .. } = self;
+        let approach = -velocity_before.dot(&normal);
+        let target = match self.distance_before > skin && approach > self.min_bounce {
+            true => self.restitution * approach,
+            false => target(approach),
+        };
+        Contact {
+            normal: narrow(normal),
+            velocity: narrow(velocity / cell_size),
+            slip_before: narrow((velocity_before + normal * approach) / cell_size),
+            target: (target / cell_size) as f32,
+            approach: (approach / cell_size) as f32,
+            // Keeps the coefficient finite: infinity times an impulse of zero is NaN.
+            friction: self.friction.min(f64::from(f32::MAX)) as f32,
+        }
+    }
 }
 
 impl Contact {
@@ -83,10 +123,9 @@ impl Contact {
 impl SurfacePoint {
     /// Computes the contact with a collider at the end of a step of `dt` seconds.
     ///
-    /// The target velocity depends on the motion before the step:
+    /// The target velocity of a point that does not [bounce](TouchedSurface::contact) depends on the motion before the
+    /// step:
     ///
-    /// * A point that starts the step outside the skin and approaches faster than `min_bounce` separates at
-    ///   the speed of approach times the restitution.
     /// * The deepest sample of a patch that overlaps by up to [`SOFT_DEPTH`] moves out by [`OVERLAP_PART`] of its
     ///   depth in the step, or [`OVERLAP_RATE`] of it in a second if that is less. Deeper ones are pushed out: see
     ///   `stage`.
@@ -104,29 +143,27 @@ impl SurfacePoint {
         };
         let PatchSide { normal, distance_before } = self.side.unwrap_or_else(nearest);
         let surface = collider.velocity_at(&self.position);
-        let velocity_before = wide(&self.velocity_before) - surface;
-        let approach = -velocity_before.dot(&normal);
-        let target = if distance_before > SKIN && approach > min_bounce {
-            collider.restitution * approach
-        } else {
+        let &PosedCollider { friction, restitution, .. } = collider;
+        let (velocity, velocity_before) = (velocity - surface, wide(&self.velocity_before) - surface);
+        let touched = TouchedSurface {
+            normal,
+            distance_before,
+            velocity,
+            velocity_before,
+            friction,
+            restitution,
+            min_bounce,
+        };
+        touched.contact(SKIN, 1.0, |approach| {
             // The least distance of a sample before the step.
-            let distance = (-self.deepest - dt * (velocity - surface).dot(&normal)).min(distance_before);
+            let distance = (-self.deepest - dt * velocity.dot(&normal)).min(distance_before);
             match distance {
                 // Samples that are deeper are pushed out.
                 _ if distance < -SOFT_DEPTH => 0.0,
                 _ if distance < 0.0 => -distance * OVERLAP_RATE.min(OVERLAP_PART / dt),
                 _ => approach.min(-GAP_PART * distance.min(SOFT_DEPTH) / dt).max(-distance / dt),
             }
-        };
-        Contact {
-            normal: narrow(normal),
-            velocity: narrow(velocity - surface),
-            slip_before: narrow(velocity_before + normal * approach),
-            target: target as f32,
-            approach: approach as f32,
-            // Keeps the coefficient finite: infinity times an impulse of zero is NaN.
-            friction: collider.friction.min(f64::from(f32::MAX)) as f32,
-        }
+        })
     }
 }
 
@@ -206,7 +243,7 @@ impl ContactConstraint {
     ///
     /// The normal impulse is at least 0, and the friction impulse lies in the Coulomb friction cone.
     ///
-    /// * `velocity`: current velocity of the contact point, relative to the collider's surface.
+    /// * `velocity`: current velocity of the contact point, relative to the touched surface.
     /// * `over_relaxation`: multiplies the change of the normal impulse, but not of the friction impulse.
     #[inline(always)]
     pub(super) fn update_impulses(&mut self, velocity: &Vec4, over_relaxation: f32) -> Vec4 {

@@ -12,9 +12,6 @@ use crate::state::{BodyState, Interval};
 /// surface of the collider. The samples that remain inside form the patches of the next round.
 const PUSH_ROUNDS: usize = 4;
 
-/// Tolerance for a push-out round. The solved quantities are displacements in cells.
-const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
-
 impl Contacts {
     /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not
     /// velocities. Returns the greatest depth of a sample in cells before the last push.
@@ -54,7 +51,7 @@ impl Contacts {
             if deepest <= SOFT_DEPTH {
                 break;
             }
-            solver.solve(PUSH);
+            solver.solve(Tolerance::PUSH);
             for (row, displacement) in solver.changes() {
                 let slot = samples.slots[row as usize];
                 state.set_position(slot, state.position(slot) + wide(displacement));

@@ -29,9 +29,6 @@ pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 /// give a greater one.
 const SLOW: f64 = 1e-3;
 
-/// Tolerance for the impulses. The solved quantities are velocities in cells per second.
-const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
-
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
@@ -157,7 +154,7 @@ impl Contacts {
     pub(crate) fn finish_alone(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
         if !self.pressures.is_empty() {
             self.solver.begin_with(&self.begin, self.slow);
-            self.solver.solve(IMPACT);
+            self.solver.solve(Tolerance::IMPACT);
             self.apply_impulses(state, step.dt);
             self.finish(state, colliders, step);
         }

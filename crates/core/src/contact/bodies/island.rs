@@ -27,13 +27,6 @@ const PUSH_LIMIT: f64 = 0.08;
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 pub(super) const GREATEST_RATIO: f64 = 1e30;
 
-/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that impulses of bodies at
-/// rest become more exact from step to step, with few passes in each. An impact takes more passes.
-const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
-
-/// Tolerance of the pushes, in cells.
-const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
-
 /// Bodies that touch each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Island {
@@ -169,7 +162,7 @@ impl Island {
         self.list_pairs_by_body();
         let slow = MIN_BOUNCE_STEPS * step.gravity * step.dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
-        self.solver.solve(IMPACT);
+        self.solver.solve(Tolerance::IMPACT);
         self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
         self.store_impulses(step.dt);
         self.push(step.dt);
@@ -274,7 +267,7 @@ impl Island {
         if deepest <= ALLOWED_DEPTH {
             return;
         }
-        solver.solve(PUSH);
+        solver.solve(Tolerance::PUSH);
         pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);

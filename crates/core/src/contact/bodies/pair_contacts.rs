@@ -6,7 +6,7 @@ use super::island::{GREATEST_RATIO, Island, PairContact, PatchBuffers};
 use super::search::{Search, Touch};
 use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
-use crate::contact::constraint::Contact;
+use crate::contact::constraint::TouchedSurface;
 use crate::contact::stage::MIN_BOUNCE_STEPS;
 use crate::contact::vec4::narrow;
 use crate::lattice::trilinear_weights;
@@ -95,23 +95,19 @@ impl Island {
         let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
         let before =
             mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
-        let approach = -before.dot(&normal);
         let end_gap = gap + past * velocity.dot(&normal);
         let gap_before = end_gap - dt * velocity.dot(&normal);
-        let restitution = body.properties.restitution.max(other.properties.restitution);
-        let target = match gap_before > skin && approach > MIN_BOUNCE_STEPS * gravity * dt {
-            true => restitution * approach,
-            false => approach.min(0.0).max(-gap_before.max(0.0) / dt),
+        let touched = TouchedSurface {
+            normal,
+            distance_before: gap_before,
+            velocity,
+            velocity_before: before,
+            friction: (body.properties.friction * other.properties.friction).sqrt(),
+            restitution: body.properties.restitution.max(other.properties.restitution),
+            min_bounce: MIN_BOUNCE_STEPS * gravity * dt,
         };
-        let friction = (body.properties.friction * other.properties.friction).sqrt();
-        let contact = Contact {
-            normal: narrow(normal),
-            velocity: narrow(velocity / length),
-            slip_before: narrow((before + normal * approach) / length),
-            target: (target / length) as f32,
-            approach: (approach / length) as f32,
-            friction: friction.min(f64::from(f32::MAX)) as f32,
-        };
+        let contact =
+            touched.contact(skin, length, |approach| approach.min(0.0).max(-gap_before.max(0.0) / dt));
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
         let offsets = sides.map(|(_, index, _)| self.member(index).offset);
         let rows = links.iter().zip(sides).zip(offsets).flat_map(|((links, (body, _, sign)), offset)| {
