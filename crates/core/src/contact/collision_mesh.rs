@@ -31,7 +31,7 @@ struct Data {
 
 /// The surface of a collision mesh, in the coordinates of the mesh.
 #[derive(Clone, Debug)]
-pub(crate) struct CollisionSurface {
+pub(super) struct CollisionSurface {
     tree: SurfaceTree,
     /// 1 if the faces are counter-clockwise seen from the free side, and -1 if they are clockwise; `None` if the mesh
     /// is open.

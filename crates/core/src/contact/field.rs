@@ -80,7 +80,7 @@ pub(crate) struct ShapeField<'a> {
 
 /// Position within a cell: for each coordinate, the coefficients of the trilinear interpolant, and the smooth
 /// interpolant if the skin is smooth.
-pub(crate) type ShapeCell = [([f64; 8], Option<SmoothInterpolant>); 3];
+pub(super) type ShapeCell = [([f64; 8], Option<SmoothInterpolant>); 3];
 
 impl Field for PlaneField<'_> {
     type Cell = PlaneCell;
@@ -248,7 +248,7 @@ pub(crate) fn may_touch<'a>(
 }
 
 /// As [`may_touch`], for the smooth positions in the cells around vertices with these positions and slopes.
-pub(crate) fn smooth_may_touch<'a>(
+pub(super) fn smooth_may_touch<'a>(
     shape: &PosedShape<'_>,
     vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
     skin: f64,
@@ -273,7 +273,7 @@ pub(crate) fn smooth_may_touch<'a>(
 ///
 /// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half
 /// extents.
-pub(crate) fn may_touch_for_any_slopes<'a>(
+pub(super) fn may_touch_for_any_slopes<'a>(
     shape: &PosedShape<'_>,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,

@@ -23,9 +23,9 @@ pub(crate) struct Pressure {
     /// Normal of the collider, a unit vector.
     pub(crate) normal: Vector3<f64>,
     /// Velocity of the surface of the collider, in cells/s.
-    pub(crate) velocity: Vector3<f64>,
+    pub(super) velocity: Vector3<f64>,
     /// Angular velocity of the collider in rad/s.
-    pub(crate) spin: Vector3<f64>,
+    pub(super) spin: Vector3<f64>,
 }
 
 impl Pressure {

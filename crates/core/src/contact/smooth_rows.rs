@@ -19,7 +19,7 @@ pub(crate) struct SmoothRows {
 #[derive(Clone, Copy)]
 pub(crate) struct RowSlopes<'a> {
     pub(crate) slopes: &'a [[Vec4; 3]],
-    pub(crate) slope_weights: &'a [f32],
+    pub(super) slope_weights: &'a [f32],
 }
 
 impl SmoothRows {

@@ -9,7 +9,7 @@ pub(crate) type Vec4 = Vector4<f32>;
 
 /// Converts a vector to f32 and pads it with a zero.
 #[inline(always)]
-pub(crate) fn narrow(v: Vector3<f64>) -> Vec4 {
+pub(super) fn narrow(v: Vector3<f64>) -> Vec4 {
     Vec4::new(v.x as f32, v.y as f32, v.z as f32, 0.0)
 }
 

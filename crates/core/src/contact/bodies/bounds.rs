@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 /// Axis-aligned box in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    pub(crate) low: Point3<f64>,
-    pub(crate) high: Point3<f64>,
+    pub(super) low: Point3<f64>,
+    pub(super) high: Point3<f64>,
 }
 
 impl Default for Bounds {
@@ -17,16 +17,16 @@ impl Default for Bounds {
 
 impl Bounds {
     /// Contains no point.
-    pub(crate) const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         low: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
     /// Contains the origin only.
-    pub(crate) const ZERO: Self = Self { low: Point3::new(0.0, 0.0, 0.0), high: Point3::new(0.0, 0.0, 0.0) };
+    pub(super) const ZERO: Self = Self { low: Point3::new(0.0, 0.0, 0.0), high: Point3::new(0.0, 0.0, 0.0) };
 
     /// Returns the smallest box that contains the points.
-    pub(crate) fn of(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
+    pub(super) fn of(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
         points.into_iter().fold(Self::EMPTY, |Self { low, high }, point| Self {
             low: low.inf(&point),
             high: high.sup(&point),
@@ -40,22 +40,22 @@ impl Bounds {
     }
 
     /// Returns the greatest distance between a point of this box and one of the other.
-    pub(crate) fn greatest_difference(&self, other: &Self) -> f64 {
+    pub(super) fn greatest_difference(&self, other: &Self) -> f64 {
         (self.high - other.low).sup(&(other.high - self.low)).norm()
     }
 
     /// Returns the intersection, which may be empty.
-    pub(crate) fn intersection(&self, other: &Self) -> Self {
+    pub(super) fn intersection(&self, other: &Self) -> Self {
         Self { low: self.low.sup(&other.low), high: self.high.inf(&other.high) }
     }
 
     /// Returns the smallest box that contains both.
-    pub(crate) fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// Returns whether the box contains no point. A box with a NaN is empty.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         !(0..3).all(|a| self.low[a] <= self.high[a])
     }
 

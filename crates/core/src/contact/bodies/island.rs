@@ -137,7 +137,7 @@ impl Island {
     }
 
     /// Returns the contacts between bodies.
-    pub(crate) fn pairs(&self) -> &[PairContact] {
+    pub(super) fn pairs(&self) -> &[PairContact] {
         &self.pairs
     }
 
