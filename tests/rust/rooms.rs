@@ -9,10 +9,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
-const LAYERS: [&str; 21] = [
+const LAYERS: [&str; 22] = [
     "reference",
     "simulation",
     "display",
+    "clearance",
     "body",
     "error",
     "volume",

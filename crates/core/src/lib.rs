@@ -125,6 +125,7 @@
 #![cfg_attr(not(feature = "internals"), allow(unreachable_pub))]
 
 mod body;
+mod clearance;
 mod contact;
 mod display;
 mod dynamics;

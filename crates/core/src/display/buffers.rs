@@ -2,10 +2,10 @@
 
 use web_time::Duration;
 
-use super::body_limits::BodyLimits;
 use super::correcting::Correcting;
 use super::lattice::DisplayedLattice;
 use super::untangling::Untangling;
+use crate::clearance::Clearance;
 use crate::skin::SkinBuffers;
 
 /// Evaluates displayed surfaces, and owns the buffers of the evaluation.
@@ -19,8 +19,8 @@ use crate::skin::SkinBuffers;
 pub struct Display {
     pub(super) lattice: DisplayedLattice,
     pub(super) correcting: Correcting,
-    /// Finds the limits of the untangling and of the correction at other bodies.
-    pub(super) body_limits: BodyLimits,
+    /// Finds the limits of the untangling and of the correction.
+    pub(super) clearance: Clearance,
     /// Present after the first frame in which a cell of the lattice was inside out.
     pub(super) untangling: Option<Box<Untangling>>,
     pub(super) skin: SkinBuffers,
@@ -47,8 +47,8 @@ impl Display {
 
     /// Returns the memory of the buffers, in bytes.
     pub fn bytes(&self) -> usize {
-        let Self { lattice, correcting, body_limits, untangling, skin, times: _ } = self;
+        let Self { lattice, correcting, clearance, untangling, skin, times: _ } = self;
         let untangling = untangling.as_ref().map_or(0, |untangling| untangling.bytes());
-        lattice.bytes() + correcting.bytes() + body_limits.bytes() + untangling + skin.bytes()
+        lattice.bytes() + correcting.bytes() + clearance.bytes() + untangling + skin.bytes()
     }
 }

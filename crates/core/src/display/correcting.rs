@@ -1,13 +1,13 @@
 //! The volume correction of a displayed lattice: P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)).
 
-use super::body_limits::BodyLimits;
 use super::frame::Frame;
 use super::lattice::DisplayedLattice;
-use super::surroundings::surroundings;
 use crate::body::Body;
+use crate::clearance::{Clearance, Mover};
 use crate::matching::{Purpose, RegionFit, Workspace};
+use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
-use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, ExternalForce};
+use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limits};
 
 /// The buffers of the volume correction.
 #[derive(Debug, Default)]
@@ -45,7 +45,7 @@ impl Correcting {
         frame: &Frame<'_>,
         correction: &Correction,
         lattice: &mut DisplayedLattice,
-        body_limits: &mut BodyLimits,
+        clearance: &mut Clearance,
     ) {
         let Self { workspace, rotations, external_forces, components, .. } = self;
         let DisplayedLattice { deformed, corrected, slope_weights, .. } = lattice;
@@ -57,18 +57,8 @@ impl Correcting {
         );
         correction.solve(workspace, executor, deformed, rotations, external_forces, slope_weights.values());
         corrected.resize(deformed.len(), [0.0; 3]);
-        if let Some(surroundings) = surroundings(body) {
-            correction.limit_at_obstacles(
-                workspace,
-                executor,
-                (surroundings.samples(), &surroundings.obstacles),
-                &mut body_limits.finder(body),
-                deformed,
-                corrected,
-            );
-        }
-        components.clear();
-        components.extend_from_slice(correction.write(workspace, deformed, corrected));
+        let mut solved = Solved { correction, workspace, executor, deformed, corrected, components };
+        clearance.move_clear(body, deformed, 0.0, &mut solved);
     }
 
     /// Evaluates the volumes of the corrected lattice, after it was changed.
@@ -102,6 +92,30 @@ impl Correcting {
             + slot_rotations.bytes()
             + size_of_val(&**rotations)
             + forces_reports
+    }
+}
+
+/// A correction that was solved without limits.
+struct Solved<'a> {
+    correction: &'a Correction,
+    workspace: &'a mut CorrectionWorkspace,
+    executor: &'a Executor,
+    deformed: &'a [[f32; 3]],
+    corrected: &'a mut [[f32; 3]],
+    components: &'a mut Vec<ComponentReport>,
+}
+
+impl Mover for Solved<'_> {
+    fn move_within(&mut self, limits: &Limits) -> &[[f32; 3]] {
+        self.correction.solve_within(self.workspace, self.executor, limits);
+        let reports = self.correction.write(self.workspace, self.deformed, self.corrected);
+        self.components.clear();
+        self.components.extend_from_slice(reports);
+        self.corrected
+    }
+
+    fn remove_soft(&mut self, limits: &mut Limits) -> bool {
+        self.correction.remove_soft(self.workspace, limits)
     }
 }
 

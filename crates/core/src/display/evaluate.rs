@@ -11,7 +11,6 @@ use super::buffers::{Display, DisplayTimes};
 use super::displayed::{Displayed, DisplayedSurface};
 use super::frame::Frame;
 use super::stages::{DISPLAY, Stage};
-use super::surroundings::surroundings;
 use super::untangle::may_be_inverted;
 use super::untangling::Untangling;
 use crate::body::BodyRef;
@@ -79,9 +78,9 @@ impl Display {
             (Stage::Untangle, _) => self.untangle_deformed(frame),
             // volume: P~ = P^ + lambda V.
             (Stage::Correct, Some(correction)) => {
-                let Self { lattice, correcting, body_limits, .. } = self;
+                let Self { lattice, correcting, clearance, .. } = self;
                 correcting.fit(frame);
-                correcting.correct(frame, correction, lattice, body_limits);
+                correcting.correct(frame, correction, lattice, clearance);
             }
             // untangle: P~ without cells inside out, corrected again.
             (Stage::UntangleCorrected, Some(correction)) => self.untangle_corrected(frame, correction),
@@ -102,7 +101,7 @@ impl Display {
     /// Untangles the deformed lattice, if a cell is inside out. Most frames do not come here.
     #[cold]
     fn untangle_inverted(&mut self, frame: &Frame<'_>) {
-        let Self { untangling, lattice, body_limits, correcting, .. } = self;
+        let Self { untangling, lattice, clearance, correcting, .. } = self;
         let body = frame.body.get();
         let untangling = Untangling::prepared(untangling, body);
         if !untangling.is_inverted(&lattice.deformed) {
@@ -117,7 +116,7 @@ impl Display {
         let deformed = &mut lattice.deformed;
         untangling.set_deformed(deformed);
         untangling.limit_if_crushed(deformed);
-        untangling.untangle(surroundings(frame.body), &mut body_limits.finder(frame.body), deformed);
+        untangling.untangle(frame.body, clearance, deformed);
     }
 
     /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside
@@ -142,7 +141,7 @@ impl Display {
             if !may_be_inverted(layout, by_slot) || !self.untangle_once(frame.body) {
                 break;
             }
-            let Self { lattice, correcting, body_limits, untangling, .. } = self;
+            let Self { lattice, correcting, clearance, untangling, .. } = self;
             let is_stuck = lattice.deformed == lattice.corrected;
             lattice.deformed.clone_from(&lattice.corrected);
             lattice.update_slope_weights(body);
@@ -150,7 +149,7 @@ impl Display {
                 correcting.evaluate(frame, correction, lattice);
                 break;
             }
-            correcting.correct(frame, correction, lattice, body_limits);
+            correcting.correct(frame, correction, lattice, clearance);
             if let Some(untangling) = untangling {
                 untangling.first.add_scales(&correcting.components);
             }
@@ -177,7 +176,7 @@ impl Display {
     /// Untangles the corrected lattice. Returns whether a cell was inside out.
     #[cold]
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
-        let Self { untangling, lattice, body_limits, correcting, .. } = self;
+        let Self { untangling, lattice, clearance, correcting, .. } = self;
         let (deformed, corrected) = (&lattice.deformed, &mut lattice.corrected);
         let untangling = Untangling::prepared(untangling, body.get());
         if !untangling.is_inverted(corrected) {
@@ -189,7 +188,7 @@ impl Display {
         }
         untangling.first.keep(deformed, corrected, &correcting.components);
         if untangling.is_inverted(deformed) {
-            untangling.untangle(surroundings(body), &mut body_limits.finder(body), corrected);
+            untangling.untangle(body, clearance, corrected);
         } else {
             untangling.shorten(deformed, corrected);
         }

@@ -2,9 +2,6 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `near_bodies` | the bodies near a body |
-//! | `body_limits` | limits of the displayed surface at bodies |
-//! | `surroundings` | the colliders around a body, and the samples of its surface |
 //! | `untangle` | untangles a lattice |
 //! | `untangling` | untangles the displayed lattice within the limits |
 //! | `stages` | the stages of the display, in order, and their plan |
@@ -15,16 +12,13 @@
 //! | `displayed` | [`Displayed`]: the lattice, the mesh, the normals and the volumes after an evaluation |
 //! | `evaluate` | runs the stages |
 
-mod body_limits;
 mod buffers;
 mod correcting;
 mod displayed;
 mod evaluate;
 mod frame;
 mod lattice;
-mod near_bodies;
 mod stages;
-mod surroundings;
 mod untangle;
 mod untangling;
 

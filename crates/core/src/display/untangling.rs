@@ -1,20 +1,13 @@
 //! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are
 //! near.
 
-use super::surroundings::Surroundings;
 use super::untangle::{Untangler, UntanglingReport};
-use crate::body::Body;
-use crate::contact::SMOOTH_DISPLACEMENT;
-use crate::volume::{ComponentReport, FindLimits, LimitSearch};
+use crate::body::{Body, BodyRef};
+use crate::clearance::{Clearance, Mover};
+use crate::volume::{ComponentReport, Limits};
 
 /// Distance in cells within which limits are searched first.
 const SEARCH_DISTANCE: f64 = 2.0;
-
-/// Search distance for limits, as a multiple of the greatest displacement: see [`Untangling::untangle`].
-const MARGIN: f64 = 1.25;
-
-/// Maximum number of times that limits are added and the lattice is untangled again from its start.
-const ROUNDS: usize = 8;
 
 /// The first correction of a frame, if its result has inverted cells.
 #[derive(Debug, Default)]
@@ -90,7 +83,6 @@ impl FirstCorrection {
 #[derive(Debug, Default)]
 pub(super) struct Untangling {
     untangler: Untangler,
-    search: LimitSearch,
     /// Positions before the untangling.
     start: Vec<[f32; 3]>,
     /// P^, the positions that the dynamics have given, if the present frame was untangled.
@@ -162,47 +154,20 @@ impl Untangling {
         &self.volumes
     }
 
-    /// Untangles a lattice. No sample of its surface moves into a collider or deeper into it.
-    ///
-    /// Limits are searched up to a distance. If a vertex moves farther, or a sample enters a collider that is not a
-    /// plane, the lattice is untangled again from its start with more limits. If the limits are not complete after
-    /// [`ROUNDS`], or when the frame has no displacement left, the lattice stays as it was.
+    /// Untangles a lattice within the limits of its displacements. If they are not complete after the last round, or when
+    /// the frame has no displacement left, the lattice stays as it was.
     pub(super) fn untangle(
         &mut self,
-        surroundings: Option<Surroundings<'_>>,
-        find_at_bodies: &mut FindLimits<'_>,
+        body: BodyRef<'_>,
+        clearance: &mut Clearance,
         positions: &mut [[f32; 3]],
     ) {
-        let Self { untangler, search, start, .. } = self;
-        let Some(surroundings) = surroundings else {
-            untangler.untangle(&[], positions);
-            return;
-        };
-        let (samples, obstacles) = (surroundings.samples(), &surroundings.obstacles);
-        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
-        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
-        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
+        let Self { untangler, start, .. } = self;
         start.clear();
         start.extend_from_slice(positions);
-        let mut distance = SEARCH_DISTANCE;
-        let mut find = true;
-        for _ in 0..ROUNDS {
-            if std::mem::take(&mut find) {
-                search.replace(samples, start, obstacles, distance, find_at_bodies);
-            }
-            let greatest = factor * untangler.untangle(&search.limits, positions);
-            // Without samples there are only limits at bodies, which are searched up to less than the first distance.
-            if greatest > distance && samples.is_some() {
-                (distance, find) = (MARGIN * greatest, true);
-            } else if !entered_cells
-                .is_some_and(|samples| search.add_limits_for_entered_cells(samples, positions, obstacles))
-            {
-                return;
-            }
+        let mut untangled = Untangled { untangler, start, positions };
+        if !clearance.move_clear(body, start, SEARCH_DISTANCE, &mut untangled) {
             positions.copy_from_slice(start);
-            if untangler.is_exhausted() {
-                return;
-            }
         }
     }
 
@@ -214,10 +179,24 @@ impl Untangling {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.untangler.bytes()
-            + self.search.bytes()
             + size_of_val(&*self.start)
             + size_of_val(&*self.deformed)
             + size_of_val(&*self.volumes)
             + self.first.bytes()
+    }
+}
+
+/// A lattice that is untangled from a start.
+struct Untangled<'a> {
+    untangler: &'a mut Untangler,
+    start: &'a [[f32; 3]],
+    positions: &'a mut [[f32; 3]],
+}
+
+impl Mover for Untangled<'_> {
+    fn move_within(&mut self, limits: &Limits) -> &[[f32; 3]] {
+        self.positions.copy_from_slice(self.start);
+        self.untangler.untangle(limits, self.start, self.positions);
+        self.positions
     }
 }

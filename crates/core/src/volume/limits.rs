@@ -1,15 +1,9 @@
-//! Applies limits to the correction: a vertex at its limit slides along the obstacle, or stops.
-//!
-//! An obstacle is a collider at one time, or the surface of another body. [`Limits`] is the active set of the iteration
-//! that solves for `lambda`: it determines which limited vertices move freely, slide or are stopped at the current
-//! `lambda`.
+//! Limits of the displacements of lattice vertices, and the projection of a displacement to them.
 
 use nalgebra::Vector3;
 
-use super::line::Moving;
-
 /// Limit of a lattice vertex: a half space in which the vertex must stay, so that the surface does not enter
-/// an obstacle.
+/// an obstacle: a collider, or the surface of another body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limit {
     /// Lattice vertex.
@@ -22,180 +16,84 @@ pub(crate) struct Limit {
     pub(crate) is_soft: bool,
 }
 
-/// Vertices with limits in one evaluation.
+/// The limits of the vertices of a lattice.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Limits {
-    /// Limits, sorted by vertex.
-    sorted: Vec<Limit>,
-    /// Vertices with limits, in increasing order.
-    limited: Vec<LimitedVertex>,
-}
+pub(crate) struct Limits(Vec<Limit>);
 
-/// Vertex with limits.
-#[derive(Clone, Copy, Debug)]
-struct LimitedVertex {
-    vertex: u32,
-    /// Start and end of the limits of the vertex in `Limits::sorted`.
-    limit_range: (u32, u32),
-    /// Position without correction, relative to the center of the component.
-    position: Vector3<f64>,
-    /// Vector of the field.
-    direction: Vector3<f64>,
-    /// Displacement to which `lambda` times `direction` is added, in cells.
-    offset: Vector3<f64>,
-    motion: Motion,
-}
-
-/// Motion of a vertex as a function of `lambda`: the state of the vertex in the active set.
+/// Motion of a vertex with limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Motion {
-    /// Moves along the field.
+pub(crate) enum Motion {
+    /// No limit has an effect.
     Free,
-    /// Slides along an obstacle, at the limit with this index in `Limits::sorted`.
-    Sliding { limit: u32 },
-    /// Is stopped by several limits, at a constant displacement.
-    Stopped { displacement: Vector3<f64> },
+    /// Slides along the plane of one limit, with this normal.
+    Sliding(Vector3<f64>),
+    /// Is stopped by several limits.
+    Stopped,
 }
 
 impl Limits {
-    /// Returns the memory in bytes.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.sorted) + size_of_val(&*self.limited)
+    /// Returns the list of limits. [`sort`](Self::sort) must be called after a change.
+    pub(crate) fn list_mut(&mut self) -> &mut Vec<Limit> {
+        &mut self.0
     }
 
-    /// Removes all limits.
-    pub(super) fn clear(&mut self) {
-        self.sorted.clear();
-        self.limited.clear();
-    }
-
-    /// Returns whether any vertex slides or is stopped.
-    pub(super) fn is_any_limited(&self) -> bool {
-        self.limited.iter().any(|limited| limited.motion != Motion::Free)
-    }
-
-    /// Replaces the limits by `limits`, which may be in any order.
-    ///
-    /// * `points`: points of the lattice. The points of the previously limited vertices are reset.
-    /// * `offsets`: displacement of each vertex by which its point has already moved, in cells. Empty if all are
-    ///   zero.
-    pub(super) fn replace(&mut self, limits: &[Limit], points: &mut [Moving], offsets: &[[f32; 3]]) {
-        for limited in &self.limited {
-            limited.reset(&mut points[limited.vertex as usize]);
-        }
-        self.clear();
-        self.sorted.extend_from_slice(limits);
-        // Sorts by all fields, so that the result does not depend on the order of the obstacles.
-        self.sorted.sort_unstable_by_key(|limit| {
+    /// Sorts the limits by vertex, and by all other fields, so that results do not depend on the order of the obstacles.
+    pub(crate) fn sort(&mut self) {
+        self.0.sort_unstable_by_key(|limit| {
             (limit.vertex, limit.clearance.to_bits(), <[f64; 3]>::from(limit.normal).map(f64::to_bits))
         });
-        let mut first = 0;
-        for group in self.sorted.chunk_by(|a, b| a.vertex == b.vertex) {
-            let vertex = group[0].vertex;
-            let point = &points[vertex as usize];
-            let to_f64 = |v: [f32; 3]| Vector3::from(v.map(f64::from));
-            let direction = to_f64(point.direction());
-            let offset = to_f64(offsets.get(vertex as usize).copied().unwrap_or_default());
-            let position = to_f64(point.position()) - offset;
-            let limit_range = (first, first + group.len() as u32);
-            self.limited.push(LimitedVertex {
-                vertex,
-                limit_range,
-                position,
-                direction,
-                offset,
-                motion: Motion::Free,
-            });
-            first = limit_range.1;
-        }
     }
 
-    /// Updates the motions of the limited vertices, and their points, for the current `lambda`. Returns
-    /// whether any motion has changed.
-    ///
-    /// * `lambda`: returns the `lambda` of a vertex.
-    pub(super) fn update_motions(&mut self, lambda: impl Fn(u32) -> f64, points: &mut [Moving]) -> bool {
-        let mut changed = false;
-        for limited in &mut self.limited {
-            let lambda = lambda(limited.vertex);
-            let (motion, displacement) = limited.motion_at(&self.sorted, lambda);
-            changed |= motion != limited.motion;
-            limited.motion = motion;
-            let direction = match motion {
-                Motion::Free => limited.direction,
-                Motion::Sliding { limit } => {
-                    let normal = self.sorted[limit as usize].normal;
-                    limited.direction - normal * normal.dot(&limited.direction)
-                }
-                Motion::Stopped { .. } => Vector3::zeros(),
-            };
-            let point = &mut points[limited.vertex as usize];
-            // The point reaches the displacement at the current `lambda`.
-            let position = limited.position + displacement - direction * lambda;
-            point.set_position(position.map(|x| x as f32).into());
-            point.set_direction(direction.map(|x| x as f32).into());
-        }
-        changed
+    /// Returns the limits of a vertex.
+    pub(crate) fn of(&self, vertex: u32) -> &[Limit] {
+        let limits = &self.0[self.0.partition_point(|limit| limit.vertex < vertex)..];
+        &limits[..limits.iter().take_while(|limit| limit.vertex == vertex).count()]
     }
 
-    /// Writes the corrected position of each limited vertex to `out`: its position in `deformed` plus its
-    /// displacement at its `lambda`.
-    pub(super) fn write(&self, lambda: impl Fn(u32) -> f64, deformed: &[[f32; 3]], out: &mut [[f32; 3]]) {
-        for limited in &self.limited {
-            let (_, displacement) = limited.motion_at(&self.sorted, lambda(limited.vertex));
-            let vertex = limited.vertex as usize;
-            out[vertex] = std::array::from_fn(|k| deformed[vertex][k] + displacement[k] as f32);
-        }
+    /// Iterates over the limits of each vertex that has any, in the order of the vertices.
+    pub(super) fn by_vertex(&self) -> impl Iterator<Item = &[Limit]> {
+        self.0.chunk_by(|a, b| a.vertex == b.vertex)
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
     }
 }
 
-impl Limit {
-    /// Returns the distance by which a displacement exceeds the limit; negative within the limit.
-    fn excess(&self, displacement: &Vector3<f64>) -> f64 {
-        -self.normal.dot(displacement) - self.clearance
-    }
-}
-
-impl LimitedVertex {
-    /// Resets the point of the vertex to its position and direction without limits.
-    fn reset(&self, point: &mut Moving) {
-        point.set_position((self.position + self.offset).map(|x| x as f32).into());
-        point.set_direction(self.direction.map(|x| x as f32).into());
-    }
-
-    /// Computes the motion and the displacement at `lambda`.
-    ///
-    /// The displacement along the field is projected to the plane of each limit that it exceeds, one limit
-    /// after another. A projection can move the displacement beyond another limit, for example between
-    /// obstacles at an acute angle. The displacement is then scaled down until it satisfies this other limit.
-    fn motion_at(&self, sorted: &[Limit], lambda: f64) -> (Motion, Vector3<f64>) {
-        let limits = (self.limit_range.0..self.limit_range.1).map(|index| (index, &sorted[index as usize]));
-        let mut displacement = self.offset + self.direction * lambda;
-        // After a projection to a limit with clearance 0, the component along the normal is only rounding
-        // error.
-        let rounding = 1e-9 * displacement.norm();
-        let mut motion = Motion::Free;
-        for (index, limit) in limits.clone() {
-            let excess = limit.excess(&displacement);
-            if excess > 0.0 {
-                displacement += limit.normal * excess;
-                motion = match motion {
-                    Motion::Free => Motion::Sliding { limit: index },
-                    _ => Motion::Stopped { displacement },
-                };
-            }
+/// Projects a step of a vertex to its limits. Returns the step within the limits, and how the limits change it.
+///
+/// The step is projected to the plane of each limit that it exceeds, one limit after another. A projection can move it
+/// beyond another limit, for example between obstacles at an acute angle. It is then shortened until it satisfies this
+/// other limit.
+///
+/// * `limits`: the limits of the vertex.
+/// * `from`: the displacement before the step, within the limits.
+pub(crate) fn project(
+    limits: &[Limit],
+    from: Vector3<f64>,
+    mut step: Vector3<f64>,
+) -> (Vector3<f64>, Motion) {
+    // The room of `from` would be negative by rounding errors only.
+    let room = |limit: &Limit| (limit.clearance + limit.normal.dot(&from)).max(0.0);
+    let excess = |limit: &Limit, step: &Vector3<f64>| -limit.normal.dot(step) - room(limit);
+    // After a projection to a limit without room, the component along the normal is only rounding error.
+    let rounding = 1e-9 * step.norm();
+    let mut motion = Motion::Free;
+    for limit in limits {
+        let excess = excess(limit, &step);
+        if excess > 0.0 {
+            step += limit.normal * excess;
+            motion = if motion == Motion::Free { Motion::Sliding(limit.normal) } else { Motion::Stopped };
         }
-        for (_, limit) in limits {
-            if limit.excess(&displacement) > rounding {
-                displacement *= limit.clearance / -limit.normal.dot(&displacement);
-                motion = Motion::Stopped { displacement };
-            }
-        }
-        if let Motion::Stopped { displacement: stopped } = &mut motion {
-            *stopped = displacement;
-        }
-        (motion, displacement)
     }
+    for limit in limits {
+        if excess(limit, &step) > rounding {
+            step *= room(limit) / -limit.normal.dot(&step);
+            motion = Motion::Stopped;
+        }
+    }
+    (step, motion)
 }
 
 #[cfg(test)]
@@ -206,54 +104,42 @@ mod tests {
         Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance, is_soft: false }
     }
 
-    /// Returns the displacement of a vertex at `lambda`, with an offset of `scale` times its direction.
-    fn displacement_of(direction: [f32; 3], scale: Option<f32>, limits: &[Limit], lambda: f64) -> [f32; 3] {
-        let offsets: Vec<_> = scale.iter().map(|scale| direction.map(|v| scale * v)).collect();
-        let position = std::array::from_fn(|k| 10.0 + offsets.first().map_or(0.0, |offset| offset[k]));
-        let mut points = [Moving::new(position, direction)];
-        let mut active_set = Limits::default();
-        active_set.replace(limits, &mut points, &offsets);
-        active_set.update_motions(|_| lambda, &mut points);
-        let mut out = [[f32::NAN; 3]];
-        active_set.write(|_| lambda, &[[10.0; 3]], &mut out);
-        // The point at `lambda` agrees with the written position.
-        points[0].advance(lambda as f32);
-        let differences = out[0].iter().zip(points[0].position()).map(|(a, b)| (a - b).abs());
-        let difference = differences.fold(0.0, f32::max);
-        assert!(difference <= 4e-6, "{out:?} {points:?}");
-        out[0].map(|x| x - 10.0)
+    fn assert_projected(limits: &[Limit], steps: [[f64; 3]; 3], expected_motion: Motion) {
+        let [from, step, expected] = steps.map(Vector3::from);
+        let (projected, motion) = project(limits, from, step);
+        assert!((projected - expected).norm() < 1e-12, "{projected} {expected}");
+        assert_eq!(motion, expected_motion);
     }
 
-    fn assert_near(a: [f32; 3], b: [f32; 3]) {
-        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 4e-6), "{a:?} {b:?}");
-    }
-
-    const DOWN: [f32; 3] = [0.6, -0.8, 0.0];
     const FLOOR: [f64; 3] = [0.0, 1.0, 0.0];
+    const WALL: [f64; 3] = [-1.0, 0.0, 0.0];
 
     #[test]
     fn vertex_slides_along_the_obstacle_at_its_limit() {
-        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], 0.5), [0.3, -0.4, 0.0]);
-        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], 2.0), [1.2, -0.5, 0.0]);
-        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.0)], 2.0), [1.2, 0.0, 0.0]);
-        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], -2.0), [-1.2, 1.6, 0.0]);
-        // The offset is part of the displacement.
-        assert_near(displacement_of(DOWN, Some(1.5), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
+        let sliding = Motion::Sliding(FLOOR.into());
+        let floor = |clearance: f64| [limit(FLOOR, clearance)];
+        assert_projected(&floor(0.5), [[0.0; 3], [0.3, -0.4, 0.0], [0.3, -0.4, 0.0]], Motion::Free);
+        assert_projected(&floor(0.5), [[0.0; 3], [-1.2, 1.6, 0.0], [-1.2, 1.6, 0.0]], Motion::Free);
+        assert_projected(&floor(0.5), [[0.0; 3], [1.2, -1.6, 0.0], [1.2, -0.5, 0.0]], sliding);
+        assert_projected(&floor(0.0), [[0.0; 3], [1.2, -1.6, 0.0], [1.2, 0.0, 0.0]], sliding);
+        // The displacement before the step takes a part of the clearance.
+        assert_projected(&floor(0.5), [[1.0, -0.4, 0.0], [1.2, -1.6, 0.0], [1.2, -0.1, 0.0]], sliding);
+        assert_projected(&floor(0.5), [[0.0, 0.4, 0.0], [1.2, -1.6, 0.0], [1.2, -0.9, 0.0]], sliding);
     }
 
     #[test]
     fn several_limits_are_all_satisfied() {
-        let floor_and_wall = [limit(FLOOR, 0.5), limit([-1.0, 0.0, 0.0], 0.1)];
-        assert_near(displacement_of(DOWN, None, &floor_and_wall, 2.0), [0.1, -0.5, 0.0]);
-        let two_floors = [limit(FLOOR, 0.5), limit(FLOOR, 0.2)];
-        assert_near(displacement_of(DOWN, None, &two_floors, 2.0), [1.2, -0.2, 0.0]);
+        let step = [1.2, -1.6, 0.0];
+        let floor_and_wall = [limit(FLOOR, 0.5), limit(WALL, 0.1)];
+        assert_projected(&floor_and_wall, [[0.0; 3], step, [0.1, -0.5, 0.0]], Motion::Stopped);
+        let two_floors = [limit(FLOOR, 0.2), limit(FLOOR, 0.5)];
+        assert_projected(&two_floors, [[0.0; 3], step, [1.2, -0.2, 0.0]], Motion::Sliding(FLOOR.into()));
         // A narrow wedge: after the projection to one side, the vertex must not be beyond the other side.
         let wedge = [limit([0.6, 0.8, 0.0], 0.1), limit([-0.8, 0.6, 0.0], 0.1), limit([-0.6, 0.8, 0.0], 0.1)];
-        for lambda in [0.1, 1.0, 10.0] {
-            let offset = displacement_of([0.0, -1.0, 0.0], None, &wedge, lambda);
+        for length in [0.1, 1.0, 10.0] {
+            let (projected, _) = project(&wedge, Vector3::zeros(), Vector3::new(0.0, -length, 0.0));
             for limit in &wedge {
-                let outward = -limit.normal.dot(&Vector3::from(offset.map(f64::from)));
-                assert!(outward <= 0.1 + 4e-6, "{offset:?} {limit:?}");
+                assert!(-limit.normal.dot(&projected) <= 0.1 + 1e-12, "{projected} {limit:?}");
             }
         }
     }
@@ -263,20 +149,24 @@ mod tests {
     fn vertex_without_clearance_slides_for_any_normal() {
         for degrees in 0..=180 {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
-            let out = displacement_of([0.0, 0.0, 1.0], None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
-            assert_near(out, [0.0, 0.0, 2.0]);
-            let v = [(0.3 * cos - 0.9 * sin) as f32, (-0.3 * sin - 0.9 * cos) as f32, 0.0];
-            let out = displacement_of(v, None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
-            assert_near(out, [(0.6 * cos) as f32, (-0.6 * sin) as f32, 0.0]);
+            let floor = limit([sin, cos, 0.0], 0.0);
+            let (along, _) = project(&[floor], Vector3::zeros(), Vector3::new(0.0, 0.0, 2.0));
+            assert_eq!(along, Vector3::new(0.0, 0.0, 2.0));
+            let step = [0.6 * cos - 1.8 * sin, -0.6 * sin - 1.8 * cos, 0.0];
+            let expected = [0.6 * cos, -0.6 * sin, 0.0];
+            assert_projected(&[floor], [[0.0; 3], step, expected], Motion::Sliding(floor.normal));
         }
     }
 
     #[test]
-    fn update_motions_returns_whether_a_motion_changed() {
-        let mut points = [Moving::new([0.0; 3], DOWN)];
+    fn limits_of_a_vertex_are_sorted_by_clearance() {
         let mut limits = Limits::default();
-        limits.replace(&[limit(FLOOR, 0.4)], &mut points, &[]);
-        let changed = [0.2, 0.4, 0.6, 0.9, 0.1].map(|lambda| limits.update_motions(|_| lambda, &mut points));
-        assert_eq!(changed, [false, false, true, false, true]);
+        for (vertex, clearance) in [(7, 0.3), (2, 0.2), (7, 0.1), (3, 0.0)] {
+            limits.list_mut().push(Limit { vertex, ..limit(FLOOR, clearance) });
+        }
+        limits.sort();
+        let clearances = |vertex| limits.of(vertex).iter().map(|limit| limit.clearance).collect::<Vec<_>>();
+        assert_eq!([0, 2, 3, 7, 8].map(clearances), [vec![], vec![0.2], vec![0.0], vec![0.1, 0.3], vec![]]);
+        assert_eq!(limits.by_vertex().map(<[Limit]>::len).collect::<Vec<_>>(), [1, 1, 2]);
     }
 }

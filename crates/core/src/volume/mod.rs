@@ -13,7 +13,7 @@
 //! 3. vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)  (Eq. 1):
 //!    solve for lambda, the root of least absolute value
 //!    if there is none within the cap: turn V to the present shape, move, and solve again, in several passes
-//! 4. only with colliders: stop vertices before they enter a collider; solve again for the other vertices
+//! 4. only with limits: vertices slide or stop at them; solve again for the other vertices
 //! 5. P~ = P^ + lambda V, plus the displacements of step 2 and of the passes
 //! ```
 //!
@@ -39,12 +39,11 @@
 //! | `external_forces` | changes of the field by external forces (Eq. 2) and constrained vertices |
 //! | `cubic` | the root of the cubic (Eq. 1) |
 //! | `regional` | scope `regional`: a scale for each vertex, before the cubic is solved |
-//! | `clearance`, `limits` | search for limits at colliders; vertices that slide or stop at their limits |
+//! | `limits` | limits of the displacements, and the projection of a displacement to them |
 //! | `correction` | the whole correction, in the order of the steps above; passes where one cubic is not enough |
 
 mod adjacency;
 mod blocks;
-mod clearance;
 mod correction;
 mod cubic;
 mod external_forces;
@@ -63,13 +62,12 @@ mod sums;
 mod surface;
 mod volumes;
 
-pub(crate) use clearance::{FindLimits, LimitSearch, Obstacles};
 pub(crate) use correction::RestRatios;
 pub use correction::{Correction, CorrectionWorkspace};
 #[cfg(feature = "internals")]
 pub use cubic::{Root, smallest_root};
 pub use external_forces::ExternalForce;
-pub(crate) use limits::Limit;
+pub(crate) use limits::{Limit, Limits, Motion, project};
 pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub(crate) use surface::MIN_VOLUME_FRACTION;

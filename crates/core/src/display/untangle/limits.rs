@@ -1,59 +1,28 @@
-//! Limits of the displacements of vertices, from their positions before the untangling.
+//! Moves vertices within limits of their displacements.
 
 use nalgebra::Vector3;
 
 use super::cells::vector;
-use crate::volume::Limit;
+use crate::volume::{Limits, Motion, project};
 
-/// The half spaces in which vertices must stay, and the vertices that do not move.
-#[derive(Debug, Default)]
-pub(super) struct Limits {
+/// The limits of displacements.
+#[derive(Clone, Copy)]
+pub(super) struct Within<'a> {
+    pub(super) limits: &'a Limits,
     /// Positions from which the displacements are counted.
-    start: Vec<[f32; 3]>,
-    /// Limits, sorted by vertex.
-    limits: Vec<Limit>,
+    pub(super) start: &'a [[f32; 3]],
     /// Whether each vertex is held by pins or handles.
-    fixed: Vec<bool>,
+    pub(super) fixed: &'a [bool],
 }
 
-impl Limits {
-    /// Returns the memory in bytes.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.start) + size_of_val(&*self.limits) + size_of_val(&*self.fixed)
-    }
-
-    /// Sets the vertices that do not move. `vertices`: number of vertices.
-    pub(super) fn set_fixed(&mut self, vertices: usize, fixed: impl Iterator<Item = u32>) {
-        self.fixed.clear();
-        self.fixed.resize(vertices, false);
-        fixed.for_each(|vertex| self.fixed[vertex as usize] = true);
-    }
-
-    /// Sets the limits, in any order, of displacements from `start`.
-    pub(super) fn set_limits(&mut self, limits: &[Limit], start: &[[f32; 3]]) {
-        self.start.clear();
-        self.start.extend_from_slice(start);
-        self.limits.clear();
-        self.limits.extend_from_slice(limits);
-        self.limits.sort_unstable_by_key(|limit| {
-            (limit.vertex, limit.clearance.to_bits(), <[f64; 3]>::from(limit.normal).map(f64::to_bits))
-        });
-    }
-
-    /// Returns the greatest displacement of a vertex from the start.
-    pub(super) fn greatest_displacement(&self, positions: &[[f32; 3]]) -> f64 {
-        let moved = self.start.iter().zip(positions).map(|(a, b)| (vector(b) - vector(a)).norm());
-        moved.fold(0.0, f64::max)
-    }
-
-    /// Moves a vertex by a step, within its limits: along the limit that the step exceeds the most, and no farther than
-    /// to the others. A vertex that is fixed, and a step that is not finite, have no effect.
+impl Within<'_> {
+    /// Moves a vertex by a step, within its limits. A vertex that is fixed, and a step that is not finite, have no effect.
     ///
     /// * `along`: returns the step along a plane, from the unit normal of the plane and the part of the step along it.
     pub(super) fn advance(
         &self,
         vertex: u32,
-        mut step: Vector3<f64>,
+        step: Vector3<f64>,
         along: impl Fn(Vector3<f64>, f64) -> Vector3<f64>,
         positions: &mut [[f32; 3]],
     ) {
@@ -63,20 +32,10 @@ impl Limits {
         }
         let position = vector(&positions[index]);
         let before = position - vector(&self.start[index]);
-        let first = self.limits.partition_point(|limit| limit.vertex < vertex);
-        let limits = self.limits[first..].iter().take_while(|limit| limit.vertex == vertex);
-        // The distance that a limit leaves would be negative by rounding errors only.
-        let room = |limit: &Limit| (limit.clearance + limit.normal.dot(&before)).max(0.0);
-        let excess = |limit: &Limit| -limit.normal.dot(&step) - room(limit);
-        let worst = limits.clone().max_by(|a, b| excess(a).total_cmp(&excess(b)));
-        if let Some(worst) = worst.filter(|limit| excess(limit) > 0.0) {
-            step = along(worst.normal, -room(worst));
-            for limit in limits {
-                let approach = -limit.normal.dot(&step);
-                if approach > room(limit) {
-                    step *= room(limit) / approach;
-                }
-            }
+        let limits = self.limits.of(vertex);
+        let (mut step, motion) = project(limits, before, step);
+        if let Motion::Sliding(normal) = motion {
+            step = project(limits, before, along(normal, normal.dot(&step))).0;
         }
         let moved: [f32; 3] = (position + step).map(|x| x as f32).into();
         if moved.iter().all(|x| x.is_finite()) {

@@ -10,7 +10,7 @@
 //! | `inverted` | finds out quickly whether cells may be inverted |
 //! | `determinants` | the determinants of a cell, and their derivatives |
 //! | `cells` | tables of the cells of a lattice |
-//! | `limits` | limits of the displacements |
+//! | `limits` | moves vertices within limits of their displacements |
 //! | `untangler` | moves single vertices, in sweeps; shortens displacements that would invert cells |
 //! | `relaxation` | moves parts of the lattice towards smoothed shapes, where sweeps do not help |
 

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::cells::{Cells, vector};
 use super::determinants::{mean_edges, opened};
-use super::limits::Limits;
+use super::limits::Within;
 
 /// Iterations of a relaxation. A few move a part far enough out of its minimum.
 pub(super) const ITERATIONS: usize = 4;
@@ -37,7 +37,7 @@ impl Relaxation {
     /// gradients are averaged.
     pub(super) fn relax(
         &mut self,
-        (lattice, limits): (&Cells, &Limits),
+        (lattice, within): (&Cells, Within<'_>),
         (cells, vertices): (&[u32], &[u32]),
         smoothings: usize,
         positions: &mut [[f32; 3]],
@@ -70,7 +70,7 @@ impl Relaxation {
                 if *count > 0.0 {
                     let step = sum / *count - vector(&positions[vertex as usize]);
                     let along = |normal: Vector3<f64>, along| step + normal * (along - normal.dot(&step));
-                    limits.advance(vertex, step, along, positions);
+                    within.advance(vertex, step, along, positions);
                 }
             }
         }

@@ -16,10 +16,10 @@ use super::cells::Cells;
 use super::determinants::{
     Corners, LinearDeterminant, center_determinant, determinants_of, least_determinant,
 };
-use super::limits::Limits;
+use super::limits::Within;
 use super::relaxation::{ITERATIONS, Relaxation};
 use crate::lattice::Lattice;
-use crate::volume::Limit;
+use crate::volume::Limits;
 
 /// Determinant towards which the determinants of a cell are raised.
 const TARGET: f64 = 0.05;
@@ -74,7 +74,8 @@ const LEAST_FACTOR: f32 = 1e-3;
 #[derive(Debug, Default)]
 pub(crate) struct Untangler {
     cells: Cells,
-    limits: Limits,
+    /// Whether each vertex is held by pins or handles.
+    fixed: Vec<bool>,
     relaxation: Relaxation,
     /// Cells that are not untangled, without repetition, and whether each cell is one of them.
     tangled: Vec<u32>,
@@ -113,7 +114,12 @@ impl Untangler {
         let vertices = size_of_val(&*self.active) + size_of_val(&*self.is_active);
         let factors = size_of_val(&*self.factors) + size_of_val(&*self.shortened);
         let correction = size_of_val(&*self.corrected) + factors;
-        self.cells.bytes() + self.limits.bytes() + self.relaxation.bytes() + cells + vertices + correction
+        self.cells.bytes()
+            + size_of_val(&*self.fixed)
+            + self.relaxation.bytes()
+            + cells
+            + vertices
+            + correction
     }
 
     /// Begins a frame. Must be called before [`Untangler::untangle`].
@@ -152,7 +158,9 @@ impl Untangler {
     /// Prepares for a lattice. `fixed`: vertices that do not move.
     pub(crate) fn prepare(&mut self, lattice: &Lattice, fixed: impl Iterator<Item = u32>) {
         self.cells.prepare(lattice);
-        self.limits.set_fixed(lattice.len(), fixed);
+        self.fixed.clear();
+        self.fixed.resize(lattice.len(), false);
+        fixed.for_each(|vertex| self.fixed[vertex as usize] = true);
         self.tangled.clear();
         self.is_tangled.clear();
         self.is_tangled.resize(self.cells.len(), false);
@@ -165,12 +173,11 @@ impl Untangler {
         (0..self.cells.len() as u32).any(|cell| self.cells.least_determinant(cell, positions) <= 0.0)
     }
 
-    /// Moves vertices within limits, until no cell is inverted, [`RELAXATIONS`] have not helped, or no displacement
-    /// remains in the frame. Returns the greatest displacement of a vertex, in cells.
+    /// Moves vertices within limits of their displacements from `start`, until no cell is inverted, [`RELAXATIONS`] have
+    /// not helped, or no displacement remains in the frame.
     ///
     /// Must be called after [`Untangler::prepare`].
-    pub(crate) fn untangle(&mut self, limits: &[Limit], positions: &mut [[f32; 3]]) -> f64 {
-        self.limits.set_limits(limits, positions);
+    pub(crate) fn untangle(&mut self, limits: &Limits, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
         self.active.clear();
         self.active.extend(0..positions.len() as u32);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > 0.0);
@@ -182,19 +189,19 @@ impl Untangler {
                     if relaxations > RELAXATIONS {
                         break;
                     }
-                    self.relax(1 + relaxations / 2, positions);
+                    self.relax((limits, start), 1 + relaxations / 2, positions);
                 }
                 (sweeps, count) = (0, self.tangled.len());
             }
             sweeps += 1;
             self.activate();
             self.remaining = self.remaining.saturating_sub(self.active.len());
+            let within = Within { limits, start, fixed: &self.fixed };
             for &vertex in &self.active {
-                self.move_vertex(vertex, positions);
+                self.move_vertex(within, vertex, positions);
             }
             self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > UNTANGLED);
         }
-        self.limits.greatest_displacement(positions)
     }
 
     /// Shortens the displacements of a correction from `start`, so that no cell of `positions` is inverted that was not
@@ -267,7 +274,7 @@ impl Untangler {
     }
 
     /// Relaxes the cells that are not untangled, with rings of cells around them.
-    fn relax(&mut self, rings: usize, positions: &mut [[f32; 3]]) {
+    fn relax(&mut self, (limits, start): (&Limits, &[[f32; 3]]), rings: usize, positions: &mut [[f32; 3]]) {
         for _ in 0..rings {
             self.activate();
             for &vertex in &self.active {
@@ -282,12 +289,13 @@ impl Untangler {
         self.tangled.sort_unstable();
         let part = (&*self.tangled, &*self.active);
         self.remaining = self.remaining.saturating_sub(ITERATIONS * self.active.len());
-        self.relaxation.relax((&self.cells, &self.limits), part, rings, positions);
+        let within = Within { limits, start, fixed: &self.fixed };
+        self.relaxation.relax((&self.cells, within), part, rings, positions);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > UNTANGLED);
     }
 
     /// Moves a vertex to the minimum of its sum; see the module.
-    fn move_vertex(&self, vertex: u32, positions: &mut [[f32; 3]]) {
+    fn move_vertex(&self, within: Within<'_>, vertex: u32, positions: &mut [[f32; 3]]) {
         let mut determinants = [LinearDeterminant::default(); 40];
         let around = self.cells.around(vertex);
         let count = 5 * around.len();
@@ -297,7 +305,7 @@ impl Untangler {
         let determinants = &determinants[..count];
         let step = minimum(determinants, None);
         let along = |normal, along| minimum(determinants, Some((normal, along)));
-        self.limits.advance(vertex, step, along, positions);
+        within.advance(vertex, step, along, positions);
     }
 }
 

@@ -199,7 +199,7 @@ impl Correction {
         positions: &[[f32; 3]],
         slope_weights: &[f32],
     ) {
-        workspace.limits.clear();
+        workspace.limited.clear();
         workspace.offsets.clear();
         let scratch = &mut workspace.scratch;
         scratch.set_positions(positions, &self.adjacency);
@@ -224,16 +224,18 @@ impl Correction {
             deformed.len(),
             corrected.len()
         );
-        let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
         let points = deformed.iter().zip(&workspace.scratch.points);
         for (i, (corrected, (deformed, point))) in corrected.iter_mut().zip(points).enumerate() {
-            let (lambda, v) = (lambda(i as u32) as f32, point.direction());
+            let (lambda, v) = (workspace.lambdas[self.adjacency.component(i)] as f32, point.direction());
             *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
-            if let Some(offset) = workspace.offset(i) {
+            if let Some(offset) = workspace.offsets.get(i) {
                 *corrected = std::array::from_fn(|k| corrected[k] + offset[k]);
             }
         }
-        workspace.limits.write(lambda, deformed, corrected);
+        for limited in &workspace.limited {
+            let (vertex, displacement) = (limited.vertex as usize, limited.displacement);
+            corrected[vertex] = std::array::from_fn(|k| deformed[vertex][k] + displacement[k] as f32);
+        }
         self.update_surface_motions(workspace);
         &workspace.reports
     }
@@ -309,9 +311,4 @@ impl Correction {
             capped: residual.abs() > VOLUME_TOLERANCE,
         };
     }
-}
-
-/// Returns a function from a vertex to the `lambda` of its component.
-pub(super) fn lambda_of(lambdas: &[f64], adjacency: &Adjacency) -> impl Fn(u32) -> f64 {
-    |vertex| lambdas[adjacency.component(vertex as usize)]
 }

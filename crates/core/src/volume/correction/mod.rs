@@ -6,13 +6,13 @@
 //! | `workspace` | buffers and results |
 //! | `evaluate` | [`Correction`]; positions, field, one cubic for each component, results |
 //! | `passes` | several passes where a single cubic cannot restore the volume |
-//! | `obstacles` | limits at colliders and other bodies |
+//! | `within` | the solution within limits of the displacements |
 //! | `mod` | the solution |
 
 mod evaluate;
-mod obstacles;
 mod passes;
 mod ramp;
+mod within;
 mod workspace;
 
 pub use self::evaluate::Correction;
@@ -57,7 +57,7 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
-    /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
+    /// Computes the displacement of each vertex, without limits. The arguments have the meaning
     /// of the arguments of [`Correction::apply`]. `slope_weights`: of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
         &self,
@@ -93,5 +93,7 @@ impl Correction {
         if workspace.reports.iter().any(|report| report.capped) {
             self.solve_in_passes(workspace, executor, forces);
         }
+        workspace.restored.clear();
+        workspace.restored.extend(workspace.reports.iter().map(|report| !report.capped));
     }
 }

@@ -1,10 +1,11 @@
 //! The buffers and results of a correction.
 
+use nalgebra::Vector3;
+
 use super::ramp::Ramp;
 use crate::skin::ComponentMotion;
 use crate::volume::ComponentReport;
-use crate::volume::clearance::LimitSearch;
-use crate::volume::limits::Limits;
+use crate::volume::limits::Motion;
 use crate::volume::line::Moving;
 use crate::volume::regional::RegionalScratch;
 use crate::volume::sums::Scratch;
@@ -26,8 +27,10 @@ pub struct CorrectionWorkspace {
     /// Displacement of each vertex, in cells, to which `lambda` times its direction is added. Empty if all are
     /// zero.
     pub(super) offsets: Vec<[f32; 3]>,
-    pub(super) limits: Limits,
-    pub(super) limit_search: LimitSearch,
+    /// Vertices with limits, in increasing order.
+    pub(super) limited: Vec<LimitedVertex>,
+    /// Whether the volume of each component is restored without limits.
+    pub(super) restored: Vec<bool>,
     /// Whether the surface points of `scratch` move from the present points along the present field.
     pub(super) has_surface: bool,
     /// `lambda` of each component, in cells.
@@ -38,12 +41,6 @@ pub struct CorrectionWorkspace {
 }
 
 impl CorrectionWorkspace {
-    /// Returns the displacement of a vertex to which `lambda` times its direction is added; `None` if the
-    /// displacements of all vertices are zero.
-    pub(super) fn offset(&self, vertex: usize) -> Option<[f32; 3]> {
-        self.offsets.get(vertex).copied()
-    }
-
     /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.rest)
@@ -53,12 +50,23 @@ impl CorrectionWorkspace {
             + size_of_val(&*self.order)
             + self.passes.bytes()
             + size_of_val(&*self.offsets)
-            + self.limits.bytes()
-            + self.limit_search.bytes()
+            + size_of_val(&*self.limited)
+            + size_of_val(&*self.restored)
             + size_of_val(&*self.lambdas)
             + size_of_val(&*self.motions)
             + size_of_val(&*self.reports)
     }
+}
+
+/// Vertex with limits, and its state in the active set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LimitedVertex {
+    pub(super) vertex: u32,
+    /// The point of the vertex without limits.
+    pub(super) free: Moving,
+    pub(super) motion: Motion,
+    /// Displacement at the current `lambda`, in cells.
+    pub(super) displacement: Vector3<f64>,
 }
 
 /// Buffers of the passes.
