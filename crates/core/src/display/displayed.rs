@@ -117,7 +117,7 @@ impl Displayed<'_> {
         self.display
             .untangling
             .as_ref()
-            .map_or_else(UntanglingReport::default, |untangling| untangling.report())
+            .map_or_else(UntanglingReport::default, |untangling| untangling.untangler.report())
     }
 
     /// Returns the run times of the volume correction and of the last mesh update of this evaluation.

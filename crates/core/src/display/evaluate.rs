@@ -104,18 +104,23 @@ impl Display {
         let Self { untangling, lattice, clearance, correcting, .. } = self;
         let body = frame.body.get();
         let untangling = Untangling::prepared(untangling, body);
-        if !untangling.is_inverted(&lattice.deformed) {
+        if !untangling.untangler.is_inverted(&lattice.deformed) {
             return;
         }
         if let Some(correction) = body.correction() {
             lattice.update_slope_weights(body);
             let (deformed, slope_weights) = (&lattice.deformed, lattice.slope_weights.values());
             let workspace = &mut correcting.workspace;
-            untangling.set_volumes(correction.volumes(workspace, &frame.executor, deformed, slope_weights));
+            untangling.volumes.extend(correction.volumes(
+                workspace,
+                &frame.executor,
+                deformed,
+                slope_weights,
+            ));
         }
         let deformed = &mut lattice.deformed;
-        untangling.set_deformed(deformed);
-        untangling.limit_if_crushed(deformed);
+        untangling.deformed.extend_from_slice(deformed);
+        untangling.untangler.limit_if_crushed(deformed);
         untangling.untangle(frame.body, clearance, deformed);
     }
 
@@ -127,7 +132,7 @@ impl Display {
             self.untangle_in_rounds(frame, correction);
         }
         if let Some(untangling) = &self.untangling {
-            for (component, before) in self.correcting.components.iter_mut().zip(untangling.volumes()) {
+            for (component, before) in self.correcting.components.iter_mut().zip(&untangling.volumes) {
                 component.before = *before;
             }
         }
@@ -179,18 +184,18 @@ impl Display {
         let Self { untangling, lattice, clearance, correcting, .. } = self;
         let (deformed, corrected) = (&lattice.deformed, &mut lattice.corrected);
         let untangling = Untangling::prepared(untangling, body.get());
-        if !untangling.is_inverted(corrected) {
+        if !untangling.untangler.is_inverted(corrected) {
             return false;
         }
         if !untangling.is_present() {
-            untangling.set_volumes(correcting.components.iter().map(|component| component.before));
-            untangling.set_deformed(deformed);
+            untangling.volumes.extend(correcting.components.iter().map(|component| component.before));
+            untangling.deformed.extend_from_slice(deformed);
         }
         untangling.first.keep(deformed, corrected, &correcting.components);
-        if untangling.is_inverted(deformed) {
+        if untangling.untangler.is_inverted(deformed) {
             untangling.untangle(body, clearance, corrected);
         } else {
-            untangling.shorten(deformed, corrected);
+            untangling.untangler.shorten(deformed, corrected);
         }
         true
     }

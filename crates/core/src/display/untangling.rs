@@ -1,7 +1,7 @@
 //! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches or that are
 //! near.
 
-use super::untangle::{Untangler, UntanglingReport};
+use super::untangle::Untangler;
 use crate::body::{Body, BodyRef};
 use crate::clearance::{Clearance, Mover};
 use crate::volume::{ComponentReport, Limits};
@@ -82,13 +82,13 @@ impl FirstCorrection {
 /// Buffers for frames in which cells of the lattice are inside out.
 #[derive(Debug, Default)]
 pub(super) struct Untangling {
-    untangler: Untangler,
+    pub(super) untangler: Untangler,
     /// Positions before the untangling.
     start: Vec<[f32; 3]>,
     /// P^, the positions that the dynamics have given, if the present frame was untangled.
-    deformed: Vec<[f32; 3]>,
+    pub(super) deformed: Vec<[f32; 3]>,
     /// Volume of each component at `deformed`, in cubed scene units, if the volume is preserved.
-    volumes: Vec<f64>,
+    pub(super) volumes: Vec<f64>,
     pub(super) first: FirstCorrection,
 }
 
@@ -112,46 +112,14 @@ impl Untangling {
         self.first.corrected.clear();
     }
 
-    /// Allows fewer displacements in the frame if the body is crushed: see [`UntanglingReport`].
-    pub(super) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
-        self.untangler.limit_if_crushed(positions);
-    }
-
-    /// Returns the report on the frame.
-    pub(super) fn report(&self) -> UntanglingReport {
-        self.untangler.report()
-    }
-
-    /// Returns whether a cell is inside out.
-    pub(super) fn is_inverted(&self, positions: &[[f32; 3]]) -> bool {
-        self.untangler.is_inverted(positions)
-    }
-
     /// Returns whether the present frame was untangled.
     pub(super) fn is_present(&self) -> bool {
         !self.deformed.is_empty()
     }
 
-    /// Sets P^ of the present frame.
-    pub(super) fn set_deformed(&mut self, deformed: &[[f32; 3]]) {
-        self.deformed.clear();
-        self.deformed.extend_from_slice(deformed);
-    }
-
     /// Returns P^, if the present frame was untangled.
     pub(super) fn deformed(&self) -> Option<&[[f32; 3]]> {
         self.is_present().then_some(&self.deformed)
-    }
-
-    /// Sets the volumes of the components at P^, in cubed scene units.
-    pub(super) fn set_volumes(&mut self, volumes: impl Iterator<Item = f64>) {
-        self.volumes.clear();
-        self.volumes.extend(volumes);
-    }
-
-    /// Returns the volumes of the components at P^; empty if the present frame was not untangled.
-    pub(super) fn volumes(&self) -> &[f64] {
-        &self.volumes
     }
 
     /// Untangles a lattice within the limits of its displacements. If they are not complete after the last round, or when
@@ -169,11 +137,6 @@ impl Untangling {
         if !clearance.move_clear(body, start, SEARCH_DISTANCE, &mut untangled) {
             positions.copy_from_slice(start);
         }
-    }
-
-    /// Shortens the displacements of a correction, so that no cell is inside out that was not so at its start.
-    pub(super) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
-        self.untangler.shorten(start, positions);
     }
 
     /// Returns the memory in bytes.

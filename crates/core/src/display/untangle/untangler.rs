@@ -189,7 +189,7 @@ impl Untangler {
                     if relaxations > RELAXATIONS {
                         break;
                     }
-                    self.relax((limits, start), 1 + relaxations / 2, positions);
+                    self.relax(limits, start, 1 + relaxations / 2, positions);
                 }
                 (sweeps, count) = (0, self.tangled.len());
             }
@@ -274,7 +274,7 @@ impl Untangler {
     }
 
     /// Relaxes the cells that are not untangled, with rings of cells around them.
-    fn relax(&mut self, (limits, start): (&Limits, &[[f32; 3]]), rings: usize, positions: &mut [[f32; 3]]) {
+    fn relax(&mut self, limits: &Limits, start: &[[f32; 3]], rings: usize, positions: &mut [[f32; 3]]) {
         for _ in 0..rings {
             self.activate();
             for &vertex in &self.active {
