@@ -119,7 +119,7 @@ impl Body {
     }
 
     /// Returns whether and how the body is softer than its material in steps of `dt` seconds.
-    pub(crate) fn softened(&self, dt: f64) -> Option<Softened> {
+    pub(super) fn softened(&self, dt: f64) -> Option<Softened> {
         // Rounding errors do not count.
         const MARGIN: f64 = 1.0 + 1e-9;
         let (_, factor) = self.factor_range();
@@ -160,7 +160,7 @@ impl Body {
 
     /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than
     /// the modulus of the material if that one is out of reach of steps of this length: alpha is at most 1.
-    pub(crate) fn modulus_in_force(&self, dt: f64) -> f64 {
+    pub(super) fn modulus_in_force(&self, dt: f64) -> f64 {
         self.elastic_law(dt).modulus(self.half_width(), self.alpha(dt))
     }
 
@@ -190,7 +190,7 @@ impl Body {
 
     /// Returns Young's modulus of the material, or `None` with the elasticity of regions, or if the body has a
     /// preset and is not in a simulation.
-    pub(crate) fn material_modulus(&self) -> Option<f64> {
+    pub(super) fn material_modulus(&self) -> Option<f64> {
         match self.settings.material.elasticity {
             Elasticity::YoungsModulus(modulus) => Some(modulus),
             _ => self.settings.youngs_modulus,
@@ -219,7 +219,7 @@ impl Body {
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
     /// The first call computes the mode. A broken body keeps the mode of the whole body, because parts that hang by
     /// an edge, as a crack can leave them, swing freely.
-    pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
+    pub(super) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
         let Self { pipeline: Pipeline { matching, .. }, stiffness_factors, .. } = self;
         let greatest = stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force);
         let eigenvalue = *self.pipeline.lowest_eigenvalue.get_or_init(|| {

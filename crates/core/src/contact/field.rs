@@ -238,7 +238,7 @@ impl ShapeField<'_> {
 /// May return true in this case as well.
 ///
 /// Ignores coordinates that are NaN. If all coordinates along an axis are NaN, returns false.
-pub(crate) fn may_touch<'a>(
+pub(super) fn may_touch<'a>(
     shape: &PosedShape<'_>,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,

@@ -218,7 +218,7 @@ impl<'a> PosedShape<'a> {
     ///
     /// The test is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB the distance
     /// is at least the distance at its center minus half its diagonal.
-    pub(crate) fn may_touch(&self, center: &Point3<f64>, half: &Vector3<f64>, skin: f64) -> bool {
+    pub(super) fn may_touch(&self, center: &Point3<f64>, half: &Vector3<f64>, skin: f64) -> bool {
         let radius = match self {
             Self::Plane { normal, .. } => normal.abs().dot(half),
             Self::Mesh(mesh) => return mesh.may_touch(center, half, skin),

@@ -18,7 +18,7 @@ pub(crate) struct SmoothRows {
 /// Slopes and slope weights of all rows, as an interpolation reads them.
 #[derive(Clone, Copy)]
 pub(crate) struct RowSlopes<'a> {
-    pub(crate) slopes: &'a [[Vec4; 3]],
+    pub(super) slopes: &'a [[Vec4; 3]],
     pub(super) slope_weights: &'a [f32],
 }
 

@@ -21,19 +21,19 @@ pub(crate) struct CoupledComponent {
     /// The body and the index of the component.
     pub(crate) side: (u32, u32),
     /// Center of mass.
-    pub(crate) center: Vector3<f64>,
+    pub(super) center: Vector3<f64>,
     /// Rigid motion with the momenta of the component.
-    pub(crate) motion: RigidMotion,
+    pub(super) motion: RigidMotion,
     /// Reference motion (v, ω).
-    pub(crate) reference: Vector6<f64>,
+    pub(super) reference: Vector6<f64>,
     /// Change of the reference motion by impulses, restricted by pins, handles and colliders.
-    pub(crate) mobility: Mobility,
+    pub(super) mobility: Mobility,
     /// Fraction of the difference to the reference motion that a step takes away from the velocities.
-    pub(crate) fraction: f64,
+    pub(super) fraction: f64,
     /// Size of the body.
-    pub(crate) size: f64,
+    pub(super) size: f64,
     /// Change (v, ω) of the reference motion by the coupling.
-    pub(crate) change: Vector6<f64>,
+    pub(super) change: Vector6<f64>,
 }
 
 /// Computes the common reference motions. Its buffers are reused.

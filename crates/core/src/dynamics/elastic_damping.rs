@@ -64,7 +64,7 @@ struct Reference {
 /// The damping of a step: velocities v become `keep` v + r, with a rigid velocity r of each component.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Damped {
-    pub(crate) keep: f32,
+    pub(super) keep: f32,
     /// 1 - `keep` times the reference motion of each component.
     pub(crate) rigid: Vec<RigidVelocity>,
 }

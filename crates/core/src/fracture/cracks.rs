@@ -8,7 +8,7 @@ use crate::lattice::{Joint, Lattice};
 /// A crack. Coordinates are grid indices of the lattice: cell sizes from its origin, at rest.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Crack {
+pub(super) struct Crack {
     /// A point of the plane.
     point: [f64; 3],
     /// Unit normal of the plane.

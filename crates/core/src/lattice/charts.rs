@@ -14,7 +14,7 @@ pub(super) const NO_NEIGHBOR: u32 = u32::MAX;
 
 /// The blocks of a lattice with broken joints.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Chart {
+pub(super) struct Chart {
     /// The offset of the blocks: see `layout`.
     pub(super) offset: [i32; 3],
     /// Number of the block of each vertex among the blocks with the same place in the grid.

@@ -345,7 +345,7 @@ impl AxisLinks {
     }
 
     /// Returns the memory of the links, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         self.links.len() + size_of_val(self.next.as_slice()) + size_of_val(self.previous.as_slice())
     }
 }

@@ -12,7 +12,7 @@ const SIMULATION_BYTES: u64 = 200;
 const LATTICE_BYTES: u64 = 50;
 
 /// Returns the bytes that a lattice with `vertices` vertices and a simulation of it need.
-pub(crate) fn needed_bytes(vertices: u64) -> u64 {
+pub(super) fn needed_bytes(vertices: u64) -> u64 {
     vertices.saturating_mul(LATTICE_BYTES + SIMULATION_BYTES)
 }
 
@@ -21,7 +21,7 @@ pub(crate) fn needed_bytes(vertices: u64) -> u64 {
 const FURTHER_VERTICES: u64 = 7;
 
 /// Returns the bytes that a lattice with `cells` cells and a simulation of it need at least.
-pub(crate) fn needed_bytes_of_cells(cells: u64) -> u64 {
+pub(super) fn needed_bytes_of_cells(cells: u64) -> u64 {
     needed_bytes(cells.saturating_add(FURTHER_VERTICES))
 }
 
@@ -43,7 +43,7 @@ pub(super) fn limit(requested: Option<u64>) -> u64 {
 }
 
 /// Returns an error if `needed` exceeds `limit`, both in bytes. `cell_size`: for the error.
-pub(crate) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), LatticeError> {
+pub(super) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), LatticeError> {
     if needed > limit {
         return Err(LatticeError::TooMuchMemory { cell_size, needed, limit, fitting: None });
     }

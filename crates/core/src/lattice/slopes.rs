@@ -166,7 +166,7 @@ impl SlopeWeights {
 
 impl Smoothing {
     /// Finds the stencils of the corners of cells.
-    pub(crate) fn new(lattice: &Lattice, corners: impl Iterator<Item = [u32; 8]>) -> Self {
+    pub(super) fn new(lattice: &Lattice, corners: impl Iterator<Item = [u32; 8]>) -> Self {
         let mut is_corner = vec![false; lattice.len()];
         corners.flatten().for_each(|vertex| is_corner[vertex as usize] = true);
         let vertices = (0..).zip(&is_corner).filter(|(_, is_corner)| **is_corner);
@@ -180,7 +180,7 @@ impl Smoothing {
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.stencils)
     }
 

@@ -129,7 +129,7 @@ pub(crate) struct SmoothCell {
 
 impl SmoothCell {
     /// Builds the map of a cell from the positions of its corners, their slopes and slope weights.
-    pub(crate) fn new(
+    pub(super) fn new(
         corners: [Vector3<f32>; 8],
         slopes: [[Vector3<f32>; 3]; 8],
         slope_weights: [f32; 8],
@@ -143,7 +143,7 @@ impl SmoothCell {
     }
 
     /// Returns the position at local coordinates. Outside the cell the map continues linearly.
-    pub(crate) fn at(&self, local: [f32; 3]) -> Vector3<f32> {
+    pub(super) fn at(&self, local: [f32; 3]) -> Vector3<f32> {
         let [inside, outside] = split(local);
         let coordinates = inside.map(SmoothCoordinate::new);
         let steps = coordinates.map(|coordinate| coordinate.s);

@@ -92,13 +92,13 @@ pub(crate) struct CellMap {
 
 impl CellMap {
     /// Builds the map of a cell from the positions of its corners.
-    pub(crate) fn new(corners: [[f32; 3]; 8]) -> Self {
+    pub(super) fn new(corners: [[f32; 3]; 8]) -> Self {
         Self { terms: polynomial(corners.map(Vector3::from)) }
     }
 
     /// Returns the position at local coordinates.
     #[inline]
-    pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
+    pub(super) fn at(&self, local: [f32; 3]) -> [f32; 3] {
         let [origin, x, y, xy, z, xz, yz, xyz] = &self.terms;
         let [[u, v, w], outside] = split(local);
         let (uv, uw, vw) = (u * v, u * w, v * w);

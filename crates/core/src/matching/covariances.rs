@@ -67,7 +67,7 @@ impl InverseCovariances {
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let blocks = size_of_val(self.blocks.as_slice()) + size_of_val(self.is_isotropic.as_slice());
         blocks + size_of_val(self.indices.as_slice())
     }

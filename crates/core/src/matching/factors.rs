@@ -20,7 +20,7 @@ pub(crate) struct Factors {
 
 impl Factors {
     /// Returns s of the region around the vertex in a slot.
-    pub(crate) fn of_region(&self, slot: u32) -> f32 {
+    pub(super) fn of_region(&self, slot: u32) -> f32 {
         self.regions.get(slot)[0]
     }
 

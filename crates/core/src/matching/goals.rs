@@ -69,21 +69,21 @@ impl<V> Means<V> {
 
 /// The region transform that fits a rigid motion to each region. Its memory is the rotation quaternion, which
 /// is first the warm start and then the result.
-pub(crate) struct FitRotations<'a> {
+pub(super) struct FitRotations<'a> {
     /// 1/M and d of each region.
-    pub(crate) constants: &'a Lanes<4>,
+    pub(super) constants: &'a Lanes<4>,
     /// Whether the regions are cells, which have the same constants.
-    pub(crate) are_cells: bool,
+    pub(super) are_cells: bool,
     /// As [`Regions::factors`](super::Regions::factors).
-    pub(crate) factors: Option<&'a Factors>,
+    pub(super) factors: Option<&'a Factors>,
     /// For each block of eight regions, the bit mask of the lanes with a region.
-    pub(crate) occupied: &'a [u8],
+    pub(super) occupied: &'a [u8],
     /// Half-width of the regions in cells.
-    pub(crate) half_width: f32,
+    pub(super) half_width: f32,
     /// Counts the rotations for which Newton's method does not converge.
-    pub(crate) unconverged: &'a AtomicUsize,
+    pub(super) unconverged: &'a AtomicUsize,
     /// Receives the sums of the elastic potential. `None` if the potential is not needed.
-    pub(crate) potential: Option<&'a PotentialSums>,
+    pub(super) potential: Option<&'a PotentialSums>,
 }
 
 impl RegionTransform<&mut [Block<4>]> for FitRotations<'_> {
@@ -242,9 +242,9 @@ pub(crate) fn scale<S: Simd>(simd: S, factors: &Block<1>, motions: &mut Block<12
 
 /// The vertex update that writes the goal positions: g is the mean of the rigid motions of the regions that contain
 /// the vertex, weighted by their stiffness factors.
-pub(crate) struct WriteGoals<'a> {
+pub(super) struct WriteGoals<'a> {
     /// As [`Regions::mean_weights`](super::Regions::mean_weights).
-    pub(crate) weights: &'a Lanes<2>,
+    pub(super) weights: &'a Lanes<2>,
 }
 
 impl VertexUpdate for WriteGoals<'_> {

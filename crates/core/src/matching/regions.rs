@@ -56,7 +56,7 @@ struct Cells {
 
 impl Regions {
     /// Creates the regions of half-width `half_width`.
-    pub(crate) fn new(lattice: &Lattice, masses: &Masses, layout: &Layout, half_width: HalfWidth) -> Self {
+    pub(super) fn new(lattice: &Lattice, masses: &Masses, layout: &Layout, half_width: HalfWidth) -> Self {
         match half_width.is_cell() {
             true => Self::of_cells(lattice, masses, layout),
             false => Self::of_windows(masses, layout, half_width),
@@ -213,7 +213,7 @@ impl Regions {
     }
 
     /// Returns the mask of the lanes with a region of each block.
-    pub(crate) fn occupied<'a>(&'a self, layout: &'a Layout) -> &'a [u8] {
+    pub(super) fn occupied<'a>(&'a self, layout: &'a Layout) -> &'a [u8] {
         self.cells.as_ref().map_or(layout.occupied(), |cells| &cells.occupied)
     }
 
@@ -240,7 +240,7 @@ impl Regions {
 
     /// Returns, as the second number of each vertex, the weight of a mean over the regions that contain the vertex:
     /// 1/n, or 1/S with factors.
-    pub(crate) fn mean_weights(&self) -> &Lanes<2> {
+    pub(super) fn mean_weights(&self) -> &Lanes<2> {
         self.factors().map_or(&self.weights, |factors| &factors.vertices)
     }
 
@@ -289,7 +289,7 @@ impl Regions {
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes)
             + self.cells.as_ref().map_or(0, |cells| cells.shares.bytes() + cells.occupied.len());
         let inverse_covariances = self.inverse_covariances.as_ref().map_or(0, InverseCovariances::bytes);

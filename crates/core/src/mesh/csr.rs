@@ -45,7 +45,7 @@ impl<T> Csr<T> {
     }
 
     /// Returns the number of rows.
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
@@ -66,7 +66,7 @@ impl<T> Csr<T> {
     }
 
     /// Returns the items of all rows, row by row.
-    pub(crate) fn items(&self) -> &[T] {
+    pub(super) fn items(&self) -> &[T] {
         &self.items
     }
 
@@ -81,7 +81,7 @@ impl<T> Csr<T> {
     }
 
     /// Returns the row of an item, given its index in [`Csr::items`].
-    pub(crate) fn row_of(&self, item: usize) -> usize {
+    pub(super) fn row_of(&self, item: usize) -> usize {
         self.starts.partition_point(|&start| start as usize <= item) - 1
     }
 

@@ -5,7 +5,7 @@ use crate::state::Interval;
 /// A step counter and the time `since + (steps - first) * dt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Clock {
+pub(super) struct Clock {
     /// Number of steps so far.
     steps: u64,
     /// Length of a step in seconds.
@@ -20,48 +20,48 @@ pub(crate) struct Clock {
 
 impl Clock {
     /// Creates a clock at time zero with steps of `dt` seconds.
-    pub(crate) fn new(dt: f64) -> Self {
+    pub(super) fn new(dt: f64) -> Self {
         Self { steps: 0, dt, first: 0, since: 0.0, frames_from: 0 }
     }
 
-    pub(crate) fn dt(&self) -> f64 {
+    pub(super) fn dt(&self) -> f64 {
         self.dt
     }
 
-    pub(crate) fn steps(&self) -> u64 {
+    pub(super) fn steps(&self) -> u64 {
         self.steps
     }
 
-    pub(crate) fn time(&self) -> f64 {
+    pub(super) fn time(&self) -> f64 {
         self.time_after(self.steps)
     }
 
     /// Returns the time interval of the next step.
-    pub(crate) fn interval(&self) -> Interval {
+    pub(super) fn interval(&self) -> Interval {
         Interval { start: self.time(), end: self.time_after(self.steps + 1), dt: self.dt }
     }
 
-    pub(crate) fn tick(&mut self) {
+    pub(super) fn tick(&mut self) {
         self.steps += 1;
     }
 
     /// Sets the step length; the time stays the same.
-    pub(crate) fn set_dt(&mut self, dt: f64) {
+    pub(super) fn set_dt(&mut self, dt: f64) {
         *self = Self { dt, first: self.steps, since: self.time(), ..*self };
     }
 
     /// Sets the time; the step count stays the same.
-    pub(crate) fn set_time(&mut self, time: f64) {
+    pub(super) fn set_time(&mut self, time: f64) {
         *self = Self { first: self.steps, since: time, ..*self };
     }
 
     /// Begins a frame with the next step. Called when the number of steps per frame was set.
-    pub(crate) fn begin_frame(&mut self) {
+    pub(super) fn begin_frame(&mut self) {
         self.frames_from = self.steps;
     }
 
     /// Returns whether the next step is the first one of a frame of `substeps` steps.
-    pub(crate) fn is_frame_start(&self, substeps: u64) -> bool {
+    pub(super) fn is_frame_start(&self, substeps: u64) -> bool {
         (self.steps - self.frames_from).is_multiple_of(substeps)
     }
 
@@ -71,7 +71,7 @@ impl Clock {
     }
 
     /// Returns whether the values are valid; deserialized values may not be.
-    pub(crate) fn is_valid(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         self.first <= self.steps
             && self.frames_from <= self.steps
             && self.dt > 0.0

@@ -158,7 +158,7 @@ impl Touches {
     }
 
     /// Forgets all contacts: the positions were set.
-    pub(crate) fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         self.clear();
         self.sides_unknown = true;
     }

@@ -23,7 +23,7 @@ pub(crate) struct Grid {
     /// Edge length of a cell.
     pub(crate) cell_size: f64,
     /// Number of cells along each axis, at least 1.
-    pub(crate) size: [usize; 3],
+    pub(super) size: [usize; 3],
     /// Center of the box and of the grid.
     center: Point3<f64>,
     /// Distance to a grid plane, in cells, up to which a coordinate is snapped to it.

@@ -71,7 +71,7 @@ impl GridSet {
     }
 
     /// Returns the positions that are in this set or in another one.
-    pub(crate) fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         let mut union = Self::default();
         let mut spans = [self, other].map(|set| set.runs().map(|(run, key)| (key, set.span(run))).peekable());
         loop {
@@ -153,7 +153,7 @@ impl GridSet {
     }
 
     /// Returns whether a run of the row (z, y) contains all positions of a range of x, which must not be empty.
-    pub(crate) fn has_run(&self, row: (i32, i32), x: Range<i32>) -> bool {
+    pub(super) fn has_run(&self, row: (i32, i32), x: Range<i32>) -> bool {
         let Some(runs) = self.find_row(row).map(|row| self.row_runs(row)) else { return false };
         let before = self.runs[runs.clone()].partition_point(|run| run.x <= x.start);
         before > 0 && x.end <= self.span(runs.start + before - 1).end

@@ -136,7 +136,7 @@ impl ContactSurface {
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(in crate::contact) fn bytes(&self) -> usize {
         let Self { trees, parts, samples, cells, corners, continued_sides, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**cells) + size_of_val(&**corners);
         let of_parts = size_of_val(&**trees) + size_of_val(&**parts) + size_of_val(&**continued_sides);

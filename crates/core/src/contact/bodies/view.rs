@@ -85,7 +85,7 @@ impl BodyContact {
     }
 
     /// Returns the surface. Only bodies in pairs are searched, and these have one.
-    pub(crate) fn surface(&self) -> &ContactSurface {
+    pub(in crate::contact) fn surface(&self) -> &ContactSurface {
         self.created_surface().expect("a body in a pair has a surface")
     }
 

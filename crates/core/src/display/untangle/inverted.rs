@@ -16,7 +16,7 @@ const DOUBTFUL: f32 = 1e-5;
 ///
 /// The result is true if a determinant at a corner of a cell with edges of up to 3 cells is not positive. It can also
 /// be true for three links that are not edges of one cell.
-pub(crate) fn may_be_inverted<const N: usize>(layout: &Layout, positions: &Lanes<N>) -> bool {
+pub(in crate::display) fn may_be_inverted<const N: usize>(layout: &Layout, positions: &Lanes<N>) -> bool {
     dispatch!(level(), simd => any_inverted(simd, layout, positions.blocks()))
 }
 

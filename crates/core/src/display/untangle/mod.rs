@@ -21,7 +21,7 @@ mod limits;
 mod relaxation;
 mod untangler;
 
-pub(crate) use inverted::may_be_inverted;
+pub(super) use inverted::may_be_inverted;
 pub use untangler::UntanglingReport;
 
-pub(crate) use untangler::Untangler;
+pub(super) use untangler::Untangler;

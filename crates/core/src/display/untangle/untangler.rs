@@ -72,7 +72,7 @@ const LEAST_FACTOR: f32 = 1e-3;
 
 /// Untangles lattices, and owns the buffers.
 #[derive(Debug, Default)]
-pub(crate) struct Untangler {
+pub(in crate::display) struct Untangler {
     cells: Cells,
     /// Whether each vertex is held by pins or handles.
     fixed: Vec<bool>,
@@ -109,7 +109,7 @@ pub struct UntanglingReport {
 
 impl Untangler {
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(in crate::display) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.tangled) + size_of_val(&*self.is_tangled);
         let vertices = size_of_val(&*self.active) + size_of_val(&*self.is_active);
         let factors = size_of_val(&*self.factors) + size_of_val(&*self.shortened);
@@ -123,7 +123,7 @@ impl Untangler {
     }
 
     /// Begins a frame. Must be called before [`Untangler::untangle`].
-    pub(crate) fn begin(&mut self, vertices: usize) {
+    pub(in crate::display) fn begin(&mut self, vertices: usize) {
         self.allowed = DISPLACEMENTS * vertices;
         self.remaining = self.allowed;
         self.is_crushed = false;
@@ -131,7 +131,7 @@ impl Untangler {
 
     /// Allows fewer displacements in the frame if the body is crushed. Must be called after [`Untangler::prepare`],
     /// before the first displacement.
-    pub(crate) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
+    pub(in crate::display) fn limit_if_crushed(&mut self, positions: &[[f32; 3]]) {
         let [cells, vertices] = [self.cells.len(), self.cells.vertex_count()];
         let volume: f64 =
             (0..cells as u32).map(|cell| center_determinant(&self.cells.corners(cell, positions))).sum();
@@ -143,7 +143,7 @@ impl Untangler {
     }
 
     /// Returns the report on the frame.
-    pub(crate) fn report(&self) -> UntanglingReport {
+    pub(in crate::display) fn report(&self) -> UntanglingReport {
         UntanglingReport {
             displacements: self.allowed - self.remaining,
             given_up: self.is_crushed && self.is_exhausted(),
@@ -151,12 +151,12 @@ impl Untangler {
     }
 
     /// Returns whether no displacement remains in the frame.
-    pub(crate) fn is_exhausted(&self) -> bool {
+    pub(in crate::display) fn is_exhausted(&self) -> bool {
         self.remaining == 0
     }
 
     /// Prepares for a lattice. `fixed`: vertices that do not move.
-    pub(crate) fn prepare(&mut self, lattice: &Lattice, fixed: impl Iterator<Item = u32>) {
+    pub(in crate::display) fn prepare(&mut self, lattice: &Lattice, fixed: impl Iterator<Item = u32>) {
         self.cells.prepare(lattice);
         self.fixed.clear();
         self.fixed.resize(lattice.len(), false);
@@ -169,7 +169,7 @@ impl Untangler {
     }
 
     /// Returns whether a cell is inverted. Must be called after [`Untangler::prepare`].
-    pub(crate) fn is_inverted(&self, positions: &[[f32; 3]]) -> bool {
+    pub(in crate::display) fn is_inverted(&self, positions: &[[f32; 3]]) -> bool {
         (0..self.cells.len() as u32).any(|cell| self.cells.least_determinant(cell, positions) <= 0.0)
     }
 
@@ -177,7 +177,12 @@ impl Untangler {
     /// not helped, or no displacement remains in the frame.
     ///
     /// Must be called after [`Untangler::prepare`].
-    pub(crate) fn untangle(&mut self, limits: &Limits, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
+    pub(in crate::display) fn untangle(
+        &mut self,
+        limits: &Limits,
+        start: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+    ) {
         self.active.clear();
         self.active.extend(0..positions.len() as u32);
         self.find_tangled(|cells, cell| cells.least_determinant(cell, positions) > 0.0);
@@ -209,7 +214,7 @@ impl Untangler {
     ///
     /// The displacements of the corners of an inverted cell are multiplied by the factor at which it is not inverted,
     /// until no cell is. Must be called after [`Untangler::prepare`].
-    pub(crate) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
+    pub(in crate::display) fn shorten(&mut self, start: &[[f32; 3]], positions: &mut [[f32; 3]]) {
         self.corrected.clear();
         self.corrected.extend_from_slice(positions);
         self.factors.clear();

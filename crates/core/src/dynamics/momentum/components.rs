@@ -12,7 +12,7 @@ pub(crate) enum Components {
 impl Components {
     /// Returns the component of the vertex in a slot.
     #[inline(always)]
-    pub(crate) fn of_slot(&self, slot: u32) -> usize {
+    pub(in crate::dynamics) fn of_slot(&self, slot: u32) -> usize {
         match self {
             Self::One => 0,
             Self::Several(of_slot) => of_slot[slot as usize] as usize,

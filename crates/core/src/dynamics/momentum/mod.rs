@@ -14,9 +14,9 @@ mod rigid;
 mod sums;
 
 pub(crate) use components::Components;
-pub(crate) use projection::{Mobility, Projection, SOFTNESS, Weight};
-pub(crate) use rigid::{RigidMotion, RigidVelocity, stack};
-pub(crate) use sums::{Fields, RigidState, Sums, add};
+pub(super) use projection::{Mobility, Projection, SOFTNESS, Weight};
+pub(super) use rigid::{RigidMotion, RigidVelocity, stack};
+pub(super) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
@@ -182,7 +182,7 @@ impl MomentumTracker {
 
     /// Returns the kinetic energy of the rigid part of the motion at the last measurement, in units of a full
     /// cell's mass times (cells/s)².
-    pub(crate) fn rigid_energy(&self) -> f64 {
+    pub(super) fn rigid_energy(&self) -> f64 {
         self.states.iter().map(RigidState::rigid_energy).sum()
     }
 
@@ -229,7 +229,7 @@ impl MomentumTracker {
     }
 
     /// Returns the component of each slot.
-    pub(crate) fn components(&self) -> &Components {
+    pub(super) fn components(&self) -> &Components {
         &self.components
     }
 

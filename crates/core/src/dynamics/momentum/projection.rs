@@ -13,11 +13,11 @@ const DETERMINED: f64 = 1e-9;
 /// contradict each other, for example of two plates that press on a body, give a compromise. The speeds of the
 /// compromise are at most 1/(2 √`SOFTNESS`) = 2.2 times those in the conditions, however small the lever between them
 /// is.
-pub(crate) const SOFTNESS: f64 = 0.05;
+pub(in crate::dynamics) const SOFTNESS: f64 = 0.05;
 
 /// The strictness of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Weight {
+pub(in crate::dynamics) enum Weight {
     /// Exactly.
     Exact,
     /// With the variance [`SOFTNESS`].
@@ -26,7 +26,7 @@ pub(crate) enum Weight {
 
 /// The change of a rigid motion (v, ω) by an impulse (p, l).
 #[derive(Clone, Debug)]
-pub(crate) struct Mobility {
+pub(in crate::dynamics) struct Mobility {
     /// Change per unit of impulse that the conditions allow.
     allowed: Matrix6<f64>,
     /// Change per unit of impulse without conditions.
@@ -35,18 +35,18 @@ pub(crate) struct Mobility {
 
 /// The change of a rigid motion by an impulse along a row, and the speeds of this change along the row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Response {
+pub(in crate::dynamics) struct Response {
     /// Change that the conditions allow; zero if the conditions already determine the speed along the row.
-    pub(crate) motion: Vector6<f64>,
+    pub(in crate::dynamics) motion: Vector6<f64>,
     /// Speed of `motion` along the row.
-    pub(crate) speed: f64,
+    pub(in crate::dynamics) speed: f64,
     /// Speed without conditions.
-    pub(crate) free_speed: f64,
+    pub(in crate::dynamics) free_speed: f64,
 }
 
 impl Mobility {
     /// Creates the mobility of a body without conditions. `inertia` is the inertia tensor about the center of mass.
-    pub(crate) fn of_body(mass: f64, inertia: &Matrix3<f64>) -> Self {
+    pub(in crate::dynamics) fn of_body(mass: f64, inertia: &Matrix3<f64>) -> Self {
         let mut free = Matrix6::zeros();
         free.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
         let mut angular = Matrix3::zeros();
@@ -58,13 +58,13 @@ impl Mobility {
     }
 
     /// Returns the change of ω by an angular impulse of 1 about `axis`.
-    pub(crate) fn turn(&self, axis: Vector3<f64>) -> Vector3<f64> {
+    pub(in crate::dynamics) fn turn(&self, axis: Vector3<f64>) -> Vector3<f64> {
         self.allowed.fixed_view::<3, 3>(3, 3) * axis
     }
 
     /// Returns the mobility in other units: `length` and `mass` are the old units of length and mass in the new ones.
     /// The units of v and ω are old lengths per second, and radians per second.
-    pub(crate) fn in_units(mut self, length: f64, mass: f64) -> Self {
+    pub(in crate::dynamics) fn in_units(mut self, length: f64, mass: f64) -> Self {
         // An angular impulse has two lengths, a linear one has one, and a velocity has one.
         let lengths = |index: usize| if index < 3 { 0 } else { -1 };
         for matrix in [&mut self.allowed, &mut self.free] {
@@ -76,7 +76,7 @@ impl Mobility {
     }
 
     /// Returns the response to a unit impulse along `row`.
-    pub(crate) fn response(&self, row: &Vector6<f64>) -> Response {
+    pub(in crate::dynamics) fn response(&self, row: &Vector6<f64>) -> Response {
         let motion = self.allowed * row;
         let (speed, free_speed) = (row.dot(&motion), row.dot(&(self.free * row)));
         if speed.is_finite() && speed > DETERMINED * free_speed {
@@ -91,7 +91,7 @@ impl Mobility {
 /// added one by one. It is the least-squares estimate with exact or uncertain data (Kalman 1960): an exact condition
 /// that contradicts earlier exact ones has no effect.
 #[derive(Clone, Debug)]
-pub(crate) struct Projection {
+pub(in crate::dynamics) struct Projection {
     /// (v, ω).
     motion: Vector6<f64>,
     mobility: Mobility,
@@ -100,13 +100,13 @@ pub(crate) struct Projection {
 
 impl Projection {
     /// Creates the projection of `motion` of a component, without further conditions. `center` is its center of mass.
-    pub(crate) fn new(mobility: Mobility, motion: RigidMotion, center: Vector3<f64>) -> Self {
+    pub(in crate::dynamics) fn new(mobility: Mobility, motion: RigidMotion, center: Vector3<f64>) -> Self {
         Self { motion: motion.components(), mobility, center }
     }
 
     /// Adds the condition that the velocity of the component at `point`, in cells from the body's origin, has the
     /// component `speed` along the unit vector `direction`.
-    pub(crate) fn fix_velocity(
+    pub(in crate::dynamics) fn fix_velocity(
         &mut self,
         point: Vector3<f64>,
         direction: Vector3<f64>,
@@ -118,14 +118,14 @@ impl Projection {
     }
 
     /// Adds the condition that the angular velocity has the component `speed` along the unit vector `axis`.
-    pub(crate) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64, weight: Weight) {
+    pub(in crate::dynamics) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64, weight: Weight) {
         self.fix(stack(&Vector3::zeros(), &axis), speed, weight);
     }
 
     /// Adds the conditions that the component moves like some of its vertices: `vertices` is the rigid state of these
     /// vertices, with unit masses. Vertices on a line leave the rotation about the line free, and a single vertex
     /// leaves all rotations free.
-    pub(crate) fn fix_vertices(&mut self, vertices: &RigidState) {
+    pub(in crate::dynamics) fn fix_vertices(&mut self, vertices: &RigidState) {
         let RigidMotion { linear, angular } = vertices.motion(vertices.momentum);
         for c in 0..3 {
             self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c], Weight::Exact);
@@ -151,12 +151,12 @@ impl Projection {
     }
 
     /// Returns the change of the projected motion by impulses.
-    pub(crate) fn mobility(&self) -> &Mobility {
+    pub(in crate::dynamics) fn mobility(&self) -> &Mobility {
         &self.mobility
     }
 
     /// Returns the projected motion.
-    pub(crate) fn motion(&self) -> RigidMotion {
+    pub(in crate::dynamics) fn motion(&self) -> RigidMotion {
         RigidMotion::from_components(&self.motion)
     }
 }

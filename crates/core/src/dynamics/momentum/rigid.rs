@@ -10,31 +10,31 @@ const LEAST_INERTIA: f64 = 1e-9;
 
 /// A rigid motion v + ω × (x - c), where c is the center of mass of a component, in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RigidMotion {
+pub(in crate::dynamics) struct RigidMotion {
     /// v, the velocity of the center of mass, in cells/s.
-    pub(crate) linear: Vector3<f64>,
+    pub(in crate::dynamics) linear: Vector3<f64>,
     /// ω, the angular velocity, in rad/s.
-    pub(crate) angular: Vector3<f64>,
+    pub(in crate::dynamics) angular: Vector3<f64>,
 }
 
 impl RigidMotion {
     /// No motion.
-    pub(crate) const ZERO: Self =
+    pub(in crate::dynamics) const ZERO: Self =
         Self { linear: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) };
 
     /// Creates the motion with the components (v, ω).
-    pub(crate) fn from_components(m: &Vector6<f64>) -> Self {
+    pub(in crate::dynamics) fn from_components(m: &Vector6<f64>) -> Self {
         Self { linear: Vector3::new(m[0], m[1], m[2]), angular: Vector3::new(m[3], m[4], m[5]) }
     }
 
     /// Returns the components (v, ω).
-    pub(crate) fn components(&self) -> Vector6<f64> {
+    pub(in crate::dynamics) fn components(&self) -> Vector6<f64> {
         stack(&self.linear, &self.angular)
     }
 
     /// Converts the motion to a velocity field about the body's origin. `center` is c. Returns zero if the motion is
     /// not finite.
-    pub(crate) fn about_origin(self, center: Vector3<f64>) -> RigidVelocity {
+    pub(in crate::dynamics) fn about_origin(self, center: Vector3<f64>) -> RigidVelocity {
         let at_origin = self.linear - self.angular.cross(&center);
         let is_finite = at_origin.iter().chain(self.angular.iter()).all(|x| x.is_finite());
         if !is_finite {
@@ -75,13 +75,13 @@ impl Mul<f64> for RigidMotion {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RigidVelocity {
     /// v, the velocity at the body's origin, in cells/s.
-    pub(crate) linear: [f32; 3],
+    pub(in crate::dynamics) linear: [f32; 3],
     /// ω, the angular velocity, in rad/s.
-    pub(crate) angular: [f32; 3],
+    pub(in crate::dynamics) angular: [f32; 3],
 }
 
 /// Returns the six components of two vectors.
-pub(crate) fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+pub(in crate::dynamics) fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 

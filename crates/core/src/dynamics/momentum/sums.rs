@@ -19,7 +19,7 @@ const MOMENTS: usize = 15;
 
 impl Sums {
     /// Adds the sums `other` over other vertices.
-    pub(crate) fn add(&mut self, other: &Self) {
+    pub(in crate::dynamics) fn add(&mut self, other: &Self) {
         for (sum, other) in self.0.iter_mut().zip(other.0) {
             *sum += other;
         }
@@ -27,7 +27,7 @@ impl Sums {
 
     /// Adds one vertex of mass m.
     #[inline(always)]
-    pub(crate) fn add_vertex(&mut self, m: f64, [x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) {
+    pub(in crate::dynamics) fn add_vertex(&mut self, m: f64, [x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) {
         let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
         let products = [x * x, y * y, z * z, x * y, x * z, y * z];
         let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(products);
@@ -37,7 +37,7 @@ impl Sums {
     }
 
     /// Computes the rigid state of a component from its sums and its mass.
-    pub(crate) fn rigid_state(&self, mass: f64) -> RigidState {
+    pub(in crate::dynamics) fn rigid_state(&self, mass: f64) -> RigidState {
         let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
         let center = Vector3::new(m[3], m[4], m[5]) / mass;
@@ -52,17 +52,17 @@ impl Sums {
 
 /// The vertex data that are summed, for some blocks of eight vertices.
 #[derive(Clone, Copy)]
-pub(crate) struct Fields<'a> {
+pub(in crate::dynamics) struct Fields<'a> {
     /// m in the first row; the second row is not used.
-    pub(crate) weights: &'a [Block<2>],
-    pub(crate) positions: &'a [Block<3>],
-    pub(crate) velocities: &'a [Block<3>],
+    pub(in crate::dynamics) weights: &'a [Block<2>],
+    pub(in crate::dynamics) positions: &'a [Block<3>],
+    pub(in crate::dynamics) velocities: &'a [Block<3>],
 }
 
 /// Adds the vertices of consecutive blocks to the sums of their components. `first` is the index of the first
 /// block.
 #[inline(always)]
-pub(crate) fn add<S: Simd>(
+pub(in crate::dynamics) fn add<S: Simd>(
     simd: S,
     components: &Components,
     first: usize,
@@ -141,7 +141,7 @@ pub(crate) struct RigidState {
     pub(crate) mass: f64,
     /// Center of mass, in cells from the body's origin.
     pub(crate) center: Vector3<f64>,
-    pub(crate) momentum: Momentum,
+    pub(in crate::dynamics) momentum: Momentum,
     /// Inertia tensor about the center of mass.
     inertia: Matrix3<f64>,
 }
@@ -162,7 +162,7 @@ impl RigidState {
     }
 
     /// Computes the rigid motion with the momenta `momentum`.
-    pub(crate) fn motion(&self, momentum: Momentum) -> RigidMotion {
+    pub(in crate::dynamics) fn motion(&self, momentum: Momentum) -> RigidMotion {
         RigidMotion {
             linear: Vector3::from(momentum.linear) / self.mass,
             angular: angular_velocity(&self.inertia, Vector3::from(momentum.angular)),
@@ -170,19 +170,19 @@ impl RigidState {
     }
 
     /// Computes the momenta of a rigid motion.
-    pub(crate) fn momentum_of(&self, motion: RigidMotion) -> Momentum {
+    pub(in crate::dynamics) fn momentum_of(&self, motion: RigidMotion) -> Momentum {
         let (linear, angular) = (motion.linear * self.mass, self.inertia * motion.angular);
         Momentum { linear: linear.into(), angular: angular.into() }
     }
 
     /// Computes the kinetic energy of a rigid motion.
-    pub(crate) fn energy_of(&self, motion: RigidMotion) -> f64 {
+    pub(in crate::dynamics) fn energy_of(&self, motion: RigidMotion) -> f64 {
         let RigidMotion { linear, angular } = motion;
         0.5 * (self.mass * linear.norm_squared() + angular.dot(&(self.inertia * angular)))
     }
 
     /// Returns the inertia tensor about the center of mass.
-    pub(crate) fn inertia(&self) -> &Matrix3<f64> {
+    pub(in crate::dynamics) fn inertia(&self) -> &Matrix3<f64> {
         &self.inertia
     }
 }

@@ -98,17 +98,17 @@ impl Planes {
 
 impl CrackPlane {
     /// Prepares the plane for tests of many joints.
-    pub(crate) fn in_grid(&self, lattice: &Lattice) -> GridPlane {
+    pub(in crate::fracture) fn in_grid(&self, lattice: &Lattice) -> GridPlane {
         GridPlane(Planes::new(lattice, std::slice::from_ref(self)))
     }
 }
 
 /// A plane, prepared for tests of the joints of a lattice.
-pub(crate) struct GridPlane(Planes);
+pub(in crate::fracture) struct GridPlane(Planes);
 
 impl GridPlane {
     /// Returns whether the centers of the cells of a joint are on different sides of the plane.
-    pub(crate) fn is_between(&self, lattice: &Lattice, joint: Joint) -> bool {
+    pub(in crate::fracture) fn is_between(&self, lattice: &Lattice, joint: Joint) -> bool {
         let cell = lattice.cells()[joint.cell as usize];
         self.0.is_positive(0, cell) != self.0.is_positive(0, step(cell, usize::from(joint.axis), 1))
     }

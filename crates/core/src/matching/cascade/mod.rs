@@ -80,7 +80,7 @@ pub(crate) struct Cascade {
 
 impl Cascade {
     /// Creates the cascade for regions of half-width `half_width`.
-    pub(crate) fn new(layout: &Layout, half_width: HalfWidth) -> Self {
+    pub(super) fn new(layout: &Layout, half_width: HalfWidth) -> Self {
         let plane_of = plane_of(layout);
         let methods = [0, 1, 2].map(|axis| {
             let restart = |block: usize, position: usize| match axis {
@@ -137,7 +137,7 @@ impl Cascade {
     }
 
     /// Returns the memory of the strips and of the tables of the windows, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         self.strips.bytes() + self.methods.iter().map(Method::bytes).sum::<usize>()
     }
 

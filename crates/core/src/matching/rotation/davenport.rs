@@ -19,7 +19,7 @@ const TIE: f64 = 2e-7;
 ///
 /// If R is not unique, the result is the solution nearest to `previous`. If A is zero or not finite, the
 /// result is `previous`.
-pub(crate) fn rotation(a: [f32; 9], previous: [f32; 4]) -> [f32; 4] {
+pub(in crate::matching) fn rotation(a: [f32; 9], previous: [f32; 4]) -> [f32; 4] {
     let scale = a.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
     if !(scale > 0.0 && a.iter().all(|x| x.is_finite())) {
         return previous;

@@ -41,7 +41,7 @@ const ACCURACY: f32 = 1e-7;
 /// not converge; collapsed lanes count as not converged. The fallback computes these lanes; the result of a
 /// collapsed lane is the warm start.
 #[inline(always)]
-pub(crate) fn solve<S: Simd>(
+pub(in crate::matching) fn solve<S: Simd>(
     simd: S,
     a: [f32x16<S>; 9],
     warm: [f32x16<S>; 4],
