@@ -13,6 +13,7 @@ use super::fracture_stage::Breaking;
 use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
+use crate::contact::Parts;
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
@@ -222,7 +223,7 @@ impl Body {
 
     /// Returns whether the body broke into pieces, which touch each other.
     pub(crate) fn is_in_pieces(&self) -> bool {
-        self.pieces() > 1 && !self.shape.lattice.broken_joints().is_empty()
+        Parts::new(&self.shape.lattice).are_several()
     }
 
     /// Returns the state of fracture, for a snapshot; `None` while the body is whole.

@@ -17,7 +17,7 @@ impl Found {
     /// Begins an obstacle, whose limits have keys below `keys`.
     pub(super) fn begin(&mut self, keys: usize) {
         self.keys.resize(keys);
-        self.first = self.limits.list_mut().len();
+        self.first = self.limits.list().len();
     }
 
     /// Adds a limit, which has its key in common with those that it replaces: of these, the one with the least clearance

@@ -103,7 +103,7 @@ impl Clearance {
             bodies::find(gaps, body, near, start, distance, found);
         }
         found.limits.sort();
-        !found.limits.list_mut().is_empty()
+        !found.limits.list().is_empty()
     }
 
     /// Returns the memory in bytes.

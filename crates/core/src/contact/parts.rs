@@ -24,6 +24,11 @@ impl<'a> Parts<'a> {
         Self { lattice, count, overhang: if is_broken { 1.0 } else { 0.0 }, of_vertex }
     }
 
+    /// Returns whether there are several parts.
+    pub(crate) fn are_several(&self) -> bool {
+        self.count > 1
+    }
+
     /// Returns the part of a lattice vertex.
     pub(super) fn of_vertex(&self, vertex: u32) -> u32 {
         self.of_vertex.get(vertex as usize).copied().unwrap_or(0)

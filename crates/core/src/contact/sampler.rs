@@ -63,19 +63,15 @@ impl<'a> RestSurface<'a> {
 
     /// Returns the surface of a bare lattice, in rest coordinates: the faces of its cells that no other cell shares.
     pub(crate) fn of_lattice(lattice: &'a Lattice) -> Self {
-        let (mut triangles, mut hosts) = (Vec::new(), vec![0; lattice.len()]);
+        let mut hosts = vec![0; lattice.len()];
         for cell in 0..lattice.cells().len() as u32 {
-            let corners = lattice.cell_corners(cell);
-            corners.iter().for_each(|&corner| hosts[corner as usize] = cell);
-            for side in (0..6).filter(|&side| lattice.joined_cell(cell, side).is_none()) {
-                let [a, b, c, d] = outward_face(side / 2, side % 2 == 1).map(|corner| corners[corner]);
-                triangles.extend([[a, b, c], [a, c, d]]);
-            }
+            lattice.cell_corners(cell).iter().for_each(|&corner| hosts[corner as usize] = cell);
         }
+        let faces = lattice.boundary_faces();
         Self {
             parts: Parts::new(lattice),
             vertices: lattice.indices().iter().map(|index| index.map(f64::from).into()).collect(),
-            triangles,
+            triangles: faces.flat_map(|(_, [a, b, c, d])| [[a, b, c], [a, c, d]]).collect(),
             hosts,
             is_closed: true,
             place: (lattice.origin(), lattice.cell_size()),
@@ -179,14 +175,5 @@ impl PartSurface {
         let nearest = self.vertices.iter().zip(&self.hosts);
         let nearest = nearest.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
         nearest.map_or(0, |(_, &host)| host)
-    }
-}
-
-/// Returns the corners of a face of a cell, counter-clockwise seen from outside the cell.
-fn outward_face(axis: usize, is_high: bool) -> [usize; 4] {
-    let (next, last) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
-    match is_high {
-        true => [0, next, next | last, last].map(|corner| corner | 1 << axis),
-        false => [0, last, next | last, next],
     }
 }

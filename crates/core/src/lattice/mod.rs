@@ -12,7 +12,7 @@
 //! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
 //! * [`blocks`], [`layout`]: storage of the vertices in blocks of eight.
-//! * [`tables`]: the neighbors of all vertices, and the corners of all cells.
+//! * [`tables`]: the neighbors of all vertices, the corners of all cells, and their faces.
 //! * [`joints`]: joints between cells.
 //! * [`split`], [`vertex_classes`], [`split_links`], [`charts`]: lattices with broken joints, their vertices, links and
 //!   blocks.
@@ -57,5 +57,7 @@ pub(crate) use masses::{Masses, cell_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{SlopeWeights, Slopes, Smoothing, Stencil};
 pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};
+#[cfg(test)]
+pub(crate) use tables::FACE_CORNERS;
 pub(crate) use tables::corners_from;
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};

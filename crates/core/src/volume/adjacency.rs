@@ -1,26 +1,12 @@
-//! Builds tables of a lattice: links, boundary faces of its cells, occupied cells around each vertex.
+//! Builds tables of a lattice: links, corners of its cells, occupied cells around each vertex.
 //!
-//! A link is an edge of the lattice: it connects a vertex with a neighbor along an axis. Boundary faces are
-//! the faces of cells that belong to one cell only.
+//! A link is an edge of the lattice: it connects a vertex with a neighbor along an axis.
 
 use crate::lattice::{Lattice, corners_from};
 
 /// Unit steps along the axes, in *neighbor order*: -x, +x, -y, +y, -z, +z.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
     [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
-
-/// Corners of each face of a cell, counter-clockwise seen from outside; the faces are in neighbor order.
-///
-/// ```text
-///        6-----7      corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1)
-///       /|    /|
-///      4-----5 |      z  y
-///      | 2---|-3      | /
-///      |/    |/       |/
-///      0-----1        +--- x
-/// ```
-pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Links of a lattice, and the component of each vertex.
 #[derive(Clone, Debug)]
@@ -99,19 +85,6 @@ impl Adjacency {
     }
 }
 
-/// Returns the boundary faces. Each has the index of its side of the cell, in neighbor order, and its
-/// corners, counter-clockwise seen from outside.
-pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
-    (0..lattice.cells().len() as u32).flat_map(move |cell| {
-        let corners = lattice.cell_corners(cell);
-        let outer = FACE_CORNERS
-            .iter()
-            .enumerate()
-            .filter(move |(side, _)| lattice.joined_cell(cell, *side).is_none());
-        outer.map(move |(side, face)| (side, face.map(|corner| corners[corner])))
-    })
-}
-
 /// The corners of the cells of a lattice.
 pub(super) enum Corners<'a> {
     /// Corner 0 of each cell; the others follow from the links.
@@ -168,10 +141,6 @@ mod tests {
 
     use super::*;
 
-    fn corner(k: usize) -> [f64; 3] {
-        [(k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64]
-    }
-
     #[test]
     fn tables_agree_with_the_lattice() {
         // A box with a slit, whose two sides are not linked, and a separate cell.
@@ -186,20 +155,6 @@ mod tests {
         }
         for (cell, first) in (0..).zip(lattice.first_corners()) {
             assert_eq!(corners_from(first, &adjacency.neighbors), lattice.cell_corners(cell));
-        }
-    }
-
-    #[test]
-    fn face_corners_are_counter_clockwise_from_outside() {
-        for (side, corners) in FACE_CORNERS.iter().enumerate() {
-            let [a, b, _, d] = corners.map(corner);
-            let (u, v): ([f64; 3], [f64; 3]) =
-                (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| d[k] - a[k]));
-            let normal: [f64; 3] =
-                std::array::from_fn(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
-            let mut expected = [0.0; 3];
-            expected[side / 2] = if side % 2 == 0 { -1.0 } else { 1.0 };
-            assert_eq!(normal, expected, "side {side}");
         }
     }
 }

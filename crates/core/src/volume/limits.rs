@@ -32,6 +32,10 @@ pub(crate) enum Motion {
 }
 
 impl Limits {
+    pub(crate) fn list(&self) -> &[Limit] {
+        &self.0
+    }
+
     /// Returns the list of limits. [`sort`](Self::sort) must be called after a change.
     pub(crate) fn list_mut(&mut self) -> &mut Vec<Limit> {
         &mut self.0

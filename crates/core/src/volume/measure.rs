@@ -6,7 +6,7 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use super::adjacency::{Adjacency, boundary_faces};
+use super::adjacency::Adjacency;
 use super::line::{CrossFactor, Determinants, Line, Moving, load};
 use super::mesh_measure::MeshMeasure;
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
@@ -51,7 +51,7 @@ impl Measure {
 
     /// Creates the measure `cells`.
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
-        let faces = boundary_faces(lattice).map(|(_, face)| face).collect();
+        let faces = lattice.boundary_faces().map(|(_, face)| face).collect();
         Self::Cells(DeterminantMeasure::new(faces, adjacency))
     }
 
@@ -182,9 +182,8 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
-    use crate::lattice::Embedding;
+    use crate::lattice::{Embedding, FACE_CORNERS};
     use crate::mesh::Mesh;
-    use crate::volume::adjacency::FACE_CORNERS;
 
     /// Returns a pseudo-random number with six fractional bits, so that `p + lambda v` in the test below is
     /// exact in f32.

@@ -216,7 +216,7 @@ mod tests {
             vertices.push(Point3::from(std::array::from_fn(|a| low[a] + side * offset[a])));
         }
         let mut triangles = Vec::new();
-        for [a, b, c, d] in crate::volume::adjacency::FACE_CORNERS.map(|f| f.map(|k| first + k as u32)) {
+        for [a, b, c, d] in crate::lattice::FACE_CORNERS.map(|f| f.map(|k| first + k as u32)) {
             triangles.extend(if flipped { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] });
         }
         Shell::new(vertices, triangles, 0)

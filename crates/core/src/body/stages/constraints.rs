@@ -1,6 +1,6 @@
 //! Pins and handles: the begin of those that become active, and their targets at the end of a step.
 
-use super::stage::{BodyStep, Stage};
+use super::stage::{BodyStep, Stage, check_owner};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Shape};
 use crate::body::snapshot::BodySnapshot;
@@ -75,12 +75,9 @@ impl Stage for ApplyConstraints {
 
     fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
         let Some(constraints) = &snapshot.constraints else { return Ok(()) };
-        let name = || body.name.clone();
-        if !constraints.is_valid(vertices) {
-            return Err(StateError::Vertices { body: name(), what: "pins and handles" });
-        }
+        check_owner(body, "pins and handles", constraints.is_valid(vertices))?;
         match constraints.unresolved(body.constraints.as_ref()) {
-            Some(index) => Err(StateError::Animation { body: name(), index }),
+            Some(index) => Err(StateError::Animation { body: body.name.clone(), index }),
             None => Ok(()),
         }
     }

@@ -1,6 +1,6 @@
 //! Contacts with colliders, and of bodies with each other.
 
-use super::stage::{BodyStep, Stage};
+use super::stage::{BodyStep, Stage, check_owner};
 use crate::body::context::StepContext;
 use crate::body::parts::{ContactData, Shape};
 use crate::body::snapshot::BodySnapshot;
@@ -110,10 +110,7 @@ impl Stage for TouchColliders {
     }
 
     fn check(&self, body: &Body, snapshot: &BodySnapshot, _vertices: usize) -> Result<(), StateError> {
-        if snapshot.sides.iter().all(Side::is_valid) {
-            return Ok(());
-        }
-        Err(StateError::Vertices { body: body.name.clone(), what: "contacts" })
+        check_owner(body, "contacts", snapshot.sides.iter().all(Side::is_valid))
     }
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {

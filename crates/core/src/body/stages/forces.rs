@@ -1,6 +1,6 @@
 //! External forces.
 
-use super::stage::{BodyStep, Stage};
+use super::stage::{BodyStep, Stage, check_owner};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Shape};
 use crate::body::snapshot::BodySnapshot;
@@ -41,12 +41,8 @@ impl Stage for ApplyForces {
     }
 
     fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
-        match &snapshot.forces {
-            Some(forces) if !forces.is_valid(vertices) => {
-                Err(StateError::Vertices { body: body.name.clone(), what: "forces" })
-            }
-            _ => Ok(()),
-        }
+        let fits = snapshot.forces.as_ref().is_none_or(|forces| forces.is_valid(vertices));
+        check_owner(body, "forces", fits)
     }
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {

@@ -1,6 +1,6 @@
 //! The ratios of the rest volumes.
 
-use super::stage::{BodyStep, Stage};
+use super::stage::{BodyStep, Stage, check_owner};
 use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
@@ -42,12 +42,8 @@ impl Stage for UpdateInflation {
     }
 
     fn check(&self, body: &Body, snapshot: &BodySnapshot, vertices: usize) -> Result<(), StateError> {
-        match &snapshot.inflation {
-            Some(inflation) if !inflation.is_valid(vertices) => {
-                Err(StateError::Vertices { body: body.name.clone(), what: "inflation" })
-            }
-            _ => Ok(()),
-        }
+        let fits = snapshot.inflation.as_ref().is_none_or(|inflation| inflation.is_valid(vertices));
+        check_owner(body, "inflation", fits)
     }
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {

@@ -16,6 +16,11 @@ pub(in crate::body) struct BodyStep<'a> {
     pub(in crate::body) executor: &'a Executor,
 }
 
+/// Returns an error if saved data are not those of a body.
+pub(super) fn check_owner(body: &Body, what: &'static str, fits: bool) -> Result<(), StateError> {
+    if fits { Ok(()) } else { Err(StateError::Vertices { body: body.name.clone(), what }) }
+}
+
 /// A stage of the step of a body. Its data are a field of [`Body`] or of one of its parts.
 pub(in crate::body) trait Stage: Sync {
     /// Returns the name of the stage in the plan.

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::lattice::{Lattice, Locator, trilinear_weights};
 use crate::mesh::Mesh;
-use crate::volume::adjacency::{Adjacency, Corners, boundary_faces};
+use crate::volume::adjacency::{Adjacency, Corners};
 use crate::volume::surface::Surface;
 
 /// Greatest size, in cells, of the pieces into which the surface is divided: the width and the height of a piece,
@@ -79,7 +79,7 @@ impl AreaSums {
 /// of its corners.
 pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
     let mut sums = AreaSums::new(lattice.len());
-    for (side, corners) in boundary_faces(lattice) {
+    for (side, corners) in lattice.boundary_faces() {
         let mut normal = Vector3::zeros();
         normal[side / 2] = if side % 2 == 0 { -1.0 } else { 1.0 };
         corners.iter().for_each(|&corner| sums.add(corner, &normal, 0.25));
