@@ -38,7 +38,7 @@ def _simulation(**settings):
             TypeError,
             r"colliders\[0\] must be a Plane, Sphere, Box, Capsule or MeshCollider, not Collider",
         ),
-        ({"threads": np.array([1])}, TypeError, "threads must be a whole number, not ndarray"),
+        ({"threads": np.array([1])}, TypeError, "threads must be a number, not ndarray"),
         ({"threads": 1.5}, TypeError, "threads must be a whole number, not float"),
         ({"threads": -1}, ValueError, "threads = -1 is out of range"),
         ({"substeps": 0}, ValueError, "substeps = 0 is out of range: it must be a whole number, at least 1"),
@@ -191,3 +191,61 @@ def test_a_time_step_is_answered_with_dt(block):
     for word in ("timestep", "time_step", "h"):
         with pytest.raises(TypeError, match=f'"{word}"; write "dt"'):
             supple.Simulation(supple.Body(block), **{word: 0.01})
+
+
+def test_values_that_a_scene_has_are_taken_from_numpy(cube):
+    body = supple.Body(
+        cube,
+        lattice_vertices=np.float64(64),
+        join=np.bool_(True),
+        scale=np.array([1, 2, -1]),
+        ignore=np.array(["a", "b"]),
+        volume={"measure": "cells", "max_correction": np.array(0.5)},
+        fracture={"strain": np.float32(0.5), "cracks": np.int8(2), "rotation": None},
+        inflate=np.array([(0, 1), (1, 1.5)]),
+    )
+    assert body.volume_options == {"measure": "cells", "scope": "global", "field": "auto", "max_correction": 0.5}
+    assert list(body.fracture.items())[:3] == [("strain", 0.5), ("rotation", None), ("cracks", 2)]
+    assert (list(body.ignore), body.inflate) == (["a", "b"], [(0, 1), (1, 1.5)])
+    assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx(np.ptp(cube.vertices, axis=0) * [1, 2, 1])
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("density", 0),
+        ("youngs_modulus", -1.5),
+        ("half_width", 1.5),
+        ("stiffness_radius", 0),
+        ("frequency", 0),
+        ("damping_rate", -1),
+        ("poisson_ratio", 0.5),
+        ("lattice_vertices", 7),
+        ("cell_size", 0),
+        ("scale", 0),
+        ("inflate", 11),
+        ("accuracy", "best"),
+        ("volume", {"max_correction": -1}),
+        ("plastic", {"creep": 0}),
+        ("fracture", {"strain": 1, "noise": 0.6}),
+    ],
+)
+def test_python_and_scenes_have_the_same_ranges(cube, bust, tmp_path, key, value):
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[[body]]\nmesh = '{bust}'\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=key) as in_python:
+        supple.Body(cube, **{key: value})
+    with pytest.raises(supple.SceneError, match=key) as in_scene:
+        supple.load_scene(path, overrides={f"body.bust.{key}": value})
+    ranges = [str(error.value).split("it must be ")[1] for error in (in_python, in_scene)]
+    assert ranges[0] == ranges[1]
+
+
+def test_a_list_that_contains_itself_is_an_error(block):
+    loop = [1.0]
+    loop.append(loop)
+    for key in ("scale", "volume", "ignore", "inflate", "density"):
+        with pytest.raises((TypeError, ValueError), match=key):
+            supple.Body(block, **{key: loop})
+    with pytest.raises(ValueError, match="max_correction"):
+        supple.Body(block, volume={"max_correction": 10**400})

@@ -276,7 +276,7 @@ def test_skin_is_kept_by_pickles_and_other_names_are_errors(cube):
     body = supple.Body(cube, skin="smooth")
     assert pickle.loads(pickle.dumps(body)).skin == "smooth"
     assert "smooth skin" in supple.Simulation([body]).plan()
-    with pytest.raises(ValueError, match='skin is "soft"; it must be "linear" or "smooth"'):
+    with pytest.raises(ValueError, match='skin is "soft"; it must be one of "linear", "smooth"'):
         supple.Body(cube, skin="soft")
     with pytest.raises(TypeError, match="skin must be"):
         supple.Body(cube, skin=1)

@@ -160,7 +160,7 @@ def test_half_width_can_be_set(block):
     assert body.half_width == 4
     for value in (0, -1):
         with pytest.raises(
-            ValueError, match=f"half_width = {value} is out of range: it must be a whole number, at least 1"
+            ValueError, match=f"half_width = {value} is out of range: it must be 0.5 or a whole number of"
         ):
             body.half_width = value
     with pytest.raises(ValueError, match="stiffness_radius = 0 is out of range: it must be a length > 0"):
@@ -183,22 +183,18 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
 @pytest.mark.parametrize(
     ("settings", "error", "message"),
     [
-        ({"half_width": 0}, ValueError, "half_width = 0 is out of range: it must be a whole number, at least 1"),
+        ({"half_width": 0}, ValueError, "half_width = 0 is out of range: it must be 0.5 or a whole number of cells"),
         ({"half_width": 1.5}, ValueError, "half_width = 1.5 is out of range: it must be 0.5 or a whole number"),
-        ({"half_width": True}, TypeError, "half_width must be a whole number, not bool"),
-        (
-            {"half_width": 10**30},
-            ValueError,
-            rf"half_width = {10**30} is out of range: it must be a whole number, at least 1, and below 2\^63",
-        ),
+        ({"half_width": True}, TypeError, "half_width must be a number, not bool"),
+        ({"half_width": 10**400}, ValueError, "half_width is too large for a float"),
         ({"stiffness": 0}, ValueError, r"stiffness = 0 is out of range: it must be in \(0, 1\]"),
         ({"stiffness": np.nan}, ValueError, r"stiffness = NaN is out of range: it must be in \(0, 1\]"),
         ({"stiffness": "soft"}, TypeError, "stiffness must be a number, not str"),
         ({"region_damping": 1.1}, ValueError, r"region_damping = 1\.1 is out of range: it must be in \[0, 1\]"),
-        ({"density": -1}, ValueError, "density = -1 is out of range: it must be > 0"),
+        ({"density": -1}, ValueError, "density = -1 is out of range: it must be a number above 0"),
         ({"stiffness_radius": 0}, ValueError, "stiffness_radius = 0 is out of range: it must be a length > 0"),
         ({"stiffness": 1, "frequency": 3}, ValueError, "stiffness and frequency are mutually exclusive"),
-        ({"material": "wood"}, ValueError, 'material is "wood"; it must be "jelly" or "flesh" or "rubber" or "firm"'),
+        ({"material": "wood"}, ValueError, 'material is "wood"; it must be one of "jelly", "flesh", "rubber", "firm"'),
         ({"material": 3}, TypeError, "material must be a string, not int"),
         ({"youngs_modulus": 0}, ValueError, "youngs_modulus = 0 is out of range: it must be a force per area > 0"),
         ({"damping_ratio": 1.1}, ValueError, r"damping_ratio = 1\.1 is out of range: it must be in \[0, 1\]"),
@@ -220,8 +216,8 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
         ),
         ({"velocity": (0, np.inf, 0)}, ValueError, r"velocity\[1\] = inf is not finite"),
         ({"spin": 3}, ValueError, r"spin has the shape \(\); it must be \(3,\)"),
-        ({"scale": 0}, ValueError, "scale = 0 is out of range: it must be a finite number > 0"),
-        ({"scale": np.inf}, ValueError, "scale = inf is out of range: it must be a finite number > 0"),
+        ({"scale": 0}, ValueError, "scale = 0 is out of range: it must be a number above 0, or three"),
+        ({"scale": np.inf}, ValueError, "scale = inf is out of range: it must be a number above 0, or three"),
         ({"name": 3}, TypeError, "name must be a string, not int"),
         ({"lattice_vertices": 100}, ValueError, "lattice_vertices is for a mesh"),
         ({"halfwidth": 3}, TypeError, '"halfwidth"; the nearest one is "half_width"'),

@@ -53,7 +53,7 @@ def test_invalid_arguments_are_errors_with_name_and_range(block):
     with pytest.raises(ValueError, match='regions is "cube"; it must be "staircase" or "breadth_first"'):
         supple.reference.goals(block, positions, 2, regions="cube")
     for half_width in (0, -1):
-        message = f"half_width = {half_width} is out of range: it must be a whole number, at least 1"
+        message = f"half_width = {half_width} is out of range: it must be 0.5 or a whole number"
         with pytest.raises(ValueError, match=message):
             supple.reference.goals(block, positions, half_width)
     with pytest.raises(ValueError, match=r"half_width = 1\.5 is out of range: it must be 0\.5 or a whole number"):

@@ -72,14 +72,17 @@ def test_zones_have_ratios_of_their_own():
     ("value", "error", "words"),
     [
         (0, ValueError, "inflate = 0 is out of range: it must be in \\[0.1, 10\\]"),
-        ([(0, 1), (1, 11)], ValueError, "inflate = 11 is out of range"),
-        ([(1, 1), (0, 1)], ValueError, "inflate: key 1 is at time 0, which is not after key 0 at 1"),
-        ([], ValueError, "inflate: there are no keys"),
+        ([(0, 1), (1, 11)], ValueError, r"inflate\[1\].value = 11 is out of range: it must be in \[0.1, 10\]"),
+        ([(1, 1), (0, 1)], ValueError, "inflate is a list of 2 values; .*: key 1 is at time 0, which is not"),
+        ({"keys": [(1, 1), (0, 1)]}, ValueError, "inflate is a dict; .*: key 1 is at time 0, which is not after key 0"),
+        ([], ValueError, r"inflate is \[\]; .*: there are no keys"),
         ([(0, 1, 2)], ValueError, r"inflate\[0\] must be \(time, value\)"),
+        ([1, 2], ValueError, r"inflate\[0\] must be \(time, value\)"),
+        ([{"time": 0}], ValueError, r"inflate\[0\].value is missing: a ratio of the rest volume in \[0.1, 10\]"),
         ({"keys": [(0, 1)], "interpolate": "smooth"}, ValueError, "inflate has no key .interpolate."),
-        ({}, ValueError, "inflate has no keys"),
-        ("much", TypeError, "inflate"),
-        ([(0, float("nan"))], ValueError, "inflate"),
+        ({}, ValueError, "inflate.keys is missing"),
+        ("much", TypeError, "inflate must be a number, a list of keyframes .*, not str"),
+        ([(0, float("nan"))], ValueError, r"inflate\[0\].value = NaN is out of range"),
     ],
 )
 def test_wrong_ratios_are_errors_that_name_them(value, error, words):
@@ -127,7 +130,7 @@ def test_rolling_resistance_follows_the_damping_unless_it_is_set(block):
     assert supple.Body(block, damping_ratio=0).rolling_resistance == 0
     assert supple.Body(block, damping_rate=2).rolling_resistance == pytest.approx(0.016)
     assert supple.Body(block, rolling_resistance=0.1).rolling_resistance == 0.1
-    with pytest.raises(ValueError, match="rolling_resistance = -1 is out of range: it must be at least 0"):
+    with pytest.raises(ValueError, match="rolling_resistance = -1 is out of range: it must be a number of at least 0"):
         supple.Body(block, rolling_resistance=-1)
 
 

@@ -312,7 +312,7 @@ def test_accuracy_chooses_the_regions(block, bust, tmp_path):
     body.accuracy = "fast"
     sims["exact"].step()
     assert (body.accuracy, body.half_width >= 1) == ("fast", True)
-    with pytest.raises(ValueError, match='accuracy is "best"'):
+    with pytest.raises(ValueError, match='accuracy is "best"; it must be one of "fast", "balanced", "exact"'):
         body.accuracy = "best"
     path = tmp_path / "scene.toml"
     path.write_text(f"[[body]]\nmesh = '{bust}'\naccuracy = 'exact'\n", encoding="utf-8")

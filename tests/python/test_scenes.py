@@ -312,10 +312,10 @@ def test_invalid_outputs_are_errors(scene, tmp_path):
         supple.run(scene, tmp_path / "file")
     assert isinstance(caught.value, OSError)
     for settings, error, message in [
-        ({"format": "stl"}, ValueError, 'format is "stl"; it must be "obj" or'),
-        ({"format": ["obj", "stl"]}, ValueError, r'format\[1\] is "stl"; it must be "obj" or'),
-        ({"format": []}, ValueError, "format is empty; it must have at least one format"),
-        ({"format": 3}, TypeError, "format must be a string, not int"),
+        ({"format": "stl"}, ValueError, 'format is "stl"; it must be one of "obj",'),
+        ({"format": ["obj", "stl"]}, ValueError, r'format\[1\] is "stl"; it must be one of "obj",'),
+        ({"format": []}, ValueError, r"format is \[\]; it must be a list with at least one format"),
+        ({"format": 3}, TypeError, "format must be a format like .*, or a list like .*, not int"),
         ({"frames": -1}, ValueError, "frames = -1 is out of range: it must be a whole number, at least 0"),
         ({"every": 0}, ValueError, "every = 0 is out of range: it must be a whole number, at least 1"),
         ({"stats": tmp_path / "stats.txt"}, ValueError, r"stats\.txt must end in \.csv or \.json"),

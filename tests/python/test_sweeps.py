@@ -40,7 +40,7 @@ def test_a_dask_cluster_changes_no_bit(scene, tmp_path):
         assert len(client.scheduler_info()["workers"]) == 2
         remote = supple.sweep(scene, PARAMETERS, client.get_executor(), frames=5)
         with pytest.raises(
-            supple.SceneError, match=r"`body\.cube\.half_width` is 0; it must be 0.5 or a whole number from 1"
+            supple.SceneError, match=r"`body\.cube\.half_width` is 0; it must be 0.5 or a whole number of cells"
         ):
             supple.sweep(scene, {"body.cube.half_width": [0]}, client.get_executor(), frames=1)
     for a, b in zip(local, remote, strict=True):
@@ -57,7 +57,7 @@ def test_frames_are_written_to_the_output_directory(scene, tmp_path):
 
 def test_exceptions_of_a_run_are_raised(scene):
     with pytest.raises(
-        supple.SceneError, match=r"`body\.cube\.half_width` is 0; it must be 0.5 or a whole number from 1"
+        supple.SceneError, match=r"`body\.cube\.half_width` is 0; it must be 0.5 or a whole number of cells"
     ):
         supple.sweep(scene, {"body.cube.half_width": [1, 0]}, frames=1)
     with pytest.raises(FileNotFoundError) as caught:

@@ -414,9 +414,9 @@ def test_wrong_arguments_of_a_recorder_are_errors(folder, block):
     for options, words in [
         ({"path": folder / "a.obj"}, r"ends in \.usd or \.html"),
         ({"up": "x"}, 'up is "x"'),
-        ({"scale": 0}, "scale is 0; it must be a finite number above 0"),
-        ({"fps": float("nan")}, "fps is NaN"),
-        ({"meters_per_unit": -1}, "meters_per_unit is -1"),
+        ({"scale": 0}, "scale = 0 is out of range: it must be a number above 0"),
+        ({"fps": float("nan")}, "fps = NaN is out of range"),
+        ({"meters_per_unit": -1}, "meters_per_unit = -1 is out of range"),
     ]:
         with pytest.raises(ValueError, match=words):
             supple.Recorder(sim, **({"path": folder / "a.usd"} | options))

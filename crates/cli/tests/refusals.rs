@@ -37,7 +37,7 @@ fn invalid_arguments_are_rejected() {
 fn invalid_scenes_are_rejected() {
     for (from, to, words) in [
         ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
-        ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
+        ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "> 0"]),
         ("region_damping = 0.1", "region_damping = 2", &["body.block.region_damping", "is 2", "[0, 1]"]),
         (
             "region_damping = 0.1",

@@ -167,7 +167,7 @@ pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine,
 pub use motion::{Curve, CurveKey, Interpolation, Key, MotionError, euler_degrees, euler_degrees_near};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
-pub use range::RangeError;
+pub use range::{Range, RangeError};
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{
     ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, Simulation, SimulationBuilder, SimulationState,

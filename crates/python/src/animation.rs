@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use supple::{AnimationError, MeshAnimation};
+use supple::{AnimationError, MeshAnimation, Range};
 use supple_io::frames::read_pc2;
 
 use crate::argument::{self, Settings, number};
@@ -45,7 +45,7 @@ pub(crate) fn array<'py>(py: Python<'py>, animation: &MeshAnimation) -> PyResult
 /// Reads `fps`, above 0.
 pub(crate) fn fps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     let fps = number(value, name)?;
-    match fps.is_finite() && fps > 0.0 {
+    match Range::FPS.contains(fps) {
         true => Ok(fps),
         false => Err(PyValueError::new_err(format!("{name} is {fps}; it must be greater than 0"))),
     }

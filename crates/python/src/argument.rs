@@ -8,7 +8,6 @@ use pyo3::Borrowed;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use supple::HalfWidth;
 use supple_io::scene::way_out;
 
 /// An argument that may be missing, as the default of a pyo3 signature. Unlike `Option`, it distinguishes a
@@ -57,22 +56,6 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
 /// Reads a whole number, at least `minimum`.
 pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<usize> {
     count_below(value, name, minimum, 63)
-}
-
-/// Reads a half-width of regions: 0.5 or a whole number, at least 1.
-pub(crate) fn half_width(value: &Bound<'_, PyAny>, name: &str) -> PyResult<HalfWidth> {
-    let error = match count(value, name, 1) {
-        Ok(cells) => return Ok(cells.into()),
-        Err(error) => error,
-    };
-    let is_number = error.is_instance_of::<PyTypeError>(value.py()) && !value.is_instance_of::<PyBool>();
-    match number(value, name).map(HalfWidth::from) {
-        Ok(half_width) if is_number && half_width.is_valid() => Ok(half_width),
-        Ok(half_width) if is_number => Err(PyValueError::new_err(format!(
-            "{name} = {half_width} is out of range: it must be 0.5 or a whole number, at least 1"
-        ))),
-        _ => Err(error),
-    }
 }
 
 /// Reads a whole number, at least `minimum`, that fits into 32 bits.
@@ -147,11 +130,21 @@ pub(crate) fn conversion_error(error: PyErr, value: &Bound<'_, PyAny>, name: &st
 
 /// Returns the `TypeError` "{name} must be {expected}, not {type of value}".
 pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
-    let found = match value.is_none() {
-        true => "None".to_owned(),
-        false => value.get_type().qualname().map_or_else(|_| "another type".to_owned(), |n| n.to_string()),
-    };
-    PyTypeError::new_err(format!("{name} must be {expected}, not {found}"))
+    PyTypeError::new_err(format!("{name} must be {expected}, not {}", type_name(value)))
+}
+
+/// Returns the name of the type of a value; "None" for None.
+pub(crate) fn type_name(value: &Bound<'_, PyAny>) -> String {
+    match value.get_type().qualname() {
+        _ if value.is_none() => "None".to_owned(),
+        Ok(name) => owned(&name),
+        Err(_) => "another type".to_owned(),
+    }
+}
+
+/// Copies a string. Unlike `to_string`, it runs no signal handler, whose `KeyboardInterrupt` would be lost.
+pub(crate) fn owned(text: &Bound<'_, PyString>) -> String {
+    text.to_string_lossy().into_owned()
 }
 
 /// Keyword arguments of a call, or the entries of a dict argument. A missing argument has its default value.
@@ -188,11 +181,6 @@ impl<'py> Settings<'py> {
         Self::new(Some(given.clone()), known, &[], error)
     }
 
-    /// Sets the names of the entries that may be `None`.
-    pub(crate) fn with_optional(self, optional: &'static [&'static str]) -> Self {
-        Self { optional, ..self }
-    }
-
     /// Wraps arguments. `error` creates the error for an unknown name from "{name}; {what to write in its place}".
     fn new(
         given: Option<Bound<'py, PyDict>>,
@@ -201,13 +189,20 @@ impl<'py> Settings<'py> {
         error: impl Fn(String) -> PyErr,
     ) -> PyResult<Self> {
         for key in given.iter().flat_map(|given| given.keys()) {
-            let key = key.str()?.to_string();
+            let key = owned(&key.str()?);
             if !known.contains(&key.as_str()) {
                 let way_out = way_out(&key, known, |name| format!("{name:?}"));
                 return Err(error(format!("{key:?}; {way_out}")));
             }
         }
         Ok(Self { given, optional })
+    }
+
+    /// Returns the names and the values of the arguments that are given.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (String, Bound<'py, PyAny>)> {
+        let entries = self.given.iter().flat_map(|given| given.iter());
+        let entries = entries.filter_map(|(key, value)| Some((owned(key.cast::<PyString>().ok()?), value)));
+        entries.filter(|(key, value)| !(value.is_none() && self.optional.contains(&key.as_str())))
     }
 
     /// Returns the value of an argument, or `None` if it is missing.

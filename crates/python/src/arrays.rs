@@ -10,10 +10,9 @@ use numpy::{
 use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyString};
-use supple::Scale;
+use pyo3::types::IntoPyDict;
 
-use crate::argument::{is_from_python, number, wrong_type};
+use crate::argument::{is_from_python, wrong_type};
 
 /// The expected length of an array along one axis.
 #[derive(Clone, Copy)]
@@ -104,28 +103,6 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, rows: Axis) -> PyRes
 /// Reads a finite `(3,)` vector.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
     Ok(finite(value, name, &[Axis::Is(3)])?.as_slice()?.as_chunks().0[0])
-}
-
-/// Reads a scale: a number > 0, or three that are not 0.
-pub(crate) fn scale(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Scale> {
-    let is_number = value.is_instance_of::<PyString>() || value.len().is_err();
-    let scale = if is_number { number(value, name)?.into() } else { Scale::from(vector(value, name)?) };
-    if scale.is_valid() {
-        return Ok(scale);
-    }
-    let range = match scale {
-        Scale::Uniform(_) => "a finite number > 0; three numbers scale the axes, and negative ones mirror",
-        Scale::PerAxis(_) => "three numbers that are not 0",
-    };
-    Err(PyValueError::new_err(format!("{name} = {scale} is out of range: it must be {range}")))
-}
-
-/// Sets a scale in a dictionary, as [`scale`] reads it.
-pub(crate) fn set_scale(fields: &Bound<'_, PyDict>, key: &str, scale: Scale) -> PyResult<()> {
-    match scale {
-        Scale::Uniform(factor) => fields.set_item(key, factor),
-        Scale::PerAxis(factors) => fields.set_item(key, <(f64, f64, f64)>::from(factors)),
-    }
 }
 
 /// Reads finite `(n, 3, 3)` matrices, row-major.

@@ -14,8 +14,8 @@ use supple::{
 };
 
 use crate::argument::{choice, conversion_error, number, wrong_type};
-use crate::arrays::{self, scale, vector};
-use crate::body::SharedSimulation;
+use crate::arrays::{self, vector};
+use crate::body::{SharedSimulation, scene_key};
 use crate::mesh::Mesh;
 use crate::rotation::rotate_once;
 use crate::{animation, constraint, error, rotation};
@@ -46,10 +46,10 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     if let Shape::Mesh { .. } = read.shape {
         // Keeps the object, so that colliders share it.
         fields.set_item("mesh", collider.getattr("mesh")?)?;
-        let scale = scale(&collider.getattr("scale")?, "scale")?;
-        if let Scale::PerAxis(_) = scale {
+        let scale = scene_key("scale", &collider.getattr("scale")?)?.scale;
+        if let Scale::PerAxis(factors) = scale {
             // The shape has the scaled mesh and frames.
-            arrays::set_scale(&fields, "scale", scale)?;
+            fields.set_item("scale", <(f64, f64, f64)>::from(factors))?;
             if let Some(animation) = read_mesh(collider, &class)?.animation() {
                 fields.set_item("frames", animation::array(collider.py(), animation)?)?;
             }
@@ -95,7 +95,7 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
                     .inverted()
                     .map_err(|fault| PyValueError::new_err(format!("{name}: {fault}")))?,
             },
-            scale(&collider.getattr("scale")?, "scale")?,
+            scene_key("scale", &collider.getattr("scale")?)?.scale,
             rotate_once(&collider.getattr("rotate")?, "rotate")?,
             read_vector("translate")?,
         )

@@ -163,42 +163,7 @@ pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
     Ok(list)
 }
 
-/// Reads a number, or keyframes of one: a list of (time, value), or a dict with the keys `keys` and `interpolation`.
-pub(crate) fn curve(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Curve> {
-    if let Ok(dict) = value.cast::<PyDict>() {
-        let settings = Settings::from_dict(dict, name, &["keys", "interpolation"])?;
-        let keys = settings.read("keys", |keys, _| curve_keys(keys, &format!("{name} keys")))?;
-        let missing = || PyValueError::new_err(format!("{name} has no keys; give a list of (time, value)"));
-        return Ok(keys.ok_or_else(missing)?.interpolated(interpolation(&settings)?.unwrap_or_default()));
-    }
-    if value.is_instance_of::<PyString>() || value.try_iter().is_err() {
-        return number(value, name).map(Curve::from);
-    }
-    curve_keys(value, name)
-}
-
-/// Reads the keyframes of a number.
-fn curve_keys(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Curve> {
-    let expected = "a number, or a list of (time, value)";
-    let items = value.try_iter().map_err(|error| conversion_error(error, value, name, expected))?;
-    let read = |(index, key): (usize, PyResult<Bound<'_, PyAny>>)| {
-        let (key, name) = (key?, format!("{name}[{index}]"));
-        if let Ok(dict) = key.cast::<PyDict>() {
-            let settings = Settings::from_dict(dict, &name, &["time", "value"])?;
-            let missing = || PyValueError::new_err(format!("{name} must have a time and a value"));
-            let (time, value) = (settings.number("time")?, settings.number("value")?);
-            return Ok(CurveKey { time: time.ok_or_else(missing)?, value: value.ok_or_else(missing)? });
-        }
-        let [time, value] = <[Bound<'_, PyAny>; 2]>::try_from(key.try_iter()?.collect::<PyResult<Vec<_>>>()?)
-            .map_err(|_| PyValueError::new_err(format!("{name} must be (time, value)")))?;
-        let time = number(&time, &format!("{name}.time"))?;
-        Ok(CurveKey { time, value: number(&value, &format!("{name}.value"))? })
-    };
-    let keys = items.enumerate().map(read).collect::<PyResult<Vec<_>>>()?;
-    Curve::new(keys).map_err(|error| PyValueError::new_err(format!("{name}: {error}")))
-}
-
-/// Converts a keyed number to what [`curve`] reads.
+/// Converts a keyed number to a number, a list of (time, value), or a dict with the keys `keys` and `interpolation`.
 pub(crate) fn curve_to_python<'py>(py: Python<'py>, curve: &Curve) -> PyResult<Bound<'py, PyAny>> {
     let keys = || -> Vec<_> { curve.keys().iter().map(|key| (key.time, key.value)).collect() };
     match (curve.keys(), curve.interpolation()) {

@@ -7,6 +7,7 @@ use supple::reference::Regions;
 
 use crate::argument::{self, Given, wrong_type};
 use crate::arrays::{self, Axis};
+use crate::body;
 use crate::interrupt::interruptible;
 use crate::lattice::Lattice;
 
@@ -62,7 +63,7 @@ pub(crate) fn reference_goals<'py>(
         lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
     let lattice = lattice.get().lattice.clone();
     let positions = arrays::vectors(positions, "positions", Axis::Is(lattice.len()))?;
-    let half_width = argument::half_width(half_width, "half_width")?;
+    let half_width = body::half_width(half_width)?;
     let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
     let regions = regions.read("regions", |regions, name| argument::choice(regions, name, &choices))?;
     let regions = regions.unwrap_or(Regions::Staircase);

@@ -68,7 +68,9 @@ impl Lattice {
         let mesh = mesh_like(mesh, "mesh", None)?;
         settings.exclusive("vertices", "cell_size")?;
         let mut options = LatticeOptions::default();
-        options.resolution = resolution(&settings, "vertices")?.unwrap_or(options.resolution);
+        let vertices = settings.count("vertices", 8)?.map(Resolution::Vertices);
+        let resolution = vertices.or(settings.number("cell_size")?.map(Resolution::CellSize));
+        options.resolution = resolution.unwrap_or(options.resolution);
         options.join = settings.read("join", argument::boolean)?.unwrap_or(options.join);
         let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
         options.memory_limit = Some(memory_limit.unwrap_or_else(supple_io::memory_limit));
@@ -210,12 +212,6 @@ impl Lattice {
         let build = move || supple::Lattice::from_cells_within(limit, &cells, cell_size, origin, join);
         interruptible(py, build)?.map(Self::from_core).map_err(error::from_core)
     }
-}
-
-/// Reads the resolution of a lattice: a target number of vertices, with the key `vertices`, or `cell_size`.
-pub(crate) fn resolution(settings: &Settings<'_>, vertices: &str) -> PyResult<Option<Resolution>> {
-    let vertices = settings.count(vertices, 8)?.map(Resolution::Vertices);
-    Ok(vertices.or(settings.number("cell_size")?.map(Resolution::CellSize)))
 }
 
 /// Returns the indices of the true entries of an `(nx, ny, nz)` array.

@@ -9,6 +9,7 @@
 //! | `error` | converts Rust errors to the exceptions of `supple.errors` |
 //! | `forked` | locks mutexes without a deadlock after a fork |
 //! | `interrupt` | lets Ctrl-C end the wait for long work |
+//! | `keys` | converts keyword arguments that a scene has too, and keys of scenes |
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
 //! | `point_cache` | writes the positions of a mesh in all frames to one file |
@@ -33,6 +34,7 @@ mod error;
 mod forked;
 mod functions;
 mod interrupt;
+mod keys;
 mod lattice;
 mod mesh;
 mod pickle;

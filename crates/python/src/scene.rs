@@ -2,31 +2,22 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyList, PyTuple};
-use supple::{
-    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness,
-    TouchingOptions,
-};
-use supple_io::frames::{Format, Formats};
+use pyo3::types::{PyDict, PyTuple};
+use supple::Collider;
 use supple_io::run::{
     BodyReport, Flow, Input, Job, Note, Observer, Outcome, Prepared, Progress, RunError, RunReport, Softened,
     UnkeptVolume, prepare,
 };
-use supple_io::scene::{BodyData, Scene, SceneError, Up};
+use supple_io::scene::{BodyData, OutputData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
-use crate::arrays;
-use crate::body::{
-    SharedBody, SharedSimulation, Storage, fracture_settings, plastic_settings, volume_settings,
-};
-use crate::constraint::curve_to_python;
+use crate::body::{SharedBody, SharedSimulation, Storage, body_keys};
 use crate::error::{self, Exception};
 use crate::interrupt::interruptible;
 use crate::mesh::Mesh;
 use crate::simulation::{Simulation, warn};
-use crate::{collider, report};
+use crate::{collider, keys, report};
 
 /// Level of the stack of the code that calls `supple.load_scene` or `supple.run`, which are Python functions.
 const CALLER: i32 = 2;
@@ -75,62 +66,10 @@ fn to_python<'py>(
 /// Converts the scene keys of a body to keyword arguments of `Body`.
 fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
     let settings = PyDict::new(py);
-    settings.set_item("name", &data.name)?;
-    arrays::set_scale(&settings, "scale", data.scale)?;
-    let Placement { rotate, translate, velocity, spin } = data.placement;
-    let vectors = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
-    settings.update(vectors.into_py_dict(py)?.as_mapping())?;
-    settings.set_item("join", data.join)?;
-    match data.resolution {
-        Resolution::Vertices(vertices) => settings.set_item("lattice_vertices", vertices)?,
-        Resolution::CellSize(cell_size) => settings.set_item("cell_size", cell_size)?,
+    let keys = body_keys();
+    for (key, value) in data.to_keys().iter().filter(|(key, _)| keys.contains(key) && *key != "object") {
+        settings.set_item(key, keys::to_python(py, value)?)?;
     }
-    match data.material.elasticity {
-        Elasticity::Preset(preset) => settings.set_item("material", preset.name())?,
-        Elasticity::YoungsModulus(modulus) => settings.set_item("youngs_modulus", modulus)?,
-        Elasticity::Regions { size, stiffness } => {
-            match size {
-                RegionSize::Cells(cells) => settings.set_item("half_width", cells.cells())?,
-                RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
-            }
-            match stiffness {
-                Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
-                Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
-            }
-        }
-    }
-    settings.set_item("accuracy", data.material.accuracy.name())?;
-    if let Some(ratio) = data.material.poisson_ratio {
-        settings.set_item("poisson_ratio", ratio)?;
-    }
-    match data.material.damping {
-        Some(Damping::Ratio(ratio)) => settings.set_item("damping_ratio", ratio)?,
-        Some(Damping::Rate(rate)) => settings.set_item("damping_rate", rate)?,
-        None => {}
-    }
-    match data.material.region_damping {
-        RegionDamping::PerStep(fraction) => settings.set_item("region_damping", fraction)?,
-        RegionDamping::Rate(rate) => settings.set_item("region_damping_rate", rate)?,
-    }
-    settings.set_item("density", data.material.density)?;
-    settings.set_item("inflate", curve_to_python(py, &data.inflate)?)?;
-    if let Some(plastic) = plastic_settings(py, data.material.plastic)? {
-        settings.set_item("plastic", plastic)?;
-    }
-    if let Some(fracture) = fracture_settings(py, data.fracture.as_ref())? {
-        settings.set_item("fracture", fracture)?;
-    }
-    settings.set_item("volume", volume_settings(py, &data.volume)?)?;
-    settings.set_item("skin", data.skin.name())?;
-    settings.set_item("refine", data.refine.name())?;
-    let TouchingOptions { friction, restitution, rolling_resistance, self_contact, ignored } = &data.touching;
-    settings.set_item("friction", friction)?;
-    settings.set_item("restitution", restitution)?;
-    if let Some(coefficient) = rolling_resistance {
-        settings.set_item("rolling_resistance", coefficient)?;
-    }
-    settings.set_item("self_contact", self_contact)?;
-    settings.set_item("ignore", PyTuple::new(py, ignored)?)?;
     Ok(settings)
 }
 
@@ -156,8 +95,9 @@ pub(crate) fn run<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let options = Settings::from_call(options, "run()", &KEYS, &OPTIONAL)?;
     let mut scene = open(path, &overrides)?;
-    if let Some(formats) = options.read("format", formats)? {
-        scene.output.format = formats;
+    if let Some(format) = options.get("format")? {
+        let convert = |key: &str, value: &Bound<'py, PyAny>| keys::value(value, key).map(Some);
+        scene.output.format = keys::read::<OutputData>([("format".to_owned(), format)], convert)?.format;
     }
     let simulation = &mut scene.simulation;
     simulation.frames = options.count_u32("frames", 0)?.unwrap_or(simulation.frames);
@@ -176,21 +116,6 @@ pub(crate) fn run<'py>(
         return Err(raised);
     }
     run_report(py, &report.map_err(run_error)?)
-}
-
-/// Reads a format, or a list or tuple of formats.
-fn formats(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Formats> {
-    let known = Format::ALL.map(|format| (format.name(), format));
-    let is_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
-    if !is_list {
-        return argument::choice(value, name, &known).map(Formats::from);
-    }
-    let mut formats = Vec::new();
-    for (index, item) in value.try_iter()?.enumerate() {
-        formats.push(argument::choice(&item?, &format!("{name}[{index}]"), &known)?);
-    }
-    Formats::new(formats)
-        .ok_or_else(|| PyValueError::new_err(format!("{name} is empty; it must have at least one format")))
 }
 
 /// Checks for Ctrl-C and calls the `progress` callback after each frame. A `KeyboardInterrupt` or an

@@ -10,10 +10,6 @@ use supple::{
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
 
-/// What a ratio of rest volumes may be.
-const RATIO: &str = "a number in [0.1, 10], keyframes like [{ time = 0, value = 1 }, { time = 2, value = 1.3 }], or a \
-                     table like { keys = [...], interpolation = \"smooth\" }";
-
 const FULL: &str = r#"
 [simulation]
 frames = 12
@@ -249,14 +245,14 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("stiffness = 0", 4, "stiffness", "0", "in (0, 1]"),
         ("stiffness = 1.5", 4, "stiffness", "1.5", "in (0, 1]"),
         ("region_damping = -0.1", 4, "region_damping", "-0.1", "in [0, 1]"),
-        ("region_damping_rate = -1", 4, "region_damping_rate", "-1", "a number of at least 0"),
+        ("region_damping_rate = -1", 4, "region_damping_rate", "-1", "a rate in 1/s, >= 0"),
         ("damping_ratio = 1.5", 4, "damping_ratio", "1.5", "in [0, 1]"),
         ("damping_ratio = -0.1", 4, "damping_ratio", "-0.1", "in [0, 1]"),
-        ("damping_rate = -1", 4, "damping_rate", "-1", "a number of at least 0"),
-        ("youngs_modulus = 0", 4, "youngs_modulus", "0", "a number above 0"),
-        ("youngs_modulus = -1e6", 4, "youngs_modulus", "-1000000", "a number above 0"),
-        ("frequency = 0", 4, "frequency", "0", "a number above 0"),
-        ("frequency = nan", 4, "frequency", "NaN", "a number above 0"),
+        ("damping_rate = -1", 4, "damping_rate", "-1", "a rate in 1/s, >= 0"),
+        ("youngs_modulus = 0", 4, "youngs_modulus", "0", "a force per area > 0"),
+        ("youngs_modulus = -1e6", 4, "youngs_modulus", "-1000000", "a force per area > 0"),
+        ("frequency = 0", 4, "frequency", "0", "a frequency in Hz, > 0"),
+        ("frequency = nan", 4, "frequency", "NaN", "a frequency in Hz, > 0"),
         (
             "scale = inf",
             4,
@@ -268,11 +264,11 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("restitution = 1.1", 4, "restitution", "1.1", "in [0, 1]"),
         ("density = 0", 4, "density", "0", "a number above 0"),
         ("plastic = { yield = 0 }", 4, "plastic.yield", "0", "in (0, 1]"),
-        ("plastic = { creep = -1 }", 4, "plastic.creep", "-1", "a number above 0"),
+        ("plastic = { creep = -1 }", 4, "plastic.creep", "-1", "a rate in 1/s, > 0"),
         ("[body.plastic]\nmax = 2.5", 5, "plastic.max", "2.5", "in (0, 2]"),
         ("fracture = { strain = 0 }", 4, "fracture.strain", "0", "a number above 0"),
         ("fracture = { strength = -1 }", 4, "fracture.strength", "-1", "a number above 0"),
-        ("fracture = { strain = 1, rotation = 0 }", 4, "fracture.rotation", "0", "in (0, 180]"),
+        ("fracture = { strain = 1, rotation = 0 }", 4, "fracture.rotation", "0", "in (0, 180] degrees"),
         (
             "fracture = { strain = 1, cracks = 0 }",
             4,
@@ -281,10 +277,10 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "a whole number from 1 to 1000000",
         ),
         (
-            "fracture = { strain = 1, seed = 0.5 }",
+            "fracture = { strain = 1, seed = -1 }",
             4,
             "fracture.seed",
-            "0.5",
+            "-1",
             "a whole number from 0 to 4294967295",
         ),
         (
@@ -297,9 +293,9 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("[body.fracture]\nstrain = 1\nnoise = 0.6", 6, "fracture.noise", "0.6", "in [0, 0.5]"),
         ("cell_size = 0.0", 4, "cell_size", "0", "a number above 0"),
         ("lattice_vertices = 7", 4, "lattice_vertices", "7", "a whole number from 8 to 2000000000"),
-        ("half_width = 0", 4, "half_width", "0", "0.5 or a whole number from 1 to 1000000"),
-        ("half_width = 2.5", 4, "half_width", "2.5", "0.5 or a whole number from 1 to 1000000"),
-        ("stiffness_radius = 0", 4, "stiffness_radius", "0", "a number above 0"),
+        ("half_width = 0", 4, "half_width", "0", "0.5 or a whole number of cells, at least 1"),
+        ("half_width = 2.5", 4, "half_width", "2.5", "0.5 or a whole number of cells, at least 1"),
+        ("stiffness_radius = 0", 4, "stiffness_radius", "0", "a length > 0"),
         ("rotate = [0, nan, 0]", 4, "rotate.1", "NaN", "a finite number"),
         ("volume = { max_correction = -1 }", 4, "volume.max_correction", "-1", "a number of at least 0"),
         (
@@ -323,7 +319,21 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[0, 1, 1]",
             "at least `min`, which is [1, 0, 0], on every axis",
         ),
-        ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", RATIO),
+        ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", "in [0.1, 10]"),
+        (
+            "inflate = [{ time = 0, value = 1 }, { time = 1, value = 11 }]",
+            4,
+            "inflate.1.value",
+            "11",
+            "in [0.1, 10]",
+        ),
+        (
+            "inflate = [{ time = 1, value = 1 }, { time = 0, value = 1 }]",
+            4,
+            "inflate",
+            "a list of 2 values",
+            "a list of keyframes in the order of time: key 1 is at time 0, which is not after key 0 at 1; sort the keys by time",
+        ),
         ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (
@@ -345,7 +355,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
     let message = refusal("volume = \"mehs\"");
     assert!(message.contains("\"mehs\"; it must be one of \"auto\", \"off\", \"lattice\""), "{message}");
     for (text, key, value, range) in [
-        ("[simulation]\nfps = 0\n", "simulation.fps", "0", "a number above 0"),
+        ("[simulation]\nfps = 0\n", "simulation.fps", "0", "frames per second, > 0"),
         (
             "[simulation]\nsubsteps = 0\n",
             "simulation.substeps",
@@ -388,7 +398,11 @@ fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
         ("youngs_modulus = \"soft\"", "youngs_modulus", "a number", "\"soft\""),
         ("rotate = [0, 1]", "rotate", "three numbers", "[0, 1]"),
         ("object = 3", "object", "in quotes", "3"),
-        ("volume = 1", "volume", "{ measure = \"mesh\" }", "1"),
+        ("lattice_vertices = 99.5", "lattice_vertices", "a whole number", "99.5"),
+        ("scale = \"big\"", "scale", "a number above 0", "\"big\""),
+        ("inflate = \"much\"", "inflate", "a list of keyframes", "\"much\""),
+        ("inflate = [1, 2]", "inflate.0", "a table", "1"),
+        ("volume = 1", "volume", "keys like `measure`", "1"),
         (
             "[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }",
             "pin",

@@ -108,7 +108,7 @@ fn invalid_overrides_are_errors_with_the_override_and_the_reason() {
         ("body.7.half_width=3", "there is no element 7: the list has 1, counted from 0"),
         (
             "body.bust.half_width=0",
-            "`body.bust.half_width` is 0; it must be 0.5 or a whole number from 1 to 1000000",
+            "`body.bust.half_width` is 0; it must be 0.5 or a whole number of cells, at least 1",
         ),
         ("body.bust.stiffness=soft", "a number, not the string \"soft\""),
         ("body.bust.name.x=1", "`x` is below the string \"bust\", which has no keys; shorten the key"),

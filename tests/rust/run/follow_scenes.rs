@@ -118,7 +118,7 @@ fn invalid_handles_are_errors_that_name_the_key_and_the_way_out() {
         ("keys = [{ time = 0 }]\nfollow_fps = 3", "left out, because only `follow` has it"),
         ("follow = \"\"", "the path of a PC2 file"),
         ("follow = 3", "`body.cube.handle.0.follow`"),
-        ("follow = \"walk.pc2\"\nfollow_fps = 0", "a number above 0"),
+        ("follow = \"walk.pc2\"\nfollow_fps = 0", "frames per second, > 0"),
         ("follow = \"walk.pc2\"\nfollow_star = 0", "`follow_start`"),
     ] {
         let error = scene(folder.path(), "", lines).unwrap_err().to_string();

@@ -10,7 +10,7 @@ use super::zones::{check_stiffness, checked_factors};
 use crate::dynamics::StiffnessFactors;
 use crate::error::{Error, StateError};
 use crate::lattice::{Embedding, Lattice, Layout};
-use crate::range::in_range;
+use crate::range::{Range, in_range};
 use crate::volume::{self, Correction, VolumeError, VolumeOptions};
 
 impl Body {
@@ -146,7 +146,7 @@ impl Body {
         let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
         check_stiffness(&material, factors.as_ref())?;
         if let Some(modulus) = youngs_modulus {
-            in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
+            Range::YOUNGS_MODULUS.check("youngs_modulus", modulus)?;
         }
         let is_within = half_width.links() <= self.shape.extent.max(1);
         in_range(

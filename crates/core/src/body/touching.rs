@@ -1,7 +1,7 @@
 //! Options of the contact with other bodies.
 
 use crate::error::Error;
-use crate::range::in_range;
+use crate::range::Range;
 
 /// Options of the contact with other bodies, and of rolling on colliders. Colliders have
 /// [a friction and a restitution of their own](crate::Collider).
@@ -34,11 +34,10 @@ impl TouchingOptions {
     /// Checks the ranges.
     pub(super) fn validate(&self) -> Result<(), Error> {
         let &Self { friction, restitution, .. } = self;
-        in_range("friction", friction, friction >= 0.0, "at least 0")?;
-        in_range("restitution", restitution, (0.0..=1.0).contains(&restitution), "from 0 to 1")?;
-        self.rolling_resistance.map_or(Ok(0.0), |rolling| {
-            in_range("rolling_resistance", rolling, rolling >= 0.0, "at least 0")
-        })?;
+        Range::NOT_NEGATIVE.check("friction", friction)?;
+        Range::FRACTION.check("restitution", restitution)?;
+        let rolling = self.rolling_resistance.unwrap_or(0.0);
+        Range::NOT_NEGATIVE.check("rolling_resistance", rolling)?;
         Ok(())
     }
 }

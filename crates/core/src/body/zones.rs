@@ -6,7 +6,7 @@ use crate::dynamics::{
     Zone,
 };
 use crate::error::Error;
-use crate::range::{RangeError, in_range};
+use crate::range::{Range, RangeError, in_range};
 use crate::state::ArrayError;
 
 impl Body {
@@ -101,8 +101,7 @@ impl Body {
     /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha
     /// per step whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
-        let factor =
-            in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
+        let factor = Range::STIFFNESS_FACTOR.check("factor", zone.factor)?;
         zone.inflate.iter().try_for_each(Inflation::validate)?;
         let shares = self.zone_shares(&zone.selection, pose)?;
         if factor != 1.0 || zone.inflate.is_none() {

@@ -7,6 +7,7 @@ use super::fault::ColliderFault;
 use super::shape::Shape;
 use crate::mesh::Mesh;
 use crate::motion::{Interpolation, Key, Motion, Pose, direction};
+use crate::range::Range;
 
 /// Rigid obstacle that bodies cannot enter.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,14 +107,14 @@ impl Collider {
     }
 
     fn check_numbers(&self) -> Result<(), ColliderFault> {
-        let check = |name, values: &[f64], range, valid: fn(f64) -> bool| {
-            let invalid = values.iter().find(|value| !valid(**value));
+        let check = |name, values: &[f64], range, valid: Range| {
+            let invalid = values.iter().find(|value| !valid.contains(**value));
             invalid.map_or(Ok(()), |&value| Err(ColliderFault::OutOfRange { name, value, range }))
         };
-        let finite = |name, values: &[f64]| check(name, values, "it must be finite", f64::is_finite);
+        let finite = |name, values: &[f64]| check(name, values, "it must be finite", Range::FINITE);
         let positive = |name, values: &[f64]| {
             finite(name, values)?;
-            check(name, values, "it must be greater than 0", |value| value > 0.0)
+            check(name, values, "it must be greater than 0", Range::POSITIVE)
         };
         match &self.shape {
             Shape::Plane { point, normal } => {
@@ -144,11 +145,10 @@ impl Collider {
         finite("friction", &[self.friction])?;
         finite("restitution", &[self.restitution])?;
         if let Some(coefficient) = self.rolling_resistance {
-            let range = "its range is 0 and above";
             finite("rolling_resistance", &[coefficient])?;
-            check("rolling_resistance", &[coefficient], range, |value| value >= 0.0)?;
+            check("rolling_resistance", &[coefficient], "its range is 0 and above", Range::NOT_NEGATIVE)?;
         }
-        check("friction", &[self.friction], "its range is 0 and above", |value| value >= 0.0)?;
-        check("restitution", &[self.restitution], "its range is 0 to 1", |value| (0.0..=1.0).contains(&value))
+        check("friction", &[self.friction], "its range is 0 and above", Range::NOT_NEGATIVE)?;
+        check("restitution", &[self.restitution], "its range is 0 to 1", Range::FRACTION)
     }
 }

@@ -7,10 +7,7 @@
 use crate::lattice::Components;
 use crate::matching::VolumeRatios;
 use crate::motion::Curve;
-use crate::range::{RangeError, in_range};
-
-/// Least and greatest ratio of the rest volume.
-const RANGE: [f64; 2] = [0.1, 10.0];
+use crate::range::{RATIOS, Range, RangeError};
 
 /// The ratios of the rest volume of a body and of its zones.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,10 +53,7 @@ impl Default for Inflation {
 impl Inflation {
     /// Checks the range of a ratio.
     pub(crate) fn validate(curve: &Curve) -> Result<(), RangeError> {
-        let [least, greatest] = RANGE;
-        curve.keys().iter().try_for_each(|key| {
-            in_range("inflate", key.value, (least..=greatest).contains(&key.value), "in [0.1, 10]").map(drop)
-        })
+        curve.keys().iter().try_for_each(|key| Range::INFLATION.check("inflate", key.value).map(drop))
     }
 
     /// Returns the ratio of the body.
@@ -148,7 +142,7 @@ impl Inflation {
                 share => ratio *= part.in_force.powf(share),
             }
         }
-        ratio.clamp(RANGE[0], RANGE[1])
+        ratio.clamp(*RATIOS.start(), *RATIOS.end())
     }
 
     /// Transfers the zones to a lattice whose vertices were split: `parents` has the vertex before of each vertex.
@@ -160,11 +154,10 @@ impl Inflation {
 
     /// Returns whether all numbers are valid for a lattice with `vertices` vertices.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
-        let is_ratio = |ratio: f64| (RANGE[0]..=RANGE[1]).contains(&ratio);
         self.parts().all(|part| {
             Curve::new(part.curve.keys().to_vec()).is_ok()
                 && Self::validate(&part.curve).is_ok()
-                && is_ratio(part.in_force)
+                && Range::INFLATION.contains(part.in_force)
         }) && self.zones.iter().all(|(_, shares)| {
             shares.len() == vertices && shares.iter().all(|share| (0.0..=1.0).contains(share))
         })

@@ -3,10 +3,7 @@
 use super::plasticity::Plasticity;
 use crate::matching::HalfWidth;
 use crate::motion::sin_cos_degrees;
-use crate::range::{RangeError, in_range};
-
-/// Greatest Poisson's ratio: above it, steps would become very short without a visible gain.
-const GREATEST_POISSON_RATIO: f64 = 0.47;
+use crate::range::{Range, RangeError};
 
 /// Size of the regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -232,22 +229,15 @@ impl Elasticity {
     fn validate(self) -> Result<(), RangeError> {
         match self {
             Self::Preset(_) => Ok(()),
-            Self::YoungsModulus(modulus) => {
-                in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0").map(drop)
-            }
+            Self::YoungsModulus(modulus) => Range::YOUNGS_MODULUS.check("youngs_modulus", modulus).map(drop),
             Self::Regions { size, stiffness } => {
                 match size {
-                    RegionSize::Cells(w) => in_range(
-                        "half_width",
-                        w.cells(),
-                        w.is_valid(),
-                        "0.5 or a whole number of cells, at least 1",
-                    ),
-                    RegionSize::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
+                    RegionSize::Cells(w) => Range::HALF_WIDTH.check("half_width", w.cells()),
+                    RegionSize::Radius(r) => Range::LENGTH.check("stiffness_radius", r),
                 }?;
                 match stiffness {
-                    Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
-                    Stiffness::Frequency(f) => in_range("frequency", f, f > 0.0, "a frequency in Hz, > 0"),
+                    Stiffness::PerStep(a) => Range::POSITIVE_FRACTION.check("stiffness", a),
+                    Stiffness::Frequency(f) => Range::FREQUENCY.check("frequency", f),
                 }
                 .map(drop)
             }
@@ -291,17 +281,16 @@ impl Material {
     /// If a value is out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
         self.elasticity.validate()?;
-        let ratio = self.poisson_ratio();
-        in_range("poisson_ratio", ratio, (0.0..=GREATEST_POISSON_RATIO).contains(&ratio), "in [0, 0.47]")?;
+        Range::POISSON_RATIO.check("poisson_ratio", self.poisson_ratio())?;
         match self.damping() {
-            Damping::Ratio(d) => in_range("damping_ratio", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
-            Damping::Rate(r) => in_range("damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
+            Damping::Ratio(d) => Range::FRACTION.check("damping_ratio", d),
+            Damping::Rate(r) => Range::RATE.check("damping_rate", r),
         }?;
         match self.region_damping {
-            RegionDamping::PerStep(d) => in_range("region_damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
-            RegionDamping::Rate(r) => in_range("region_damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
+            RegionDamping::PerStep(d) => Range::FRACTION.check("region_damping", d),
+            RegionDamping::Rate(r) => Range::RATE.check("region_damping_rate", r),
         }?;
-        in_range("density", self.density, self.density > 0.0, "> 0")?;
+        Range::POSITIVE.check("density", self.density)?;
         self.plastic.map_or(Ok(()), |plastic| plastic.validate())
     }
 

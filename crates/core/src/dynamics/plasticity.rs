@@ -1,7 +1,7 @@
 //! Plasticity: how a body keeps a dent.
 
 use crate::matching::Flow;
-use crate::range::{RangeError, in_range};
+use crate::range::{Range, RangeError};
 
 /// Plasticity of a body: parts that are strained beyond a limit keep a part of their deformation.
 ///
@@ -44,9 +44,9 @@ impl Plasticity {
     /// If a value is out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
         let Self { yield_strain, creep, max } = *self;
-        in_range("plastic.yield", yield_strain, yield_strain > 0.0 && yield_strain <= 1.0, "in (0, 1]")?;
-        in_range("plastic.creep", creep, creep > 0.0, "a rate in 1/s, > 0")?;
-        in_range("plastic.max", max, max > 0.0 && max <= 2.0, "in (0, 2]").map(drop)
+        Range::POSITIVE_FRACTION.check("plastic.yield", yield_strain)?;
+        Range::CREEP.check("plastic.creep", creep)?;
+        Range::PLASTIC_STRAIN.check("plastic.max", max).map(drop)
     }
 
     /// Returns the part of the strain beyond the yield strain that becomes plastic in a step of `dt` seconds.

@@ -2,7 +2,7 @@
 
 use super::selection::Selection;
 use crate::motion::Curve;
-use crate::range::{RangeError, in_range};
+use crate::range::{Range, RangeError};
 
 /// Least factor in force. The sums of the factors of regions are in f32.
 const LEAST: f64 = 1e-6;
@@ -52,7 +52,7 @@ impl StiffnessFactors {
     /// If a factor is not in (0, 100].
     pub(crate) fn new(specified: Vec<f64>) -> Result<Self, RangeError> {
         for &factor in &specified {
-            in_range("stiffness factor", factor, factor > 0.0 && factor <= 100.0, "in (0, 100]")?;
+            Range::STIFFNESS_FACTOR.check("stiffness factor", factor)?;
         }
         let least = specified.iter().copied().fold(f64::INFINITY, f64::min).max(LEAST);
         let greatest = specified.iter().copied().fold(LEAST, f64::max);

@@ -1,7 +1,7 @@
 //! Options of fracture: when joints break, and how cracks look.
 
 use super::cut::CutSurface;
-use crate::range::{RangeError, in_range};
+use crate::range::{Range, RangeError, in_range};
 
 /// When a body breaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,15 +47,15 @@ impl FractureOptions {
     /// Checks the ranges.
     pub(crate) fn validate(&self) -> Result<(), RangeError> {
         match self.limit {
-            BreakLimit::Strength(stress) => in_range("strength", stress, stress > 0.0, "greater than 0")?,
-            BreakLimit::Strain(strain) => in_range("strain", strain, strain > 0.0, "greater than 0")?,
+            BreakLimit::Strength(stress) => Range::POSITIVE.check("strength", stress)?,
+            BreakLimit::Strain(strain) => Range::POSITIVE.check("strain", strain)?,
         };
         if let Some(angle) = self.rotation {
-            in_range("rotation", angle, angle > 0.0 && angle <= 180.0, "in (0, 180] degrees")?;
+            Range::BREAK_ANGLE.check("rotation", angle)?;
         }
         let has_cracks = (1..=Self::MAX_CRACKS as usize).contains(&self.cracks);
         in_range("cracks", self.cracks as f64, has_cracks, "from 1 to 1000000")?;
-        in_range("noise", self.noise, (0.0..=0.5).contains(&self.noise), "from 0 to 0.5")?;
+        Range::NOISE.check("noise", self.noise)?;
         Ok(())
     }
 

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::range::Range;
+
 /// Half-width w of the regions in cells: 1/2, or a whole number of at least 1.
 ///
 /// A region has 2 w + 1 vertices along each axis. With w = 1/2 each region is a cell with its 8 corners; otherwise it
@@ -47,7 +49,7 @@ impl HalfWidth {
 
     /// Returns whether this is a half-width: 1/2, or a whole number of at least 1.
     pub fn is_valid(self) -> bool {
-        self.is_cell() || (self.0 >= 1.0 && self.0.fract() == 0.0)
+        Range::HALF_WIDTH.contains(self.0)
     }
 
     /// Returns the greatest number of links between the place where the sums of a region are stored and a vertex of the

@@ -12,7 +12,7 @@ use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::matching::Workspaces;
 use crate::parallel::Executor;
-use crate::range::in_range;
+use crate::range::Range;
 use crate::state::PairSupports;
 
 /// Builds a [`Simulation`] from bodies, colliders and settings. [`build`](Self::build) checks the colliders
@@ -196,7 +196,7 @@ impl SimulationBuilder {
 
     fn checked_colliders(&self) -> Result<Colliders, Error> {
         if let Some(fps) = self.fps {
-            in_range("fps", fps, fps > 0.0, "frames per second, > 0")?;
+            Range::FPS.check("fps", fps)?;
         }
         check_substeps(self.substeps, self.fps)?;
         check_dt(self.step_length())?;

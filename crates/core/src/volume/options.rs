@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::range::Range;
+
 /// Volume measure: a definition of a body's volume.
 ///
 /// By each measure the volume is an exact cubic in the scale `lambda` of the correction.
@@ -162,10 +164,9 @@ impl VolumeOptions {
 
     /// Checks the range of the cap.
     pub(crate) fn validate(&self) -> Result<(), VolumeError> {
-        let max_correction = self.max_correction;
-        match max_correction.is_finite() && max_correction >= 0.0 {
+        match Range::NOT_NEGATIVE.contains(self.max_correction) {
             true => Ok(()),
-            false => Err(VolumeError::MaxCorrection(max_correction)),
+            false => Err(VolumeError::MaxCorrection(self.max_correction)),
         }
     }
 }

@@ -97,14 +97,11 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         bodies.push(body);
         inputs.push(input);
     }
-    let mut builder = Simulation::builder()
-        .gravity(scene.simulation.gravity)
+    let mut builder = scene
+        .simulation
+        .apply(Simulation::builder())
         .fps(scene.simulation.fps)
-        .substeps(scene.simulation.substeps.into())
-        .threads(scene.simulation.threads)
-        .contact(scene.simulation.contact)
-        .self_contact(scene.simulation.self_contact)
-        .sleep(scene.simulation.sleep);
+        .substeps(scene.simulation.substeps.into());
     for body in bodies {
         builder = builder.body(body);
     }
@@ -187,24 +184,8 @@ fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunErro
 fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Result<(Body, Input), RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
-    let builder = Body::builder(input.part.mesh().clone())
-        .name(&data.name)
-        .scale(data.scale)
-        .resolution(data.resolution)
-        .join(data.join)
-        .memory_limit(memory_limit())
-        .material(data.material)
-        .inflate(data.inflate.clone())
-        .placement(data.placement)
-        .volume(data.volume)
-        .refine(data.refine)
-        .skin(data.skin)
-        .touching(data.touching.clone());
-    let builder = match data.fracture {
-        Some(fracture) => builder.fracture(fracture),
-        None => builder,
-    };
-    let mut body = builder.build().map_err(failed)?;
+    let builder = Body::builder(input.part.mesh().clone()).name(&data.name).memory_limit(memory_limit());
+    let mut body = data.apply(builder).build().map_err(failed)?;
     let written = input.clone().scaled(data.scale)?;
     let refined = refined(data, &input, &body).map_err(|source| failed(source.into()))?;
     for (index, zone) in data.zones.iter().enumerate() {

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, optional_not_negative,
-    positive, scale,
+    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale,
 };
 use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape};
 
@@ -38,7 +37,7 @@ pub struct ColliderData {
     #[serde(default, deserialize_with = "fraction")]
     pub restitution: f64,
     /// Coefficient of rolling resistance, at least 0; `None` for that of the body.
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "optional_not_negative")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_negative")]
     pub rolling_resistance: Option<f64>,
     /// Keyframes; without them the collider is at rest.
     #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]

@@ -13,8 +13,8 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKey
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity, Refine,
-    Resolution, Scale, SkinKind, TouchingOptions, VolumeOptions, Zone,
+    BodyBuilder, BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity,
+    Refine, Resolution, Scale, SimulationBuilder, SkinKind, TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -55,7 +55,7 @@ pub struct SimulationData {
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_FRAMES>")]
     pub frames: u32,
     /// Frames per second, above 0; default 30.
-    #[serde(deserialize_with = "keys::positive")]
+    #[serde(deserialize_with = "keys::fps")]
     pub fps: f64,
     /// Number of steps per frame; default automatic.
     pub substeps: Substeps,
@@ -70,6 +70,14 @@ pub struct SimulationData {
     pub self_contact: bool,
     /// Whether bodies at rest fall asleep: they are not stepped until something moves them; default true.
     pub sleep: bool,
+}
+
+impl SimulationData {
+    /// Passes the settings to the builder of a simulation, except `frames`, `fps` and `substeps`.
+    pub fn apply(&self, builder: SimulationBuilder) -> SimulationBuilder {
+        let builder = builder.gravity(self.gravity).threads(self.threads);
+        builder.contact(self.contact).self_contact(self.self_contact).sleep(self.sleep)
+    }
 }
 
 /// Number of steps per frame.
@@ -98,7 +106,7 @@ pub struct OutputData {
     #[serde(deserialize_with = "keys::positive")]
     pub scale: f64,
     /// Frames per second at which the files are played, above 0; by default those of the simulation.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::optional_positive")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::positive")]
     pub fps: Option<f64>,
     /// Meters per unit of length of the files, above 0, which USD stages state; default 1.
     #[serde(deserialize_with = "keys::positive")]
@@ -143,7 +151,7 @@ pub struct BodyData {
     #[serde(with = "keys::inflate")]
     pub inflate: Curve,
     /// The table `fracture`: when and how the body breaks; `None` if it does not break.
-    #[serde(with = "keys::fracture", skip_serializing_if = "Option::is_none")]
+    #[serde(with = "keys::optional_fracture", skip_serializing_if = "Option::is_none")]
     pub fracture: Option<FractureOptions>,
     /// Volume preservation; by default the measure is chosen automatically.
     #[serde(with = "VolumeKeys")]
@@ -173,6 +181,30 @@ impl BodyData {
             handle.follow.as_mut().map(|path| (format!("handle.{index}.follow"), path))
         });
         std::iter::once(("mesh".to_owned(), &mut self.mesh)).chain(follow)
+    }
+
+    /// Passes the settings to the builder of a body: all keys but its name, mesh, object, zones, pins and handles.
+    pub fn apply(&self, builder: BodyBuilder) -> BodyBuilder {
+        let builder = builder
+            .scale(self.scale)
+            .resolution(self.resolution)
+            .join(self.join)
+            .material(self.material)
+            .inflate(self.inflate.clone())
+            .placement(self.placement)
+            .volume(self.volume)
+            .refine(self.refine)
+            .skin(self.skin)
+            .touching(self.touching.clone());
+        match self.fracture {
+            Some(fracture) => builder.fracture(fracture),
+            None => builder,
+        }
+    }
+
+    /// Returns the keys that have a value, in the order of the fields.
+    pub fn to_keys(&self) -> Map<String, Value> {
+        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
     }
 
     /// Creates a body with a name and a mesh, and defaults for all other keys.
@@ -276,6 +308,16 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
     // This cannot fail, because every key of a scene is a string.
     let Ok(Value::Object(fields)) = serde_json::to_value(part) else { return Fields::new() };
     fields
+}
+
+/// Replaces each field `@...` by the keys for which it stands.
+fn flattened(fields: Fields) -> Fields {
+    let entries = |(key, value): (String, Value)| match value {
+        Value::Object(table) if key.starts_with('@') => flattened(table),
+        Value::Object(table) => Fields::from_iter([(key, Value::Object(flattened(table)))]),
+        value => Fields::from_iter([(key, value)]),
+    };
+    fields.into_iter().flat_map(entries).collect()
 }
 
 /// Returns the keys of `[[body]]`.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::escape::{Escaped, Excerpt};
 use crate::obj::ObjError;
 
-/// Place of a value or key: a line of a scene file, or an override.
+/// Place of a value or key: a line of a scene file, an override, or an argument of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line of a scene file, or of a text that stands for a file.
@@ -20,6 +20,8 @@ pub enum Place {
     },
     /// An override: its text `KEY=VALUE`, as given.
     Override(Arc<str>),
+    /// An argument of a program: the name of its type there.
+    Argument(String),
 }
 
 impl fmt::Display for Place {
@@ -27,6 +29,7 @@ impl fmt::Display for Place {
         match self {
             Self::Line { file, line } => write!(f, "{}:{line}", Escaped(file)),
             Self::Override(text) => write!(f, "--set {}", Excerpt(text)),
+            Self::Argument(_) => write!(f, "argument"),
         }
     }
 }

@@ -25,6 +25,15 @@ use super::name::is_name;
 use super::value::{Data, Table, Value};
 use super::way_out::{nearest, resembles};
 
+/// Deserializes the keys of a table. Checks neither values that depend on each other nor names of files.
+///
+/// # Errors
+///
+/// If a key is unknown, or its value is not of its type or not in its range.
+pub fn read_table<'a, T: Deserialize<'a>>(table: &'a Value) -> Result<T, SceneError> {
+    Field::root(table).read()
+}
+
 /// A value and its full key, such as `body.bust.half_width`. The full key of the whole document is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Field<'a> {
@@ -149,7 +158,10 @@ impl<'a> Field<'a> {
                 ref keys => self.missing(keys[0], &format!("give one of `{}`", keys.join("`, `"))),
             },
             Fault::Type(expected) => {
-                let mut found = self.value.describe();
+                let mut found = match &self.value.place {
+                    Place::Argument(kind) => kind.clone(),
+                    _ => self.value.describe(),
+                };
                 let key = self.name.rsplit('.').next().unwrap_or_default();
                 let expected = match (expected.as_str(), &self.value.data) {
                     ("f64", _) => "a number".to_owned(),
@@ -242,7 +254,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
             Data::Integer(value) => visitor.visit_i64(*value),
             Data::Float(value) => visitor.visit_f64(*value),
             Data::Text(value) => visitor.visit_borrowed_str(value),
-            Data::Date(_) => visitor.visit_unit(),
+            Data::Other(_) => visitor.visit_unit(),
             Data::Array(values) => visitor.visit_seq(Items { rest: values.iter().enumerate(), list: &self }),
             Data::Table(table) => {
                 let entries = table.iter().map(|(key, value)| (&**key, self.child(key, value)));
@@ -285,7 +297,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
     ) -> Result<V::Value, Fault> {
         if name == "VolumeOptions" && !matches!(self.value.data, Data::Table(_)) {
             if !matches!(self.value.data, Data::Text(_)) {
-                let expected = "a string like \"auto\", or a table like { measure = \"mesh\" }";
+                let expected = "a string (\"off\" for no correction) or a table with keys like `measure`";
                 return Err(Fault::Type(expected.to_owned()));
             }
             return visitor.visit_map(Entries::new(vec![(fields[0], self)]));

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SceneError;
 use super::field::Field;
-use super::keys::{
-    SelectionKeys, WindowKeys, interpolation, keyframes, optional_finite, optional_positive, point_cache,
-};
+use super::keys::{SelectionKeys, WindowKeys, finite, fps, interpolation, keyframes, point_cache};
 use supple::{Handle, HandleMotion, Interpolation, Key, MeshAnimation, Selection, TimeWindow};
 
 /// `[[body.handle]]`: a selection, a time window and a motion.
@@ -30,10 +28,10 @@ pub struct HandleData {
     #[serde(default, deserialize_with = "point_cache", skip_serializing_if = "Option::is_none")]
     pub follow: Option<PathBuf>,
     /// Frames per second of the PC2 file, above 0; `None` for those of the simulation.
-    #[serde(default, deserialize_with = "optional_positive", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "fps", skip_serializing_if = "Option::is_none")]
     pub follow_fps: Option<f64>,
     /// Time of the first sample of the PC2 file in seconds; `None` for that of its first frame.
-    #[serde(default, deserialize_with = "optional_finite", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "finite", skip_serializing_if = "Option::is_none")]
     pub follow_start: Option<f64>,
 }
 

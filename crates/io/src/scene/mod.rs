@@ -27,6 +27,8 @@ pub use crate::space::Up;
 pub use collider::{ColliderData, ColliderShape};
 pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys, table_keys};
 pub use error::{Place, SceneError};
+pub use field::read_table;
 pub use handle::HandleData;
 pub use keys::{exclusive_keys, optional_keys};
+pub use value::{Data, Table, Value};
 pub use way_out::{nearest, way_out};

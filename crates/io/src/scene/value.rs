@@ -1,4 +1,5 @@
-//! Parses TOML into values that each have their place: the line of the file, or the override.
+//! Parses TOML into values that each have their place: the line of the file, or the override. The arguments of a
+//! program are such values too.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,27 +10,36 @@ use toml::de::{DeTable, DeValue};
 use super::error::{Place, SceneError};
 use crate::escape::Excerpt;
 
-/// A TOML value and its place.
+/// A value of a scene and its place.
 #[derive(Clone, Debug)]
-pub(super) struct Value {
-    pub(super) data: Data,
-    pub(super) place: Place,
+pub struct Value {
+    /// The data.
+    pub data: Data,
+    /// Where it was given.
+    pub place: Place,
 }
 
-/// The data of a TOML value.
+/// The data of a value.
 #[derive(Clone, Debug)]
-pub(super) enum Data {
+pub enum Data {
+    /// `true` or `false`.
     Boolean(bool),
+    /// A whole number.
     Integer(i64),
+    /// Another number.
     Float(f64),
+    /// A string.
     Text(String),
-    Date(String),
+    /// A value that no key can have, as messages show it: a date, or an object of a program.
+    Other(String),
+    /// A list.
     Array(Vec<Value>),
+    /// A table.
     Table(Table),
 }
 
 /// The values of a table, by key.
-pub(super) type Table = BTreeMap<String, Value>;
+pub type Table = BTreeMap<String, Value>;
 
 impl Value {
     /// Formats the value for a message, such as `12`, `the string "fast"`, `[0, 1, 2]`, `a table`.
@@ -39,8 +49,8 @@ impl Value {
             Data::Integer(value) => value.to_string(),
             Data::Float(value) => value.to_string(),
             Data::Text(value) => format!("the string \"{}\"", Excerpt(value)),
-            Data::Date(value) => format!("the date {value}"),
-            Data::Array(values) if values.len() <= 3 && !values.iter().any(Self::is_array) => {
+            Data::Other(value) => value.clone(),
+            Data::Array(values) if values.len() <= 3 && !values.iter().any(Self::is_compound) => {
                 format!("[{}]", values.iter().map(Self::describe).collect::<Vec<_>>().join(", "))
             }
             Data::Array(values) if values.len() == 1 => "a list of 1 value".to_owned(),
@@ -49,8 +59,8 @@ impl Value {
         }
     }
 
-    fn is_array(&self) -> bool {
-        matches!(self.data, Data::Array(_))
+    fn is_compound(&self) -> bool {
+        matches!(self.data, Data::Array(_) | Data::Table(_))
     }
 
     /// Returns the string at `key` if the value is a table in which `key` is a string.
@@ -113,7 +123,7 @@ fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Resul
         }
         DeValue::Float(value) => Data::Float(value.as_str().parse().map_err(|_| too_large(value.as_str()))?),
         DeValue::String(value) => Data::Text(value.into_owned()),
-        DeValue::Datetime(value) => Data::Date(value.to_string()),
+        DeValue::Datetime(value) => Data::Other(format!("the date {value}")),
         DeValue::Array(values) => {
             Data::Array(values.into_iter().map(|value| convert(value, place)).collect::<Result<_, _>>()?)
         }

@@ -4,20 +4,17 @@ use std::sync::LazyLock;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
-use supple::{BodyBuilder, FieldKind, Placement, Preservation, Refine, SkinKind, VolumeOptions, VolumeScope};
-use supple_io::scene::{exclusive_keys, optional_keys};
+use pyo3::types::{PyBool, PyDict};
+use supple::{BodyBuilder, Elasticity, HalfWidth, RegionSize};
+use supple_io::scene::{BodyData, Value, optional_keys};
 
-use super::fracture::read_fracture;
-use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
-use crate::arrays::{scale, vector};
-use crate::constraint::curve;
-use crate::error;
+use crate::arrays::vector;
 use crate::interrupt::interruptible;
-use crate::lattice::{Lattice, resolution};
+use crate::lattice::Lattice;
 use crate::mesh::mesh_like;
 use crate::rotation::rotate_once;
+use crate::{error, keys};
 
 /// Return the names of the keyword arguments of Body, or the keys of a table of `[[body]]` in a scene: "fracture" or
 /// "plastic".
@@ -48,28 +45,10 @@ pub(super) fn body<'py>(
     settings: &Settings<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, supple::Body)> {
     let py = shape.py();
-    for first in body_keys() {
-        for second in exclusive_keys(&first) {
-            settings.exclusive(&first, second)?;
-        }
-    }
+    let data: BodyData = keys::read(settings.iter(), scene_value)?;
     let (shape, builder) = builder(shape, settings)?;
-    let skin = settings.read("skin", |value, name| argument::choice(value, name, &SkinKind::NAMED))?;
-    let refine = settings.read("refine", |value, name| argument::choice(value, name, &Refine::NAMED))?;
-    let builder = builder
-        .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
-        .scale(settings.read("scale", scale)?.unwrap_or_default())
-        .material(material::read(settings)?)
-        .inflate(settings.read("inflate", curve)?.unwrap_or_else(|| 1.0.into()))
-        .placement(placement(settings)?)
-        .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
-        .skin(skin.unwrap_or_default())
-        .refine(refine.unwrap_or_default())
-        .touching(touching::read(settings)?);
-    let builder = match settings.read("fracture", read_fracture)?.flatten() {
-        Some(fracture) => builder.fracture(fracture),
-        None => builder,
-    };
+    let name = settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned());
+    let builder = data.apply(builder).name(name);
     let body = interruptible(py, move || builder.build())?.map_err(error::from_core)?;
     Ok((shape, body))
 }
@@ -96,56 +75,43 @@ fn builder<'py>(
         return Ok((lattice.clone().into_any(), builder));
     }
     let mesh = mesh_like(shape, "shape", settings.read("object", argument::text)?)?;
-    let mut builder = supple::Body::builder(mesh.get().mesh.clone());
-    if let Some(resolution) = resolution(settings, "lattice_vertices")? {
-        builder = builder.resolution(resolution);
-    }
-    if let Some(join) = settings.read("join", argument::boolean)? {
-        builder = builder.join(join);
-    }
+    let builder = supple::Body::builder(mesh.get().mesh.clone());
     let memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
     let builder = builder.memory_limit(memory_limit.unwrap_or_else(supple_io::memory_limit));
     Ok((mesh.into_any(), builder))
 }
 
-/// Reads the placement and the initial velocities.
-fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
-    let vector = |key| Ok::<_, PyErr>(settings.read(key, vector)?.unwrap_or_default());
-    Ok(Placement {
-        rotate: settings.read("rotate", rotate_once)?.unwrap_or_default(),
-        translate: vector("translate")?,
-        velocity: vector("velocity")?,
-        spin: vector("spin")?,
-    })
+/// Reads one argument that is a key of a scene. The other keys of the body have their defaults.
+pub(crate) fn scene_key(key: &str, value: &Bound<'_, PyAny>) -> PyResult<BodyData> {
+    keys::read([(key.to_owned(), value.clone())], scene_value)
 }
 
-/// Reads volume options: the name of a measure, "off", or a dict.
-pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
-    if value.extract::<String>().is_ok() {
-        return argument::choice(value, "volume", &Preservation::NAMED).map(VolumeOptions::from);
+/// Reads the half-width of regions in cells.
+pub(crate) fn half_width(value: &Bound<'_, PyAny>) -> PyResult<HalfWidth> {
+    match scene_key("half_width", value)?.material.elasticity {
+        Elasticity::Regions { size: RegionSize::Cells(cells), .. } => Ok(cells),
+        _ => Err(wrong_type(value, "half_width", "a number of cells")),
     }
-    let dict = value
-        .cast::<PyDict>()
-        .map_err(|_| wrong_type(value, "volume", "a string (\"off\" for no correction) or a dict"))?;
-    let settings = Settings::from_dict(dict, "volume", &["measure", "scope", "field", "max_correction"])?;
-    let default = VolumeOptions::default();
-    let measure =
-        settings.read("measure", |v, _| argument::choice(v, "volume measure", &Preservation::NAMED))?;
-    let scope = settings.read("scope", |v, _| argument::choice(v, "volume scope", &VolumeScope::NAMED))?;
-    let field = settings.read("field", |v, _| argument::choice(v, "volume field", &FieldKind::NAMED))?;
-    Ok(VolumeOptions {
-        measure: measure.unwrap_or(default.measure),
-        scope: scope.unwrap_or(default.scope),
-        field: field.unwrap_or(default.field),
-        max_correction: settings.number("max_correction")?.unwrap_or(default.max_correction),
-    })
 }
 
-/// Converts volume options to the equivalent dict.
-pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
-    let VolumeOptions { measure, scope, field, max_correction } = *options;
-    let names = [("measure", measure.name()), ("scope", scope.name()), ("field", field.name())];
-    let settings = names.into_py_dict(py)?;
-    settings.set_item("max_correction", max_correction)?;
-    Ok(settings)
+/// Converts an argument to the value of a key of a scene; `None` if a scene has no such key or value.
+fn scene_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<Value>> {
+    let is_dict = value.is_instance_of::<PyDict>();
+    match key {
+        // The name of a body in a scene names files.
+        "name" | "object" | "memory_limit" => Ok(None),
+        "rotate" => Ok(Some(keys::vector(rotate_once(value, key)?))),
+        "translate" | "velocity" | "spin" => Ok(Some(keys::vector(vector(value, key)?))),
+        "inflate" => keys::curve(value, key).map(Some),
+        "plastic" | "fracture" if value.is_none() => Ok(None),
+        "plastic" if value.is_instance_of::<PyBool>() => match value.is_truthy()? {
+            true => keys::value(&PyDict::new(value.py()), key).map(Some),
+            false => Ok(None),
+        },
+        "plastic" if !is_dict => {
+            Err(wrong_type(value, key, "a dict like {\"yield\": 0.05}, True for its default values, or None"))
+        }
+        "fracture" if !is_dict => Err(wrong_type(value, key, "a dict like {\"strain\": 0.1}, or None")),
+        _ => keys::value(value, key).map(Some),
+    }
 }

@@ -3,72 +3,10 @@
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use supple::{BreakLimit, CutSurface, FractureOptions};
+use supple_io::scene::BodyData;
 
 use super::Body;
-use crate::argument::{Settings, choice, count_u32, wrong_type};
-use crate::{arrays, constraint, error};
-
-/// Keys of the fracture, as in a scene.
-const KEYS: [&str; 7] = ["strength", "strain", "rotation", "cracks", "noise", "seed", "surface"];
-
-/// Keys whose value may be `None`: the two limits, of which one is given, and one without a default value.
-const OPTIONAL: [&str; 3] = ["strength", "strain", "rotation"];
-
-/// Reads the fracture: a dict, or None for a body that does not break.
-pub(super) fn read_fracture(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<FractureOptions>> {
-    if value.is_none() {
-        return Ok(None);
-    }
-    let dict = value
-        .cast::<PyDict>()
-        .map_err(|_| wrong_type(value, name, "a dict like {\"strain\": 0.1}, or None"))?;
-    let settings = Settings::from_dict(dict, name, &KEYS)?.with_optional(&OPTIONAL);
-    let limit = match (settings.number("strength")?, settings.number("strain")?) {
-        (Some(stress), None) => BreakLimit::Strength(stress),
-        (None, Some(strain)) => BreakLimit::Strain(strain),
-        (Some(_), Some(_)) => {
-            let message =
-                format!("{name}: strength and strain are mutually exclusive; pass only one of them");
-            return Err(PyValueError::new_err(message));
-        }
-        (None, None) => {
-            let message = format!("{name} has no limit; pass strength (a stress) or strain");
-            return Err(PyValueError::new_err(message));
-        }
-    };
-    let mut fracture = FractureOptions::new(limit);
-    fracture.rotation = settings.number("rotation")?;
-    fracture.cracks = settings.count_u32("cracks", 1)?.map_or(fracture.cracks, |cracks| cracks as usize);
-    fracture.noise = settings.number("noise")?.unwrap_or(fracture.noise);
-    fracture.seed =
-        settings.read("seed", |seed, name| count_u32(seed, name, 0))?.map_or(fracture.seed, u64::from);
-    let surface =
-        settings.read("surface", |surface, _| choice(surface, "fracture surface", &CutSurface::NAMED))?;
-    fracture.surface = surface.unwrap_or(fracture.surface);
-    Ok(Some(fracture))
-}
-
-/// Converts the fracture to the equivalent dict.
-pub(crate) fn fracture_settings<'py>(
-    py: Python<'py>,
-    fracture: Option<&FractureOptions>,
-) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let Some(fracture) = fracture else { return Ok(None) };
-    let FractureOptions { limit, rotation, cracks, noise, seed, surface } = *fracture;
-    let settings = PyDict::new(py);
-    match limit {
-        BreakLimit::Strength(stress) => settings.set_item("strength", stress)?,
-        BreakLimit::Strain(strain) => settings.set_item("strain", strain)?,
-    }
-    settings.set_item("rotation", rotation)?;
-    settings.set_item("cracks", cracks)?;
-    settings.set_item("noise", noise)?;
-    settings.set_item("seed", seed)?;
-    settings.set_item("surface", surface.name())?;
-    Ok(Some(settings))
-}
+use crate::{arrays, constraint, error, keys};
 
 /// Returns the error that a bare lattice has no faces.
 fn no_mesh() -> PyErr {
@@ -80,8 +18,9 @@ impl Body {
     /// Fracture: a dict with strength or strain, rotation, cracks, noise, seed and surface; None if the body breaks
     /// only where it is cut.
     #[getter]
-    fn fracture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        fracture_settings(py, self.read(py, |body| body.fracture().copied())?.as_ref())
+    fn fracture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let fracture = self.read(py, |body| body.fracture().copied())?;
+        keys::of_body(py, &BodyData { fracture, ..BodyData::default() }, "fracture")
     }
 
     /// Cut the body along a plane: break all joints between cells on different sides of it. Returns their number.

@@ -4,55 +4,14 @@ use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use supple::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
+use supple::{Damping, Elasticity, Material, RegionDamping, RegionSize, Stiffness};
 
 use super::Body;
-use super::plastic::read_plastic;
+use super::build::{self, scene_key};
 use super::quantities::need_simulation;
-use crate::argument::{self, Settings, half_width, number};
-use crate::constraint::{curve, curve_to_python};
+use crate::argument::number;
+use crate::constraint::curve_to_python;
 use crate::error;
-
-/// Reads the material from the arguments of `supple.Body`. Mutually exclusive arguments must have been checked.
-pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
-    let default = Material::default();
-    let preset = settings.read("material", preset)?.map(Elasticity::Preset);
-    let modulus = settings.number("youngs_modulus")?.map(Elasticity::YoungsModulus);
-    let mut elasticity = preset.or(modulus).unwrap_or(default.elasticity);
-    let cells = settings.read("half_width", half_width)?.map(RegionSize::Cells);
-    let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
-    if let Some(size) = cells.or(radius) {
-        elasticity = elasticity.with_region_size(size);
-    }
-    let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
-    let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
-    if let Some(stiffness) = alpha.or(hertz) {
-        elasticity = elasticity.with_stiffness(stiffness);
-    }
-    let ratio = settings.number("damping_ratio")?.map(Damping::Ratio);
-    let damping_rate = settings.number("damping_rate")?.map(Damping::Rate);
-    let fraction = settings.number("region_damping")?.map(RegionDamping::PerStep);
-    let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
-    let mut material = default;
-    material.elasticity = elasticity;
-    material.poisson_ratio = settings.number("poisson_ratio")?;
-    material.accuracy = settings.read("accuracy", accuracy)?.unwrap_or_default();
-    material.damping = ratio.or(damping_rate);
-    material.region_damping = fraction.or(rate).unwrap_or(default.region_damping);
-    material.density = settings.number("density")?.unwrap_or(default.density);
-    material.plastic = settings.read("plastic", read_plastic)?.flatten();
-    Ok(material)
-}
-
-/// Reads the name of a material.
-fn preset(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Preset> {
-    argument::choice(value, name, &Preset::NAMED)
-}
-
-/// Reads how the half-width of the regions is chosen.
-fn accuracy(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Accuracy> {
-    argument::choice(value, name, &Accuracy::NAMED)
-}
 
 #[pymethods]
 impl Body {
@@ -69,7 +28,7 @@ impl Body {
 
     #[setter]
     fn set_material(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<()> {
-        let elasticity = Elasticity::Preset(preset(name, "material")?);
+        let elasticity = scene_key("material", name)?.material.elasticity;
         self.with(py, |body| body.set_elasticity(elasticity))?.map_err(error::value)
     }
 
@@ -120,7 +79,7 @@ impl Body {
 
     #[setter]
     fn set_inflate(&self, py: Python<'_>, ratio: &Bound<'_, PyAny>) -> PyResult<()> {
-        let ratio = curve(ratio, "inflate")?;
+        let ratio = scene_key("inflate", ratio)?.inflate;
         self.with(py, |body| body.set_inflate(ratio))?.map_err(error::value)
     }
 
@@ -139,7 +98,7 @@ impl Body {
 
     #[setter]
     fn set_accuracy(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let accuracy = accuracy(value, "accuracy")?;
+        let accuracy = scene_key("accuracy", value)?.material.accuracy;
         self.with(py, |body| body.set_accuracy(accuracy))
     }
 
@@ -160,7 +119,7 @@ impl Body {
 
     #[setter]
     fn set_half_width(&self, py: Python<'_>, half_width: &Bound<'_, PyAny>) -> PyResult<()> {
-        let cells = argument::half_width(half_width, "half_width")?;
+        let cells = build::half_width(half_width)?;
         self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
     }
 

@@ -17,14 +17,11 @@ mod touching;
 mod values;
 mod zones;
 
-use build::body_keys;
-pub(crate) use build::{keys_of, volume_settings};
+pub(crate) use build::{body_keys, half_width, keys_of, scene_key};
 pub(crate) use class::Body;
 pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
-pub(crate) use fracture::fracture_settings;
 pub(crate) use hold::Hold;
-pub(crate) use plastic::plastic_settings;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
 pub(crate) use values::mesh_size;
 

@@ -2,49 +2,11 @@
 
 use numpy::{PyArray1, PyArray3};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
-use supple::Plasticity;
+use supple_io::scene::BodyData;
 
 use super::Body;
-use crate::argument::{Settings, wrong_type};
-use crate::arrays;
-use crate::error;
-
-/// Keys of the plasticity, as in a scene.
-const KEYS: [&str; 3] = ["yield", "creep", "max"];
-
-/// Reads the plasticity: a dict, True for the defaults, or False or None for an elastic body.
-pub(super) fn read_plastic(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Plasticity>> {
-    let default = Plasticity::default();
-    if value.is_none() {
-        return Ok(None);
-    }
-    if let Ok(plastic) = value.cast::<PyBool>() {
-        return Ok(plastic.is_true().then_some(default));
-    }
-    let dict = value.cast::<PyDict>().map_err(|_| {
-        wrong_type(value, name, "a dict like {\"yield\": 0.05}, True for its default values, or None")
-    })?;
-    let settings = Settings::from_dict(dict, name, &KEYS)?;
-    Ok(Some(Plasticity {
-        yield_strain: settings.number("yield")?.unwrap_or(default.yield_strain),
-        creep: settings.number("creep")?.unwrap_or(default.creep),
-        max: settings.number("max")?.unwrap_or(default.max),
-    }))
-}
-
-/// Converts the plasticity to the equivalent dict.
-pub(crate) fn plastic_settings<'py>(
-    py: Python<'py>,
-    plastic: Option<Plasticity>,
-) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let Some(Plasticity { yield_strain, creep, max }) = plastic else { return Ok(None) };
-    let settings = PyDict::new(py);
-    for (key, value) in KEYS.into_iter().zip([yield_strain, creep, max]) {
-        settings.set_item(key, value)?;
-    }
-    Ok(Some(settings))
-}
+use super::build::scene_key;
+use crate::{arrays, error, keys};
 
 #[pymethods]
 impl Body {
@@ -53,13 +15,14 @@ impl Body {
     /// Settable to such a dict, to True for its default values, or to None, from the next step on. None removes the
     /// plastic shapes, and the body returns to its rest shape; other values keep them.
     #[getter]
-    fn plastic<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        plastic_settings(py, self.read(py, |body| body.material().plastic)?)
+    fn plastic<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let material = self.read(py, |body| *body.material())?;
+        keys::of_body(py, &BodyData { material, ..BodyData::default() }, "plastic")
     }
 
     #[setter]
     fn set_plastic(&self, py: Python<'_>, plastic: &Bound<'_, PyAny>) -> PyResult<()> {
-        let plastic = read_plastic(plastic, "plastic")?;
+        let plastic = scene_key("plastic", plastic)?.material.plastic;
         self.with(py, |body| body.set_plastic(plastic))?.map_err(error::value)
     }
 

@@ -1,34 +1,9 @@
-//! Reads how a `supple.Body` touches other bodies and itself, and defines it as read-only properties.
+//! Defines how a `supple.Body` touches other bodies and itself as read-only properties.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
-use supple::TouchingOptions;
+use pyo3::types::PyTuple;
 
 use super::Body;
-use crate::argument::{self, Settings, conversion_error, wrong_type};
-
-/// Reads the options from the arguments of `supple.Body`.
-pub(super) fn read(settings: &Settings<'_>) -> PyResult<TouchingOptions> {
-    let default = TouchingOptions::default();
-    Ok(TouchingOptions {
-        friction: settings.number("friction")?.unwrap_or(default.friction),
-        restitution: settings.number("restitution")?.unwrap_or(default.restitution),
-        rolling_resistance: settings.number("rolling_resistance")?,
-        self_contact: settings.read("self_contact", argument::boolean)?,
-        ignored: settings.read("ignore", names)?.unwrap_or_default(),
-    })
-}
-
-/// Reads names of bodies.
-fn names(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
-    let expected = "a list of names of bodies";
-    // A string is a sequence of strings.
-    if value.is_instance_of::<PyString>() {
-        return Err(wrong_type(value, key, expected));
-    }
-    let items = value.try_iter().map_err(|error| conversion_error(error, value, key, expected))?;
-    items.enumerate().map(|(index, name)| argument::text(&name?, &format!("{key}[{index}]"))).collect()
-}
 
 #[pymethods]
 impl Body {

@@ -5,14 +5,15 @@ use nalgebra::{Point3, Vector3};
 use numpy::{Element, PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyTuple;
 use supple::Coordinate;
+use supple_io::scene::BodyData;
 
-use super::build::{read_volume, volume_settings};
+use super::build::scene_key;
 use super::{Body, SharedBody};
 use crate::arrays::{self, Axis};
 use crate::mesh::Mesh;
-use crate::{error, report};
+use crate::{error, keys, report};
 
 #[pymethods]
 impl Body {
@@ -203,14 +204,14 @@ impl Body {
     ///
     /// Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.
     #[getter]
-    fn volume_options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let options = self.read(py, supple::Body::volume_options)?;
-        volume_settings(py, &options)
+    fn volume_options<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let volume = self.read(py, supple::Body::volume_options)?;
+        keys::of_body(py, &BodyData { volume, ..BodyData::default() }, "volume")
     }
 
     #[setter]
     fn set_volume_options(&self, py: Python<'_>, volume: &Bound<'_, PyAny>) -> PyResult<()> {
-        let options = read_volume(volume)?;
+        let options = scene_key("volume", volume)?.volume;
         self.with(py, |body| body.set_volume(options))?.map_err(error::value)
     }
 }

@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use supple::{SelectionPose, Zone};
 
 use super::Body;
+use super::build::scene_key;
 use crate::argument::{Settings, number};
 use crate::arrays::{self, Axis};
 use crate::{constraint, error};
@@ -40,7 +41,7 @@ impl Body {
         let settings = Settings::from_call(options, "zone()", &keys, &constraint::SHAPES)?;
         let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
         let selection = constraint::selection(&settings, "zone()", self.count(py)?)?;
-        let inflate = settings.read("inflate", constraint::curve)?;
+        let inflate = settings.read("inflate", |ratio, key| scene_key(key, ratio))?.map(|data| data.inflate);
         if factor.is_none() && inflate.is_none() {
             let message = "zone() needs a factor of Young's modulus, or inflate, a ratio of the rest volume";
             return Err(PyTypeError::new_err(message));

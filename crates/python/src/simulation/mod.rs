@@ -32,11 +32,12 @@ use pyo3::types::{PyDict, PyTuple, PyType};
 use pyo3::{PyTraverseError, PyVisit};
 use supple::{SimulationState, Substeps};
 use supple_io::run::Caution;
+use supple_io::scene::SimulationData;
 
 use crate::argument::{self, Settings};
 use crate::body::{Arrays, Body, Restored, SharedBody, SharedSimulation, add_fields};
 use crate::pickle::{self, decode, encode};
-use crate::{arrays, collider, error};
+use crate::{arrays, collider, error, keys};
 
 /// Keyword arguments of `supple.Simulation`.
 const KEYS: [&str; 9] =
@@ -102,34 +103,25 @@ impl Simulation {
     fn build(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let settings = Settings::from_call(settings, "Simulation()", &KEYS, &OPTIONAL)?;
         settings.exclusive("dt", "fps")?;
-        let mut builder = supple::Simulation::builder();
+        let data: SimulationData = keys::read(settings.iter(), |key, value| match key {
+            "dt" | "substeps" | "colliders" => Ok(None),
+            "gravity" => Ok(Some(keys::vector(arrays::vector(value, key)?))),
+            _ => keys::value(value, key).map(Some),
+        })?;
+        let mut builder = data.apply(supple::Simulation::builder());
         if let Some(dt) = settings.number("dt")? {
             builder = builder.dt(dt);
         }
-        if let Some(fps) = settings.number("fps")? {
-            builder = builder.fps(fps).substeps(Substeps::Auto);
+        if settings.get("fps")?.is_some() {
+            builder = builder.fps(data.fps).substeps(Substeps::Auto);
         }
         if let Some(substeps) = settings.read("substeps", substeps::substeps)? {
             builder = builder.substeps(substeps);
         }
-        if let Some(gravity) = settings.read("gravity", arrays::vector)? {
-            builder = builder.gravity(gravity);
-        }
         let colliders = settings.read("colliders", |colliders, _| collider::as_tuple(colliders))?;
         let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
-        let threads = settings.count("threads", 0)?.unwrap_or(0);
-        builder = builder.threads(threads);
-        if let Some(contact) = settings.read("contact", argument::boolean)? {
-            builder = builder.contact(contact);
-        }
-        if let Some(self_contact) = settings.read("self_contact", argument::boolean)? {
-            builder = builder.self_contact(self_contact);
-        }
-        if let Some(sleep) = settings.read("sleep", argument::boolean)? {
-            builder = builder.sleep(sleep);
-        }
-        let (shared, bodies) = build::simulation(bodies, builder, threads)?;
+        let (shared, bodies) = build::simulation(bodies, builder, data.threads)?;
         Self::from_parts(shared, bodies, &colliders)
     }
 }

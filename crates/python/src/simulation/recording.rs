@@ -7,12 +7,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple_io::run::{self, RecordingOptions};
-use supple_io::scene::Up;
+use supple_io::scene::OutputData;
 
 use super::Simulation;
 use crate::argument::{self, Settings, wrong_type};
 use crate::body::SharedSimulation;
-use crate::error;
+use crate::{error, keys};
 
 /// Keyword arguments of a recording; of them, `up` and `fps` may be `None`.
 const KEYS: [&str; 4] = ["up", "scale", "fps", "meters_per_unit"];
@@ -46,13 +46,10 @@ impl Recording {
             .map_err(|_| wrong_type(simulation, "simulation", "a supple.Simulation"))?;
         let path = argument::path(path, "path")?;
         let settings = Settings::from_call(options, "Recorder()", &KEYS, &OPTIONAL)?;
+        let output = keys::read(settings.iter(), |key, value| keys::value(value, key).map(Some))?;
+        let OutputData { up, scale, fps, meters_per_unit, .. } = output;
         let mut options = RecordingOptions::default();
-        let axes = [("y", Up::Y), ("z", Up::Z)];
-        options.up = settings.read("up", |up, name| argument::choice(up, name, &axes))?;
-        options.scale = settings.read("scale", positive)?.unwrap_or(options.scale);
-        options.fps = settings.read("fps", positive)?;
-        options.meters_per_unit =
-            settings.read("meters_per_unit", positive)?.unwrap_or(options.meters_per_unit);
+        (options.up, options.scale, options.fps, options.meters_per_unit) = (up, scale, fps, meters_per_unit);
         let shared = simulation.get().shared.clone();
         let start = |simulation: &mut supple::Simulation| run::Recording::create(&path, simulation, &options);
         let recording = shared.with(py, start)?.map_err(error::output)?;
@@ -92,13 +89,4 @@ impl Recording {
         };
         py.detach(finish).map_err(error::output)
     }
-}
-
-/// Reads a finite number above 0.
-fn positive(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    let number = argument::number(value, name)?;
-    if number.is_finite() && number > 0.0 {
-        return Ok(number);
-    }
-    Err(PyValueError::new_err(format!("{name} is {number}; it must be a finite number above 0")))
 }

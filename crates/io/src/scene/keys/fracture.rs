@@ -8,23 +8,8 @@ use super::cut_surface;
 use super::ranges::{break_angle, count, noise, positive};
 use supple::{BreakLimit, CutSurface, FractureOptions};
 
-#[derive(Serialize, Deserialize)]
-#[serde(transparent)]
-struct Item(#[serde(with = "FractureKeys")] FractureOptions);
-
-/// Writes the table of optional [`FractureOptions`].
-pub(in crate::scene) fn serialize<S: Serializer>(
-    fracture: &Option<FractureOptions>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    fracture.map(Item).serialize(serializer)
-}
-
-/// Reads the table of optional [`FractureOptions`].
-pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(
-    value: D,
-) -> Result<Option<FractureOptions>, D::Error> {
-    Item::deserialize(value).map(|Item(fracture)| Some(fracture))
+optional! {
+    optional_fracture: FractureOptions by "FractureKeys";
 }
 
 /// The defaults of all keys but the limit, which a table must have.
@@ -37,7 +22,7 @@ fn default() -> FractureOptions {
 struct FractureKeys {
     #[serde(rename = "@limit", with = "BreakLimitKeys")]
     limit: BreakLimit,
-    #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "break_angle")]
     rotation: Option<f64>,
     #[serde(
         default = "default_cracks",
@@ -50,10 +35,6 @@ struct FractureKeys {
     seed: u64,
     #[serde(default, with = "cut_surface")]
     surface: CutSurface,
-}
-
-fn angle<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
-    break_angle(value).map(Some)
 }
 
 fn default_cracks() -> usize {

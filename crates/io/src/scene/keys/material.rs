@@ -5,7 +5,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::ranges::{
-    fraction, half_width, not_negative, plastic_limit, poisson_ratio, positive, positive_fraction,
+    creep, fraction, frequency, half_width, length, plastic_strain, poisson_ratio, positive,
+    positive_fraction, rate, youngs_modulus,
 };
 use super::{accuracy, preset};
 use supple::{
@@ -39,30 +40,20 @@ mod elasticity {
     #[derive(Default, Serialize, Deserialize)]
     #[serde(default)]
     struct Keys {
-        #[serde(skip_serializing_if = "Option::is_none")]
-        material: Option<PresetName>,
-        #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "optional_positive")]
+        #[serde(with = "optional_preset", skip_serializing_if = "Option::is_none")]
+        material: Option<Preset>,
+        #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "youngs_modulus")]
         youngs_modulus: Option<f64>,
-        #[serde(rename = "@region_size", skip_serializing_if = "Option::is_none")]
-        size: Option<Size>,
-        #[serde(rename = "@stiffness", skip_serializing_if = "Option::is_none")]
-        stiffness: Option<Alpha>,
+        #[serde(rename = "@region_size", with = "optional_size", skip_serializing_if = "Option::is_none")]
+        size: Option<RegionSize>,
+        #[serde(rename = "@stiffness", with = "optional_stiffness", skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
     }
 
-    #[derive(Serialize, Deserialize)]
-    #[serde(transparent)]
-    struct PresetName(#[serde(with = "preset")] Preset);
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(transparent)]
-    struct Size(#[serde(with = "RegionSizeKeys")] RegionSize);
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(transparent)]
-    struct Alpha(#[serde(with = "StiffnessKeys")] Stiffness);
-
-    fn optional_positive<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
-        positive(value).map(Some)
+    optional! {
+        optional_preset: Preset by "preset";
+        optional_size: RegionSize by "RegionSizeKeys";
+        optional_stiffness: Stiffness by "StiffnessKeys";
     }
 
     pub(super) fn serialize<S: Serializer>(
@@ -71,10 +62,10 @@ mod elasticity {
     ) -> Result<S::Ok, S::Error> {
         let mut keys = Keys::default();
         match *elasticity {
-            Elasticity::Preset(preset) => keys.material = Some(PresetName(preset)),
+            Elasticity::Preset(preset) => keys.material = Some(preset),
             Elasticity::YoungsModulus(modulus) => keys.youngs_modulus = Some(modulus),
             Elasticity::Regions { size, stiffness } => {
-                (keys.size, keys.stiffness) = (Some(Size(size)), Some(Alpha(stiffness)));
+                (keys.size, keys.stiffness) = (Some(size), Some(stiffness));
             }
         }
         keys.serialize(serializer)
@@ -83,38 +74,23 @@ mod elasticity {
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Elasticity, D::Error> {
         let Keys { material, youngs_modulus, size, stiffness } = Keys::deserialize(value)?;
         let mut elasticity = match (material, youngs_modulus) {
-            (Some(PresetName(preset)), _) => Elasticity::Preset(preset),
+            (Some(preset), _) => Elasticity::Preset(preset),
             (None, Some(modulus)) => Elasticity::YoungsModulus(modulus),
             (None, None) => Elasticity::REGIONS,
         };
-        if let Some(Size(size)) = size {
+        if let Some(size) = size {
             elasticity = elasticity.with_region_size(size);
         }
-        if let Some(Alpha(stiffness)) = stiffness {
+        if let Some(stiffness) = stiffness {
             elasticity = elasticity.with_stiffness(stiffness);
         }
         Ok(elasticity)
     }
 }
 
-/// The keys of an optional [`Damping`].
-mod damping {
-    use super::*;
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(transparent)]
-    struct Item(#[serde(with = "DampingKeys")] Damping);
-
-    pub(super) fn serialize<S: Serializer>(
-        damping: &Option<Damping>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        damping.map(Item).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Damping>, D::Error> {
-        Item::deserialize(value).map(|Item(damping)| Some(damping))
-    }
+optional! {
+    damping: Damping by "DampingKeys";
+    plastic: Plasticity by "PlasticKeys";
 }
 
 #[derive(Serialize, Deserialize)]
@@ -123,27 +99,7 @@ enum DampingKeys {
     #[serde(rename = "damping_ratio")]
     Ratio(#[serde(deserialize_with = "fraction")] f64),
     #[serde(rename = "damping_rate")]
-    Rate(#[serde(deserialize_with = "not_negative")] f64),
-}
-
-/// The table of an optional [`Plasticity`].
-mod plastic {
-    use super::*;
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(transparent)]
-    struct Item(#[serde(with = "PlasticKeys")] Plasticity);
-
-    pub(super) fn serialize<S: Serializer>(
-        plastic: &Option<Plasticity>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        plastic.map(Item).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Plasticity>, D::Error> {
-        Item::deserialize(value).map(|Item(plastic)| Some(plastic))
-    }
+    Rate(#[serde(deserialize_with = "rate")] f64),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -151,9 +107,9 @@ mod plastic {
 struct PlasticKeys {
     #[serde(rename = "yield", deserialize_with = "positive_fraction")]
     yield_strain: f64,
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "creep")]
     creep: f64,
-    #[serde(deserialize_with = "plastic_limit")]
+    #[serde(deserialize_with = "plastic_strain")]
     max: f64,
 }
 
@@ -163,7 +119,7 @@ enum RegionSizeKeys {
     #[serde(rename = "half_width")]
     Cells(#[serde(deserialize_with = "half_width")] HalfWidth),
     #[serde(rename = "stiffness_radius")]
-    Radius(#[serde(deserialize_with = "positive")] f64),
+    Radius(#[serde(deserialize_with = "length")] f64),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -172,7 +128,7 @@ enum StiffnessKeys {
     #[serde(rename = "stiffness")]
     PerStep(#[serde(deserialize_with = "positive_fraction")] f64),
     #[serde(rename = "frequency")]
-    Frequency(#[serde(deserialize_with = "positive")] f64),
+    Frequency(#[serde(deserialize_with = "frequency")] f64),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -181,5 +137,5 @@ enum RegionDampingKeys {
     #[serde(rename = "region_damping")]
     PerStep(#[serde(deserialize_with = "fraction")] f64),
     #[serde(rename = "region_damping_rate")]
-    Rate(#[serde(deserialize_with = "not_negative")] f64),
+    Rate(#[serde(deserialize_with = "rate")] f64),
 }

@@ -11,8 +11,29 @@
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
 //! from the types of [`supple`].
 
+/// Defines modules that serialize an optional value. `$keys`, a type or module, serializes a value that is given.
+macro_rules! optional {
+    ($($module:ident: $of:ident by $keys:literal;)*) => {$(
+        pub(in crate::scene) mod $module {
+            use super::*;
+
+            #[derive(Serialize, Deserialize)]
+            #[serde(transparent)]
+            struct Item(#[serde(with = $keys)] $of);
+
+            pub(in crate::scene) fn serialize<S: Serializer>(value: &Option<$of>, serializer: S) -> Result<S::Ok, S::Error> {
+                value.clone().map(Item).serialize(serializer)
+            }
+
+            pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<$of>, D::Error> {
+                Item::deserialize(value).map(|Item(value)| Some(value))
+            }
+        }
+    )*};
+}
+
 mod curve;
-pub(super) mod fracture;
+mod fracture;
 mod material;
 mod parts;
 mod ranges;
@@ -27,11 +48,12 @@ use supple::{
 };
 
 pub(super) use curve::inflate;
+pub(super) use fracture::optional_fracture;
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
 pub(super) use ranges::{
-    count, direction, directory, extents, fraction, mesh, name, not_negative, optional_finite,
-    optional_not_negative, optional_positive, point_cache, positive,
+    count, direction, directory, extents, finite, fps, fraction, mesh, name, not_negative, point_cache,
+    positive,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
@@ -114,11 +136,12 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
 pub(super) fn hint_for(key: &str) -> &'static str {
     match key {
         "mesh" => "the path of an OBJ file, relative to the scene file",
-        "keys" => "a list of keyframes like [{ time = 1, translate = [0, 1, 0] }]",
+        "keys" => "a list of keyframes, each with its `time`",
         "factor" => "a factor of the stiffness in (0, 100]; or give `inflate`, a ratio of the rest volume",
         "ignore" => "a list of names of bodies like [\"eyes\"]",
         "vertices" => "a list of lattice vertices like [0, 5]",
         "time" => "a time in seconds",
+        "value" => "a ratio of the rest volume in [0.1, 10]",
         "radius" => "a length",
         "min" => "the corner with the smallest coordinates, three numbers",
         "max" => "the corner with the largest coordinates, three numbers",
@@ -147,7 +170,7 @@ pub(super) struct TouchingKeys {
     friction: f64,
     #[serde(deserialize_with = "fraction")]
     restitution: f64,
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "optional_not_negative")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_negative")]
     rolling_resistance: Option<f64>,
     #[serde(rename = "ignore")]
     ignored: Vec<String>,
@@ -178,7 +201,7 @@ pub(super) struct VolumeKeys {
 
 /// The scale of a mesh: a number, or three.
 pub(super) mod scale {
-    use serde::de::Error;
+    use serde::de::{Error, Unexpected};
     use serde::{Deserialize, Deserializer, Serializer};
     use supple::Scale;
     use toml::Value;
@@ -194,15 +217,16 @@ pub(super) mod scale {
     }
 
     pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Scale, D::Error> {
-        let scale = match Value::deserialize(value)? {
+        let expected =
+            "a number above 0, or three numbers that are not 0, of which negative ones mirror the mesh";
+        let wrong_type = || D::Error::invalid_type(Unexpected::Other("value"), &expected);
+        let scale = match Value::deserialize(value).map_err(|_| wrong_type())? {
             Value::Array(factors) => {
                 let factors: Option<Vec<f64>> = factors.iter().map(number).collect();
                 factors.and_then(|factors| <[f64; 3]>::try_from(factors).ok()).map(Scale::PerAxis)
             }
-            value => number(&value).map(Scale::Uniform),
+            value => Some(Scale::Uniform(number(&value).ok_or_else(wrong_type)?)),
         };
-        let expected =
-            "a number above 0, or three numbers that are not 0, of which negative ones mirror the mesh";
         scale.filter(|scale| scale.is_valid()).ok_or_else(|| D::Error::custom(expected))
     }
 

@@ -1,13 +1,49 @@
-//! Functions that deserialize a number, vector or string and check its range.
+//! Functions that deserialize a number, vector or string and check its range. The ranges of numbers are those of
+//! [`supple::Range`].
 
 use std::path::PathBuf;
 
 use serde::Deserialize;
-use serde::de::{Deserializer, Error};
+use serde::de::{Deserializer, Error, Unexpected};
+use supple::Range;
 
 use crate::scene::name::is_name;
 
-/// Defines functions that deserialize a number, vector or string and check its range.
+/// Defines functions that deserialize a number, or an optional number that is given, and check its range.
+macro_rules! numbers {
+    ($($name:ident: $range:ident;)*) => {$(
+        pub(in crate::scene) fn $name<'de, D: Deserializer<'de>, T: From<f64>>(value: D) -> Result<T, D::Error> {
+            let number = f64::deserialize(value)?;
+            match Range::$range.contains(number) {
+                true => Ok(number.into()),
+                false => Err(D::Error::custom(Range::$range.text())),
+            }
+        }
+    )*};
+}
+
+numbers! {
+    finite: FINITE;
+    positive: POSITIVE;
+    not_negative: NOT_NEGATIVE;
+    fraction: FRACTION;
+    positive_fraction: POSITIVE_FRACTION;
+    length: LENGTH;
+    youngs_modulus: YOUNGS_MODULUS;
+    poisson_ratio: POISSON_RATIO;
+    half_width: HALF_WIDTH;
+    frequency: FREQUENCY;
+    fps: FPS;
+    rate: RATE;
+    creep: CREEP;
+    plastic_strain: PLASTIC_STRAIN;
+    stiffness_factor: STIFFNESS_FACTOR;
+    inflation: INFLATION;
+    break_angle: BREAK_ANGLE;
+    noise: NOISE;
+}
+
+/// Defines functions that deserialize a vector or string and check it.
 macro_rules! ranges {
     ($($name:ident($of:ty, $value:ident): $is_valid:expr, $range:expr;)*) => {$(
         pub(in crate::scene) fn $name<'de, D: Deserializer<'de>, T: From<$of>>(value: D) -> Result<T, D::Error> {
@@ -18,59 +54,14 @@ macro_rules! ranges {
 }
 
 ranges! {
-    finite(f64, x): x.is_finite(), "a finite number";
-    positive(f64, x): x.is_finite() && x > 0.0, "a number above 0";
-    not_negative(f64, x): x.is_finite() && x >= 0.0, "a number of at least 0";
-    positive_fraction(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
-    stiffness_factor(f64, x): x > 0.0 && x <= 100.0, "in (0, 100]";
-    plastic_limit(f64, x): x > 0.0 && x <= 2.0, "in (0, 2]";
-    break_angle(f64, x): x > 0.0 && x <= 180.0, "in (0, 180]";
-    half_width(f64, w): w == 0.5 || (w.fract() == 0.0 && (1.0..=1e6).contains(&w)),
-        "0.5 or a whole number from 1 to 1000000";
-    ratio(f64, x): (0.0..=0.47).contains(&x), "in [0, 0.47]";
-    noise(f64, x): (0.0..=0.5).contains(&x), "in [0, 0.5]";
-    fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
     direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
-    extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";
+    extents([f64; 3], v): v.iter().all(|&half| Range::POSITIVE.contains(half)), "three numbers above 0";
     name(String, name): is_name(&name),
         "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, and of at most 200 bytes, because \
          it names files";
     mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
-    pc2(PathBuf, path): !path.as_os_str().is_empty(), "the path of a PC2 file";
+    point_cache(PathBuf, path): !path.as_os_str().is_empty(), "the path of a PC2 file";
     directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
-}
-
-/// Deserializes an optional number above 0.
-pub(in crate::scene) fn optional_positive<'de, D: Deserializer<'de>>(
-    value: D,
-) -> Result<Option<f64>, D::Error> {
-    positive(value).map(Some)
-}
-
-/// Deserializes Poisson's ratio.
-pub(in crate::scene) fn poisson_ratio<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
-    ratio(value).map(Some)
-}
-
-/// Deserializes an optional number of at least 0.
-pub(in crate::scene) fn optional_not_negative<'de, D: Deserializer<'de>>(
-    value: D,
-) -> Result<Option<f64>, D::Error> {
-    not_negative(value).map(Some)
-}
-
-/// Deserializes an optional finite number.
-pub(in crate::scene) fn optional_finite<'de, D: Deserializer<'de>>(
-    value: D,
-) -> Result<Option<f64>, D::Error> {
-    finite(value).map(Some)
-}
-
-/// Deserializes the optional path of a PC2 file.
-pub(in crate::scene) fn point_cache<'de, D: Deserializer<'de>>(
-    value: D,
-) -> Result<Option<PathBuf>, D::Error> {
-    pc2(value).map(Some)
 }
 
 /// Deserializes a whole number in the range from `LOW` to `HIGH`.
@@ -80,7 +71,10 @@ where
     T: TryFrom<u32>,
 {
     let number = f64::deserialize(value)?;
-    let is_valid = number.fract() == 0.0 && (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
+    if number.is_finite() && number.fract() != 0.0 {
+        return Err(D::Error::invalid_type(Unexpected::Float(number), &"a whole number"));
+    }
+    let is_valid = (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
     let count = is_valid.then(|| T::try_from(number as u32).ok()).flatten();
     count.ok_or_else(|| D::Error::custom(format_args!("a whole number from {LOW} to {HIGH}")))
 }
