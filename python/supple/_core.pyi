@@ -1184,7 +1184,8 @@ class Simulation:
         depth : float64
             Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap.
         force : (3,) float64
-            Force on the body during the step: pressure and friction. The force on the other is the opposite.
+            Force on the body during the step: pressure, friction, and what the damping takes from the contact. The force
+            on the other is the opposite.
 
         Contacts with colliders come first. A body that sleeps has the contacts with which it fell asleep. Empty before
         the first step, and in a copy until its first step.

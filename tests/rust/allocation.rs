@@ -241,6 +241,8 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "integration",
         "contacts",
         "pins and handles",
+        "motion of the supports",
+        "damping by supports",
         "volume correction",
     ];
     assert_eq!(stages(&sim), all);

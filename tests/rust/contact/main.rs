@@ -10,5 +10,6 @@ mod friction;
 mod inside_colliders;
 mod mesh_colliders;
 mod near_bodies;
+mod reaction;
 mod samples;
 mod swept;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Preset, Shape, Simulation,
+    Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Preset, Shape, Simulation, Substeps,
 };
 use supple_tests::{grid_box, mesh_of};
 
@@ -59,8 +59,13 @@ fn bodies() -> [NamedBody; 4] {
 }
 
 /// Throws a body down at the collider at the origin, from about 0.4 above, and calls `check` with the positions of its mesh
-/// after each of 90 steps of 1/60 s.
-fn throw(body: BodyBuilder, collider: Collider, speed: f64, mut check: impl FnMut(&[Point3<f64>], f64)) {
+/// after each of 90 frames of 1/60 s.
+fn throw(
+    body: BodyBuilder,
+    collider: Collider,
+    (speed, substeps): (f64, Substeps),
+    mut check: impl FnMut(&[Point3<f64>], f64),
+) {
     // The volume correction moves the displayed surface.
     let body = body
         .preset(Preset::Rubber)
@@ -70,12 +75,12 @@ fn throw(body: BodyBuilder, collider: Collider, speed: f64, mut check: impl FnMu
         .build()
         .unwrap();
     let builder = Simulation::builder().body(body).collider(collider).gravity([0.0; 3]).threads(1);
-    let mut simulation = builder.dt(1.0 / 60.0).build().unwrap();
+    let mut simulation = builder.fps(60.0).substeps(substeps).build().unwrap();
     let raised: Vec<_> = simulation.body(0).positions().iter().map(|p| p + Vector3::y() * 0.9).collect();
     simulation.body_mut(0).set_positions(&raised).unwrap();
     let cell = simulation.body(0).lattice().cell_size();
     for _ in 0..90 {
-        simulation.step();
+        simulation.advance(1);
         check(&simulation.body(0).surface().positions, cell);
     }
 }
@@ -93,7 +98,7 @@ fn fast_bodies_stay_above_planes_plates_and_sheets() {
         for (against, collider) in &colliders {
             for speed in [3.0, SPEED] {
                 let mut lowest = f64::INFINITY;
-                throw(body(), collider.clone(), speed, |positions, cell| {
+                throw(body(), collider.clone(), (speed, Substeps::Fixed(1)), |positions, cell| {
                     lowest = positions.iter().map(|p| p.y / cell).fold(lowest, f64::min);
                 });
                 // The mid-plane of the box is 0.2 cells and more below its surface.
@@ -109,6 +114,9 @@ fn half_turn() -> Key {
 
 /// A body wraps a narrow collider or slides off it. The collider does not get inside: neither the surface at rest nor more
 /// than a few points of the moving one.
+///
+/// The fast bodies have the steps that their material needs. In one step a frame they are softer, and the dent of an impact,
+/// deeper than the ball, can open beside the ball and close below it, without a vertex that crosses the ball.
 #[test]
 fn fast_bodies_do_not_swallow_balls_and_rods() {
     let colliders = [
@@ -118,9 +126,9 @@ fn fast_bodies_do_not_swallow_balls_and_rods() {
     for (name, body) in bodies() {
         let mesh = body().build().unwrap().mesh().unwrap().clone();
         for (against, collider) in &colliders {
-            for speed in [3.0, SPEED] {
+            for (speed, substeps) in [(3.0, Substeps::Fixed(1)), (SPEED, Substeps::Auto)] {
                 let (mut inside, mut enclosed) = (0.0_f64, 0.0);
-                throw(body(), collider.clone(), speed, |positions, cell| {
+                throw(body(), collider.clone(), (speed, substeps), |positions, cell| {
                     let depth =
                         |p: &Point3<f64>| -collider.shape.signed_distance((*p).into()).distance / cell;
                     let deep = positions.iter().filter(|p| depth(p) > 0.2).count();

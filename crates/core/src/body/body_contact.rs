@@ -142,14 +142,21 @@ impl Body {
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
         let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
         let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;
-        let sizes = (self.shape.size, self.cell_mass());
-        Some(damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes))
+        let sizes = (self.shape.size, self.cell_mass(), self.contact_layers());
+        damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes)
+    }
+
+    /// Returns the number of layers of vertices from the surface to the middle of a region.
+    pub(in crate::body) fn contact_layers(&self) -> f64 {
+        f64::from(self.half_width().cells()) + 0.5
     }
 
     /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         if let Some(damping) = &mut self.pipeline.elastic_damping {
-            damping.add_change(component, self.shape.lattice.cell_size());
+            let cell_size = self.shape.lattice.cell_size();
+            let cell_mass = self.settings.material.density * cell_size.powi(3);
+            damping.add_change(component, &self.pipeline.momentum, (cell_mass, cell_size));
         }
     }
 

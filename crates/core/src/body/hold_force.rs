@@ -61,9 +61,9 @@ impl Body {
         let sum: Vector3<f64> = vertices.iter().map(|&vertex| position(vertex) - origin).sum();
         let center = origin + sum / vertices.len().max(1) as f64;
         let mut result = HoldForce { center, ..HoldForce::default() };
-        let mut add = |force: Vector3<f64>, vertex: u32| {
+        let mut add = |force: Vector3<f64>, point: Point3<f64>| {
             result.force += force;
-            result.torque += (position(vertex) - center).cross(&force);
+            result.torque += (point - center).cross(&force);
         };
 
         let mut workspace = Workspace::default();
@@ -84,7 +84,7 @@ impl Body {
             let distance = Vector3::from(goals.get(slot).map(f64::from)) - state.local(slot);
             let velocity = state.frame.velocity_to_world(state.velocities.get(slot));
             let acceleration = (motion / dt - velocity) / dt;
-            add((acceleration - gravity) * mass - distance * strength, vertex);
+            add((acceleration - gravity) * mass - distance * strength, position(vertex));
         }
         self.add_damping(constraint, dt, &mut add);
         result
@@ -96,8 +96,8 @@ impl Body {
     }
 
     /// Adds the reaction of the elastic damping: the momentum per time that it takes from the vertices that move
-    /// freely. Nothing but the pins and handles can absorb it.
-    fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, u32)) {
+    /// freely, which pins, handles and colliders absorb.
+    fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, Point3<f64>)) {
         let Self {
             pipeline: Pipeline { elastic_damping: Some(damper), matching, .. },
             constraints: Some(constraints),
@@ -129,7 +129,15 @@ impl Body {
                 let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
                 let change = damped.change(component, state.local(slot), velocity);
                 let force = self.mass_of(vertex) * self.shape.lattice.cell_size() / dt * own / all * change;
-                add(force, vertex);
+                add(force, state.frame.to_world(state.local(slot)));
+            }
+        }
+        // The part that colliders absorb.
+        for reaction in damper.reactions() {
+            let [own, all] = held.get(reaction.component as usize).copied().unwrap_or_default();
+            if own > 0.0 {
+                let force = reaction.impulse * (self.impulse_unit() / dt * own / all);
+                add(-force, state.frame.to_world(reaction.point));
             }
         }
     }

@@ -1,5 +1,7 @@
 //! The contact stage, and the samples of the surface on which contacts with colliders act.
 
+use nalgebra::Vector3;
+
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{Colliders, Contacts, Pressure, RestSurface, SampleCells};
@@ -23,9 +25,28 @@ impl Body {
         }
     }
 
-    /// Returns the contacts with colliders of the last step.
-    pub(crate) fn pressures(&self) -> &[Pressure] {
-        self.contact.contacts.as_ref().map_or(&[], Contacts::pressures)
+    /// Returns the contacts with colliders of the last step, and the force of each in a step of `dt` seconds: pressure,
+    /// friction, and its share of the reaction of the elastic damping.
+    pub(crate) fn collider_contacts(&self, dt: f64) -> Vec<(Pressure, Vector3<f64>)> {
+        let unit = self.impulse_unit() / dt;
+        let pressures = self.contact.contacts.as_ref().map_or(&[][..], Contacts::pressures);
+        let force = |pressure: &Pressure| (pressure.normal * pressure.impulse + pressure.friction) * unit;
+        let mut contacts: Vec<_> = pressures.iter().map(|pressure| (*pressure, force(pressure))).collect();
+        let component =
+            |pressure: &Pressure| self.shape.lattice.components().of_vertex[pressure.vertex as usize];
+        for reaction in self.pipeline.elastic_damping.iter().flat_map(|damper| damper.reactions()) {
+            let is_of = |pressure: &Pressure| {
+                (component(pressure), pressure.collider) == (reaction.component, reaction.collider)
+            };
+            let total: f64 =
+                pressures.iter().filter(|pressure| is_of(pressure)).map(|pressure| pressure.impulse).sum();
+            if total > 0.0 {
+                for (pressure, force) in contacts.iter_mut().filter(|(pressure, _)| is_of(pressure)) {
+                    *force += reaction.impulse * (unit * pressure.impulse / total);
+                }
+            }
+        }
+        contacts
     }
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary

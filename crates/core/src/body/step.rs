@@ -2,34 +2,26 @@
 
 use super::context::StepContext;
 use super::soft_body::Body;
-use super::stages::{ADVANCE, BEGIN, BodyStep, FINISH, Stage, stages};
+use super::stages::{ADVANCE, BodyStep, END, FINISH, Stage, stages};
 use super::transfer::Parents;
 use crate::contact::bodies::BodyContactPart;
 use crate::parallel::Executor;
 
 impl Body {
-    /// Begins a step: runs the existing stages of the body up to the damping, unless it sleeps.
-    pub(crate) fn begin_step(&mut self, context: &StepContext, executor: &Executor) {
+    /// Begins a step: runs the existing stages of the body up to the contacts, unless it sleeps.
+    pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         self.wake_to_inflate(context.interval);
         if !self.is_asleep() {
-            self.run_all(BEGIN, context, &BodyContactPart::Alone, executor);
+            self.run_all(ADVANCE, context, &BodyContactPart::Alone, executor);
+            self.measure_contact_bounds();
         } else if let Some(forces) = &mut self.forces {
             forces.discard();
         }
     }
 
-    /// Continues a step: runs the existing stages up to the contacts, unless the body sleeps.
-    pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
-        if !self.is_asleep() {
-            self.run_all(ADVANCE, context, &BodyContactPart::Alone, executor);
-            self.measure_contact_bounds();
-        }
-    }
-
-    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps and touches
-    /// nothing.
+    /// Continues a step: runs the existing stages of the contacts, unless the body sleeps and touches nothing.
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         let is_in_island = matches!(part, BodyContactPart::InIsland { .. });
         if self.is_asleep() && !is_in_island {
@@ -42,7 +34,14 @@ impl Body {
         if !is_in_island {
             self.keep_contact_forces(context.interval.dt);
         }
-        self.track_rest(context, executor);
+    }
+
+    /// Ends a step after the contacts of all bodies, unless the body sleeps.
+    pub(crate) fn end_step(&mut self, context: &StepContext, executor: &Executor) {
+        if !self.is_asleep() {
+            self.run_all(END, context, &BodyContactPart::Alone, executor);
+            self.track_rest(context, executor);
+        }
     }
 
     /// Runs the stages that the body has.

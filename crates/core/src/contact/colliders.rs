@@ -167,6 +167,11 @@ impl Colliders {
         self.0.get(collider as usize).and_then(|valid| valid.collider.rolling_resistance)
     }
 
+    /// Returns the coefficient of friction of a collider.
+    pub(crate) fn friction(&self, collider: u32) -> f64 {
+        self.0.get(collider as usize).map_or(0.0, |valid| valid.collider.friction)
+    }
+
     /// Returns whether bodies that roll freely have a resistance on a collider.
     pub(crate) fn resist_rolling(&self) -> bool {
         self.0

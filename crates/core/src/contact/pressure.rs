@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::state::{ContactForce, ContactKey, Support};
+use crate::state::{ContactForce, ContactKey, PressingContact, SupportingContact};
 
 /// A contact of the last step.
 #[derive(Clone, Copy, Debug)]
@@ -41,9 +41,9 @@ impl Pressure {
     }
 
     /// Returns the contact as a support of a component.
-    pub(crate) fn support_of(&self, component: u32) -> Support {
-        let Self { collider, impulse, point, normal, velocity, spin, .. } = *self;
-        let [point, normal, velocity, spin] = [point, normal, velocity, spin].map(Into::into);
-        Support { component, collider, impulse, point, normal, velocity, spin, ..Support::default() }
+    pub(crate) fn support_of(&self, component: u32) -> SupportingContact {
+        let Self { collider, impulse, point, normal, velocity, spin, friction, .. } = *self;
+        let contact = PressingContact { impulse, friction, point, normal };
+        SupportingContact { component, collider, contact, velocity, spin }
     }
 }

@@ -3,13 +3,14 @@
 //! The reference motions of such bodies do not move into or out of each other, and where the bodies do not roll or
 //! slide on each other, they do not move relative to each other at all. The conditions are the same as for a support
 //! by a collider, and are met by opposite impulses on the rigid motions of both bodies at the same point, computed
-//! one after another in several sweeps (projected Gauss-Seidel iteration without a limit). So damping keeps the
-//! momenta of the bodies.
+//! one after another in several sweeps (projected Gauss-Seidel iteration). So damping keeps the
+//! momenta of the bodies. The impulses have the limits of a contact: see [`reaction`](super::reaction).
 
 use nalgebra::{Vector3, Vector6};
 
-use super::deflection::{axes_without, deflect};
-use super::momentum::{Mobility, RigidMotion, SOFTNESS, stack};
+use super::deflection::deflect;
+use super::momentum::{Mobility, RigidMotion, SOFTNESS};
+use super::reaction::{ImpulseLimits, SupportDirections, SupportLimits};
 use crate::state::PairSupport;
 
 /// Number of sweeps over the conditions of all supports. More sweeps damp towers of more bodies as a whole.
@@ -32,8 +33,13 @@ pub(crate) struct CoupledComponent {
     pub(super) fraction: f64,
     /// Size of the body.
     pub(super) size: f64,
+    pub(super) cell_size: f64,
+    /// See [`DampingStep`](super::elastic_damping::DampingStep).
+    pub(super) layers: f64,
     /// Change (v, ω) of the reference motion by the coupling.
     pub(super) change: Vector6<f64>,
+    /// Sum of the impulses of the coupling on the component in the step.
+    pub(super) impulse: Vector3<f64>,
 }
 
 /// Computes the common reference motions. Its buffers are reused.
@@ -47,28 +53,40 @@ pub(crate) struct Coupling {
 /// A condition: equal speeds of two components along `rows`.
 #[derive(Clone, Debug)]
 struct Condition {
+    /// Index of the support.
+    support: usize,
     components: [usize; 2],
     rows: [Vector6<f64>; 2],
     /// Change of the reference motion of each component by a unit impulse on it along its row.
     responses: [Vector6<f64>; 2],
     impulse: f64,
+    limits: ImpulseLimits,
     /// Compliance of the condition, and the inverse of the sum of it and of the mobilities.
     softness: f64,
     inverse: f64,
     /// Part of the change that the damping of each component applies.
     parts: [f64; 2],
+    /// Part of the impulse that acts in the step.
+    fraction: f64,
 }
 
 impl Coupling {
     /// Computes the changes of the reference motions of the components by the supports, and advances the deflections of
-    /// the supports by a step of `dt` seconds.
-    pub(crate) fn solve(&mut self, supports: &mut [PairSupport], dt: f64) {
+    /// the supports by a step of `dt` seconds. `friction`: returns the coefficient of friction of a support.
+    pub(crate) fn solve(
+        &mut self,
+        supports: &mut [PairSupport],
+        dt: f64,
+        friction: impl Fn(&PairSupport) -> f64,
+    ) {
         let Self { components, conditions } = self;
         conditions.clear();
-        for support in supports {
+        for (index, support) in supports.iter_mut().enumerate() {
+            support.reaction = [0.0; 3];
             let place = |side| components.binary_search_by_key(&side, |component| component.side).ok();
             if let [Some(first), Some(second)] = support.sides.map(place) {
-                add_conditions(components, [first, second], support, dt, conditions);
+                let friction = friction(support);
+                add_conditions(components, [first, second], (index, support, friction), dt, conditions);
             }
         }
         for _ in 0..SWEEPS {
@@ -77,7 +95,8 @@ impl Coupling {
                     *condition;
                 let speed = |index: usize, row: &Vector6<f64>| row.dot(&components[index].reference);
                 let difference = speed(first, &rows[0]) - speed(second, &rows[1]);
-                let impulse = -(difference + softness * condition.impulse) * inverse;
+                let wanted = condition.impulse - (difference + softness * condition.impulse) * inverse;
+                let impulse = condition.limits.nearest(wanted) - condition.impulse;
                 condition.impulse += impulse;
                 for (side, sign) in [(0, 1.0), (1, -1.0)] {
                     let component = &mut components[condition.components[side]];
@@ -87,53 +106,67 @@ impl Coupling {
                 }
             }
         }
+        for condition in &*conditions {
+            let impulse = condition.rows[0].fixed_rows::<3>(0) * (condition.impulse * condition.fraction);
+            components[condition.components[0]].impulse += impulse;
+            components[condition.components[1]].impulse -= impulse;
+            let support = &mut supports[condition.support];
+            (0..3).for_each(|c| support.reaction[c] += impulse[c]);
+        }
     }
 }
 
-/// Adds the conditions of a support, and advances its deflections.
+/// Adds the conditions of a support with a coefficient of friction, and advances its deflections.
 fn add_conditions(
     components: &[CoupledComponent],
     places: [usize; 2],
-    support: &mut PairSupport,
+    (index, support, friction): (usize, &mut PairSupport, f64),
     dt: f64,
     conditions: &mut Vec<Condition>,
 ) {
-    let [first, second] = places.map(|place| &components[place]);
+    let sides = places.map(|place| &components[place]);
+    let [first, second] = sides;
     // Both components get the same impulse, so the one that is damped less determines the part of it.
     let fraction = first.fraction.min(second.fraction);
     if fraction <= 0.0 {
         return;
     }
     let parts = [fraction / first.fraction, fraction / second.fraction];
-    let (point, normal) = (Vector3::from(support.point), Vector3::from(support.normal));
-    let mut add = |row: &dyn Fn(&CoupledComponent) -> Vector6<f64>| {
-        let rows = [row(first), row(second)];
-        let found = [first.mobility.response(&rows[0]), second.mobility.response(&rows[1])];
-        let speed = found[0].speed + found[1].speed;
-        if speed > 0.0 {
-            let responses = found.map(|response| response.motion);
-            let softness = SOFTNESS * (found[0].free_speed + found[1].free_speed);
-            let inverse = 1.0 / (speed + softness);
-            let (components, impulse) = (places, 0.0);
-            conditions.push(Condition { components, rows, responses, impulse, softness, inverse, parts });
-        }
-    };
-    let at_point = |direction: Vector3<f64>| {
-        move |component: &CoupledComponent| stack(&direction, &(point - component.center).cross(&direction))
-    };
-    add(&at_point(normal));
-
+    let pressing = &mut support.pressing;
+    let (point, normal) = (Vector3::from(pressing.point), Vector3::from(pressing.normal));
+    let arms = sides.map(|component| point - component.center);
     let turning = first.motion.angular - second.motion.angular;
-    let free = deflect(&mut support.rotation, turning * dt);
-    for axis in axes_without(free) {
-        add(&|_| stack(&Vector3::zeros(), &axis));
-    }
-    let velocity = |c: &CoupledComponent| c.motion.linear + c.motion.angular.cross(&(point - c.center));
-    let slip = velocity(first) - velocity(second);
+    let rolling = deflect(&mut pressing.rotation, turning * dt);
+    let velocity = |side: usize| sides[side].motion.linear + sides[side].motion.angular.cross(&arms[side]);
+    let slip = velocity(0) - velocity(1);
     let slip = slip - normal * normal.dot(&slip);
-    let free = deflect(&mut support.sliding, slip * (dt / first.size.min(second.size)));
-    for axis in axes_without(free) {
-        add(&at_point(axis));
+    let sliding = deflect(&mut pressing.sliding, slip * (dt / first.size.min(second.size)));
+    let limits = SupportLimits::new(
+        pressing,
+        friction,
+        (first.cell_size.min(second.cell_size), first.layers.min(second.layers)),
+    );
+    for (directions, limits) in (SupportDirections { limits, normal, rolling, sliding }).groups() {
+        for direction in directions {
+            let rows = arms.map(|arm| direction.row(arm));
+            let found = [first.mobility.response(&rows[0]), second.mobility.response(&rows[1])];
+            let speed = found[0].speed + found[1].speed;
+            if speed > 0.0 {
+                let softness = SOFTNESS * (found[0].free_speed + found[1].free_speed);
+                conditions.push(Condition {
+                    support: index,
+                    components: places,
+                    rows,
+                    responses: found.map(|response| response.motion),
+                    impulse: 0.0,
+                    limits: limits.over(fraction),
+                    softness,
+                    inverse: 1.0 / (speed + softness),
+                    parts,
+                    fraction,
+                });
+            }
+        }
     }
 }
 
@@ -142,6 +175,8 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
+    use crate::dynamics::deflection::axes_without;
+    use crate::state::Pressing;
 
     /// Mass of each component of the tests: `component`, `momenta`.
     const MASSES: [f64; 3] = [1.0, 4.0, 2.0];
@@ -160,19 +195,17 @@ mod tests {
             mobility: Mobility::of_body(mass, &(Matrix3::identity() * (mass * INERTIA))),
             fraction: 0.1,
             size: 1.0,
+            cell_size: 0.1,
+            layers: 1.0,
             change: Vector6::zeros(),
+            impulse: Vector3::zeros(),
         }
     }
 
     fn support(first: u32, second: u32, x: f64) -> PairSupport {
         let (point, normal) = ([x, 0.2, 0.1], [1.0, 0.0, 0.0]);
-        PairSupport {
-            sides: [(first, 0), (second, 0)],
-            impulse: 1.0,
-            point,
-            normal,
-            ..PairSupport::default()
-        }
+        let pressing = Pressing { impulse: 1.0, point, normal, squared_radius: 1.0, ..Pressing::default() };
+        PairSupport { sides: [(first, 0), (second, 0)], pressing, ..PairSupport::default() }
     }
 
     /// Returns the linear momentum, and the angular momentum about the origin, of the changes.
@@ -199,7 +232,7 @@ mod tests {
         let components = [component(0, 1.0), component(1, -0.5), component(2, 0.2)];
         let mut coupling = Coupling { components: components.into(), ..Coupling::default() };
         coupling.components[1].fraction = 0.03;
-        coupling.solve(&mut [support(0, 1, 0.5), support(1, 2, 1.5)], 1e-6);
+        coupling.solve(&mut [support(0, 1, 0.5), support(1, 2, 1.5)], 1e-6, |_| 0.5);
         let components = &coupling.components;
         let (linear, angular) = momenta(components);
         assert!(linear.norm() < 1e-15 && angular.norm() < 1e-15, "{linear} {angular}");
@@ -215,27 +248,27 @@ mod tests {
         let components = [component(0, 1.0), component(1, -0.5)];
         let mut coupling = Coupling { components: components.into(), ..Coupling::default() };
         coupling.components[0].fraction = 0.0;
-        coupling.solve(&mut [support(0, 1, 0.5)], 1e-3);
+        coupling.solve(&mut [support(0, 1, 0.5)], 1e-3, |_| 0.5);
         assert!(coupling.components.iter().all(|component| component.change == Vector6::zeros()));
     }
 
     /// Pins leave mobilities at rounding level, which a division would raise without bound.
     #[test]
     fn components_that_pins_hold_are_not_moved() {
-        use crate::dynamics::momentum::{Projection, Weight};
+        use crate::dynamics::momentum::Projection;
         let mut components = [component(0, 1.0), component(1, -0.5)];
         for held in &mut components {
             let mut projection = Projection::new(held.mobility.clone(), held.motion, held.center);
             for point in [[0.3, 0.1, 0.7], [0.9, -0.4, 0.2], [-0.2, 0.8, 0.1]] {
                 for axis in axes_without(None) {
-                    projection.fix_velocity(held.center + Vector3::from(point), axis, 0.0, Weight::Exact);
+                    projection.fix_velocity(held.center + Vector3::from(point), axis, 0.0);
                 }
             }
             (held.mobility, held.reference) =
                 (projection.mobility().clone(), projection.motion().components());
         }
         let mut coupling = Coupling { components: components.into(), ..Coupling::default() };
-        coupling.solve(&mut [support(0, 1, 0.5)], 1e-3);
+        coupling.solve(&mut [support(0, 1, 0.5)], 1e-3, |_| 0.5);
         assert!(coupling.components.iter().all(|component| component.change == Vector6::zeros()));
     }
 }

@@ -37,16 +37,14 @@ pub(super) fn deflect(deflection: &mut Deflection, change: Vector3<f64>) -> Opti
     (change.dot(&direction) > 0.0).then_some(direction)
 }
 
-/// Returns three perpendicular unit vectors, or the two that are perpendicular to `free`.
-pub(super) fn axes_without(free: Option<Vector3<f64>>) -> impl Iterator<Item = Vector3<f64>> {
-    let axes = match free {
+/// Returns three perpendicular unit vectors, or the two that are perpendicular to `free`, and the zero vector.
+pub(super) fn axes_without(free: Option<Vector3<f64>>) -> [Vector3<f64>; 3] {
+    match free {
         None => [Vector3::x(), Vector3::y(), Vector3::z()],
         Some(direction) => {
             let helper = Vector3::ith(direction.iamin(), 1.0);
             let first = direction.cross(&helper).normalize();
             [first, direction.cross(&first), Vector3::zeros()]
         }
-    };
-    // A condition on the zero vector is none.
-    axes.into_iter().filter(|axis| *axis != Vector3::zeros())
+    }
 }

@@ -17,48 +17,53 @@
 //! [`GREATEST_LIMIT`](super::deflection), and a long displacement in one direction lowers it again, so that
 //! oscillations over short displacements are damped most.
 //!
-//! A component that rolls on a collider is slowed by *rolling resistance*: the center of pressure of a contact lies
-//! ahead, by a fraction of the radius of the contact, so that it has a torque about the contact (Coulomb 1785; for
-//! soft bodies Greenwood et al. 1961). The torque is at most that fraction times the radius times the normal force,
-//! and at most as great as stops the rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of
-//! the distances of the contacts from their center: the lattice resolves no smaller ones.
+//! A step damps in two parts. Before the acceleration the velocities move towards the rigid motion of the component, or
+//! towards its projection on the motion of the constrained vertices: this keeps the momenta of free components. After the
+//! contacts the velocities get the difference to the reference motion that also meets the conditions of the supports,
+//! times the same fraction. It is a rigid motion, by impulses that the supports give. They can give only a part of what
+//! the contacts of the step give: see [`reaction`](super::reaction).
 
 use nalgebra::{Vector3, Vector6};
 
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
-use super::deflection::{axes_without, deflect};
-use super::momentum::{
-    Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums, Weight,
-};
+use super::deflection::deflect;
+use super::momentum::{Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums};
+use super::reaction::{Reaction, SupportConditions, SupportDirections, SupportLimits};
+use super::rolling::resistance;
 use crate::simd::lanes::Lanes;
-use crate::state::{State, Support};
+use crate::state::{Momentum, State, Support};
 
-/// The elastic-damping stage. It computes the reference motions at the beginning of a step, and the acceleration
-/// towards the goal positions applies them to the velocities before the step. So damping acts neither on the gravity of
-/// the step nor on the impulses that carry the body.
+/// The elastic-damping stage.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ElasticDamper {
     /// Sums over the constrained vertices of each component, with unit masses, and their number.
     constrained: Vec<(Sums, f64)>,
-    /// The reference motion of each component.
-    references: Vec<Reference>,
+    damped: Damped,
     /// Component and index of each support, in increasing order.
     supports: Vec<(u32, u32)>,
-    keep: f64,
-    damped: Damped,
+    conditions: SupportConditions,
+    /// The motion of each component after the contacts; empty if nothing supports the body.
+    motions: Vec<SupportedMotion>,
+    /// The reactions of the supports in the last step, one per support.
+    reactions: Vec<Reaction>,
+    /// Velocities that the supports add.
+    added: Vec<RigidVelocity>,
+    /// Fraction of the differences to the reference motions that a step takes away.
+    fraction: f64,
 }
 
-/// The reference motion of a component.
+/// The motion of a component after the contacts.
 #[derive(Clone, Debug)]
-struct Reference {
+struct SupportedMotion {
     /// Rigid motion with the momenta of the component.
     motion: RigidMotion,
+    /// The reference motion without and with the supports.
+    free: RigidMotion,
     reference: RigidMotion,
     /// The change of the rigid motion in a step by rolling resistance.
     rolling: RigidMotion,
-    /// Present if the component is constrained or supported.
-    projection: Option<Projection>,
+    projection: Projection,
 }
 
 /// The damping of a step: velocities v become `keep` v + r, with a rigid velocity r of each component.
@@ -93,16 +98,23 @@ pub(crate) struct DampingStep<'a> {
     pub(crate) keep: f64,
     /// Size of the body in cells.
     pub(crate) size: f64,
+    /// Number of layers of vertices from the surface to the middle of a region: see [`reaction`](super::reaction).
+    pub(crate) layers: f64,
     /// Returns the coefficient of rolling resistance on a collider.
     pub(crate) rolling_resistance: &'a dyn Fn(u32) -> f64,
+    /// Returns the coefficient of friction of a collider.
+    pub(crate) friction: &'a dyn Fn(u32) -> f64,
 }
 
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.constrained.as_slice())
-            + size_of_val(self.references.as_slice())
+            + size_of_val(self.motions.as_slice())
+            + size_of_val(self.added.as_slice())
             + size_of_val(self.supports.as_slice())
+            + size_of_val(self.reactions.as_slice())
+            + self.conditions.bytes()
             + size_of_val(self.damped.rigid.as_slice())
     }
 
@@ -111,10 +123,37 @@ impl ElasticDamper {
         &self.damped
     }
 
-    /// Begins a step: computes the reference motions, and advances the deflections of the supports.
-    ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex.
+    /// Returns the reactions of the supports in the last step.
+    pub(crate) fn reactions(&self) -> &[Reaction] {
+        &self.reactions
+    }
+
+    /// Begins a step: computes the motions towards which the velocities are damped before the acceleration. `keep`:
+    /// exp(-2 c dt), the fraction of the differences that remains. `tracker` has measured the state. `slots` has the slot
+    /// of each lattice vertex.
     pub(crate) fn begin(
+        &mut self,
+        constraints: Option<&Constraints>,
+        (state, slots): (&State, &[u32]),
+        tracker: &MomentumTracker,
+        keep: f64,
+    ) {
+        self.read_constrained(constraints, (state, slots), tracker);
+        self.damped.keep = keep as f32;
+        self.damped.rigid.clear();
+        for (component, rigid) in tracker.states().iter().enumerate() {
+            let motion = rigid.motion(rigid.momentum);
+            let reference = match self.constrained_vertices(component) {
+                None => motion,
+                Some(vertices) => projection_of(rigid, motion, Some(&vertices)).motion(),
+            };
+            self.damped.rigid.push((reference * (1.0 - keep)).about_origin(rigid.center));
+        }
+    }
+
+    /// Computes the motions that meet the conditions of the supports after the contacts of a step, and advances the
+    /// deflections. `tracker` has measured the state.
+    pub(crate) fn begin_supports(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
@@ -122,73 +161,100 @@ impl ElasticDamper {
         step: DampingStep<'_>,
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
+        self.fraction = 1.0 - step.keep;
         let supports = state.supports.list_mut();
-        self.supports.clear();
-        self.supports.extend(supports.iter().zip(0..).map(|(support, index)| (support.component, index)));
-        self.supports.sort_unstable();
-        let mut references = std::mem::take(&mut self.references);
-        references.clear();
-        let mut rest = &*self.supports;
-        for (component, measured) in tracker.states().iter().enumerate() {
-            let motion = measured.motion(measured.momentum);
+        let mut sorted = std::mem::take(&mut self.supports);
+        sorted.clear();
+        sorted.extend(supports.iter().zip(0..).map(|(support, index)| (support.component, index)));
+        sorted.sort_unstable();
+        let mut motions = std::mem::take(&mut self.motions);
+        motions.clear();
+        self.reactions.clear();
+        let mut rest = &*sorted;
+        for (component, rigid) in tracker.states().iter().enumerate() {
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            references.push(self.reference((component, measured), motion, (supports, own), step));
+            motions.push(self.supported((component, rigid), (supports, own), step));
         }
-        (self.references, self.keep) = (references, step.keep);
+        (self.supports, self.motions) = (sorted, motions);
+    }
+
+    /// Ends a step in which nothing supports the body.
+    pub(crate) fn clear_supports(&mut self) {
+        self.motions.clear();
+        self.reactions.clear();
+    }
+
+    /// Completes the damping of a step: returns the velocities that the supports add to the components, or `None` if
+    /// they add none. Adds them to the momenta that are tracked.
+    pub(crate) fn finish_supports(
+        &mut self,
+        momenta: &mut [Option<Momentum>],
+        tracker: &MomentumTracker,
+    ) -> Option<&[RigidVelocity]> {
+        let Self { motions, added, fraction, .. } = self;
+        added.clear();
+        for ((rigid, moved), tracked) in tracker.states().iter().zip(&*motions).zip(momenta) {
+            let change = (moved.reference - moved.free) * *fraction + moved.rolling;
+            if let Some(tracked) = tracked {
+                tracked.add(rigid.momentum_of(change));
+            }
+            added.push(change.about_origin(rigid.center));
+        }
+        added.iter().any(|velocity| *velocity != RigidVelocity::default()).then_some(added)
     }
 
     /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
-    /// the size of the body in scene units.
+    /// the size of the body in scene units; for `layers` see [`DampingStep`].
     pub(crate) fn coupled(
         &self,
         side: (u32, u32),
         (state, tracker): (&State, &MomentumTracker),
-        (size, cell_mass): (f64, f64),
-    ) -> CoupledComponent {
+        (size, cell_mass, layers): (f64, f64, f64),
+    ) -> Option<CoupledComponent> {
         let (frame, measured) = (state.frame, &tracker.states()[side.1 as usize]);
-        let Reference { motion, reference, projection, .. } = &self.references[side.1 as usize];
+        let SupportedMotion { motion, reference, projection, .. } = self.motions.get(side.1 as usize)?;
         let cell_size = frame.cell_size();
         let world = |motion: &RigidMotion| RigidMotion {
             linear: (motion.linear + frame.velocity()) * cell_size,
             angular: motion.angular,
         };
-        let mobility = match projection {
-            Some(projection) => projection.mobility().clone(),
-            None => Mobility::of_body(measured.mass, measured.inertia()),
-        };
-        CoupledComponent {
+        Some(CoupledComponent {
             side,
             center: frame.to_world(measured.center).coords,
             motion: world(motion),
             reference: world(reference).components(),
-            mobility: mobility.in_units(cell_size, cell_mass),
-            fraction: 1.0 - self.keep,
+            mobility: projection.mobility().clone().in_units(cell_size, cell_mass),
+            fraction: self.fraction,
             size,
+            cell_size,
+            layers,
             change: Vector6::zeros(),
-        }
+            impulse: Vector3::zeros(),
+        })
     }
 
-    /// Changes the reference motion of a component by the change of a coupling. `cell_size` is in scene units.
-    pub(crate) fn add_change(&mut self, component: &CoupledComponent, cell_size: f64) {
+    /// Changes the reference motion of a component by the change of a coupling. `cell_mass` and `cell_size` are in scene
+    /// units.
+    pub(crate) fn add_change(
+        &mut self,
+        component: &CoupledComponent,
+        tracker: &MomentumTracker,
+        (cell_mass, cell_size): (f64, f64),
+    ) {
         let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
-        let reference = &mut self.references[component.side.1 as usize].reference;
+        let index = component.side.1;
+        let reference = &mut self.motions[index as usize].reference;
         *reference = *reference + RigidMotion { linear: linear / cell_size, angular };
-    }
-
-    /// Completes the damping of the step from the reference motions.
-    pub(crate) fn finish(&mut self, state: &mut State, tracker: &MomentumTracker) {
-        let Self { references, keep, damped, .. } = self;
-        damped.keep = *keep as f32;
-        damped.rigid.clear();
-        for (component, measured) in tracker.states().iter().enumerate() {
-            let &Reference { motion, reference, rolling, .. } = &references[component];
-            // The surroundings of the component change its momenta.
-            if let Some(momentum) = &mut state.momenta[component] {
-                momentum.add(measured.momentum_of((reference - motion) * (1.0 - *keep) + rolling));
-            }
-            damped.rigid.push((reference * (1.0 - *keep) + rolling).about_origin(measured.center));
+        // The supports of the component take a part of the impulses: the difference to the change of its momentum.
+        let mass = tracker.states()[index as usize].mass;
+        let changed = linear * (mass / cell_size * component.fraction);
+        let taken = changed - component.impulse / (cell_mass * cell_size);
+        let own = || self.reactions.iter().filter(|reaction| reaction.component == index);
+        let pressure: f64 = own().map(|reaction| reaction.pressure).sum();
+        for reaction in self.reactions.iter_mut().filter(|reaction| reaction.component == index) {
+            reaction.impulse += taken * (reaction.pressure / pressure);
         }
     }
 
@@ -212,108 +278,105 @@ impl ElasticDamper {
         }
     }
 
-    /// Returns the reference motion of a component, and advances the deflections of its supports. `motion` is the rigid
-    /// motion with the momenta of the component, and `own` has its supports, as in `self.supports`.
-    fn reference(
-        &self,
+    /// Returns the motion of the constrained vertices of a component, with unit masses; `None` if it has none.
+    fn constrained_vertices(&self, component: usize) -> Option<RigidState> {
+        let found = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
+        found.map(|(sums, count)| sums.rigid_state(*count))
+    }
+
+    /// Returns the motion of a component after the contacts, and advances the deflections of its supports. `own` has
+    /// its supports, as in `self.supports`.
+    fn supported(
+        &mut self,
         (component, rigid): (usize, &RigidState),
-        motion: RigidMotion,
         (supports, own): (&mut [Support], &[(u32, u32)]),
         step: DampingStep<'_>,
-    ) -> Reference {
-        let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
+    ) -> SupportedMotion {
+        let vertices = self.constrained_vertices(component);
+        let Self { conditions, reactions, fraction, .. } = self;
+        let motion = rigid.motion(rigid.momentum);
+        let project = |motion| projection_of(rigid, motion, vertices.as_ref());
         let mut rolling = RigidMotion::ZERO;
-        if constrained.is_none() && own.is_empty() {
-            return Reference { motion, reference: motion, rolling, projection: None };
+        let projection = project(motion);
+        let free = projection.motion();
+        if own.is_empty() {
+            return SupportedMotion { motion, free, reference: free, rolling, projection };
         }
         let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
-        let mut projection = Projection::new(mobility.clone(), motion, rigid.center);
-        if let Some((sums, count)) = constrained {
-            projection.fix_vertices(&sums.rigid_state(*count));
-        }
         // Colliders at rest add no energy: the damped velocities lie between the velocities and the reference motion.
-        let mut limit = rigid.energy_of(motion);
+        let mut limit = rigid.energy_of(free);
+        conditions.clear();
         for &(_, index) in own {
             let support = &mut supports[index as usize];
-            rest_on(&mut projection, support, &step, motion, rigid.center);
+            rest_on(conditions, (index, support), &step, motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
             let coefficient = (step.rolling_resistance)(support.collider);
-            if coefficient > 0.0 && constrained.is_none() {
+            if coefficient > 0.0 && vertices.is_none() {
                 rolling = rolling + resistance(support, coefficient, &mobility, motion + rolling);
             }
         }
-        let reference = projection.motion();
-        let energy = rigid.energy_of(reference);
-        let is_limited = constrained.is_none() && energy > limit;
-        let reference = if is_limited { reference * (limit / energy).sqrt() } else { reference };
-        Reference { motion, reference, rolling, projection: Some(projection) }
+        let projection = conditions.project(
+            *fraction,
+            motion.components(),
+            |motion| project(RigidMotion::from_components(&motion)),
+            |row| mobility.free_change(row),
+        );
+        let mut reference = projection.motion();
+        if vertices.is_none() && rigid.energy_of(reference) > limit {
+            let part = part_within(rigid, free, reference - free, limit);
+            reference = free + (reference - free) * part;
+            conditions.scale(part);
+        }
+        for &(_, index) in own {
+            let Support { component, collider, pressing, .. } = supports[index as usize];
+            let own = conditions.list().iter().filter(|condition| condition.support == index);
+            let sum: Vector6<f64> =
+                own.map(|condition| condition.row * (condition.impulse * *fraction)).sum();
+            let impulse = RigidMotion::from_components(&sum).linear;
+            let (point, pressure) = (pressing.point.into(), pressing.impulse);
+            reactions.push(Reaction { component, collider, impulse, point, pressure });
+        }
+        SupportedMotion { motion, free, reference, rolling, projection }
     }
 }
 
-/// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: of the
-/// resistance. `mobility`, `motion`: of the component, without conditions.
-fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: RigidMotion) -> RigidMotion {
-    let [normal, spin] = [support.normal, support.spin].map(Vector3::from);
-    let turning = motion.angular - spin;
-    let rolling = turning - normal * normal.dot(&turning);
-    let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
-    // A torque without a force: friction changes the velocity of the center.
-    let turned = mobility.turn(axis);
-    let radius = (support.squared_radius + 0.25).sqrt();
-    // Without a mean normal, no force presses.
-    let torque = coefficient * radius * support.impulse * normal.norm();
-    // About the axis, the component is stopped at most: no work is done.
-    let stopping = rolling.norm() / axis.dot(&turned);
-    match stopping.is_finite() {
-        true => RigidMotion { angular: -turned * torque.min(stopping), ..RigidMotion::ZERO },
-        false => RigidMotion::ZERO,
+/// Returns the projection of a motion of a component on the motion of its constrained vertices.
+fn projection_of(rigid: &RigidState, motion: RigidMotion, vertices: Option<&RigidState>) -> Projection {
+    let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+    let mut projection = Projection::new(mobility, motion, rigid.center);
+    if let Some(vertices) = vertices {
+        projection.fix_vertices(vertices);
     }
+    projection
+}
+
+/// Returns the greatest part of a change, from 0 to 1, with which the energy of a rigid motion is at most `limit`. The
+/// energy without the change is not greater.
+fn part_within(rigid: &RigidState, motion: RigidMotion, change: RigidMotion, limit: f64) -> f64 {
+    let (before, square) = (rigid.energy_of(motion), rigid.energy_of(change));
+    let mixed = rigid.energy_of(motion + change) - before - square;
+    // The energy at the part s is before + mixed s + square s².
+    let part = ((mixed * mixed + 4.0 * square * (limit - before).max(0.0)).sqrt() - mixed) / (2.0 * square);
+    if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Adds the conditions of a support, and advances its deflections.
 fn rest_on(
-    projection: &mut Projection,
-    support: &mut Support,
-    &DampingStep { size, dt, .. }: &DampingStep<'_>,
+    conditions: &mut SupportConditions,
+    (index, support): (u32, &mut Support),
+    step: &DampingStep<'_>,
     motion: RigidMotion,
     center: Vector3<f64>,
 ) {
-    let [point, normal, surface, spin] =
-        [support.point, support.normal, support.velocity, support.spin].map(Vector3::from);
-    projection.fix_velocity(point, normal, normal.dot(&surface), Weight::Soft);
-
-    let turning = motion.angular - spin;
-    let free = deflect(&mut support.rotation, turning * dt);
-    for axis in axes_without(free) {
-        projection.fix_spin(axis, axis.dot(&spin), Weight::Soft);
-    }
-
-    let slip = motion.linear + motion.angular.cross(&(point - center)) - surface;
-    let free = deflect(&mut support.sliding, (slip - normal * normal.dot(&slip)) * (dt / size));
-    for axis in axes_without(free) {
-        projection.fix_velocity(point, axis, axis.dot(&surface), Weight::Soft);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::Matrix3;
-
-    use super::*;
-
-    /// A torque about a horizontal axis leaves the angular momentum about the normal, and takes energy, also from a
-    /// body whose moments of inertia couple the axes.
-    #[test]
-    fn rolling_resistance_takes_energy_and_no_angular_momentum_about_the_normal() {
-        let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);
-        let mobility = Mobility::of_body(2.0, &inertia);
-        for (spin, impulse) in [([0.1, 10.0, 0.0], 1e9), ([3.0, -1.0, 2.0], 0.5), ([3.0, -1.0, 2.0], 1e9)] {
-            let motion = RigidMotion { angular: spin.into(), ..RigidMotion::ZERO };
-            let support = Support { normal: [0.0, 1.0, 0.0], impulse, ..Support::default() };
-            let after = motion.angular + resistance(&support, 0.1, &mobility, motion).angular;
-            let energy = |angular: Vector3<f64>| 0.5 * angular.dot(&(inertia * angular));
-            assert!(energy(after) < energy(motion.angular), "{after:?}");
-            assert!((inertia * (after - motion.angular)).y.abs() < 1e-12);
-        }
-    }
+    let &mut Support { collider, ref mut pressing, velocity, spin, .. } = support;
+    let [point, normal, velocity, spin] =
+        [pressing.point, pressing.normal, velocity, spin].map(Vector3::from);
+    let arm = point - center;
+    let rolling = deflect(&mut pressing.rotation, (motion.angular - spin) * step.dt);
+    let slip = motion.linear + motion.angular.cross(&arm) - velocity;
+    let slip = slip - normal * normal.dot(&slip);
+    let sliding = deflect(&mut pressing.sliding, slip * (step.dt / step.size));
+    let limits = SupportLimits::new(pressing, (step.friction)(collider), (1.0, step.layers));
+    let directions = SupportDirections { limits, normal, rolling, sliding };
+    conditions.add_support(index, arm, [velocity, spin], &directions);
 }

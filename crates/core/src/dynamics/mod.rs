@@ -17,6 +17,8 @@
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
 //! | `elastic_damping` | damping of the elastic modes |
 //! | `deflection` | deflections of the supports of a body, for `elastic_damping` |
+//! | `reaction` | the conditions of supports and their limits, for `elastic_damping` |
+//! | `rolling` | rolling resistance, for `elastic_damping` |
 //! | `coupling` | the common motion of bodies that press on each other, for `elastic_damping` |
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
@@ -40,7 +42,9 @@ mod lowest_mode;
 mod material;
 mod momentum;
 mod plasticity;
+mod reaction;
 mod recovery;
+mod rolling;
 mod selection;
 mod stiffness_factors;
 

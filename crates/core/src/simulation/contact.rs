@@ -4,24 +4,26 @@ use super::world::Simulation;
 use crate::body::{Body, StepContext};
 use crate::contact::bodies::{BodyContacts, ContactStep};
 use crate::parallel::Executor;
-use crate::state::PairSupports;
+use crate::state::{PairSupports, PressingContact};
 
 /// Stores which bodies press on each other. Bodies that sleep keep their supports.
-fn store_supports(bodies: &[Body], contacts: &BodyContacts, supports: &mut PairSupports) {
+pub(super) fn store_supports(bodies: &[Body], contacts: &BodyContacts, supports: &mut PairSupports) {
     let is_awake = |side: &(u32, u32)| bodies.get(side.0 as usize).is_none_or(|body| !body.is_asleep());
     let pressing = contacts.contacts().filter_map(|pair| {
         let sides = [0, 1].map(|side| (pair.bodies[side], pair.components[side]));
-        let impulse = pair.impulse.dot(&pair.normal);
-        (impulse > 0.0 && sides[0] != sides[1]).then_some((sides, impulse, pair.point.coords, pair.normal))
+        let (normal, point) = (pair.normal, pair.point.coords);
+        let impulse = pair.impulse.dot(&normal);
+        let contact = PressingContact { impulse, friction: pair.impulse - normal * impulse, point, normal };
+        (impulse > 0.0 && sides[0] != sides[1]).then_some((sides, contact))
     });
     supports.set(|support| support.sides.iter().any(is_awake), pressing);
 }
 
 impl Simulation {
-    /// Runs the contacts between bodies, and finishes the step of each body.
+    /// Runs the contacts between bodies, and the stages of the contacts of each body.
     pub(super) fn finish_bodies(
         bodies: &mut [Body],
-        (contacts, supports): (&mut BodyContacts, &mut PairSupports),
+        contacts: &mut BodyContacts,
         context: &StepContext,
         executor: &Executor,
     ) {
@@ -32,8 +34,6 @@ impl Simulation {
         executor.for_each_indexed(bodies, |index, body| {
             body.finish_step(context, &found.part_of(index), executor);
         });
-        store_supports(bodies, contacts, supports);
-        contacts.record(bodies, context.interval.dt);
     }
 
     /// Returns the pairs of bodies that overlap at the start, before the first step, with the depth of the overlap in

@@ -29,7 +29,7 @@ pub struct ContactPoint {
     /// Greatest depth at which the surfaces overlap at the end of the step, if all of the contact moved like its point;
     /// negative for a gap.
     pub depth: f64,
-    /// Force on the body during the step: pressure and friction.
+    /// Force on the body during the step: pressure, friction, and what the elastic damping takes from the contact.
     pub force: Vector3<f64>,
 }
 
@@ -40,14 +40,13 @@ impl Simulation {
         let dt = self.dt();
         let with_colliders = self.bodies.iter().enumerate().flat_map(|(index, body)| {
             let frame = body.frame();
-            let force = body.cell_mass() * frame.cell_size / dt;
-            body.pressures().iter().map(move |pressure| ContactPoint {
+            body.collider_contacts(dt).into_iter().map(move |(pressure, force)| ContactPoint {
                 body: index,
                 other: Touched::Collider(pressure.collider as usize),
                 point: frame.to_world(pressure.point),
                 normal: pressure.normal,
                 depth: pressure.depth * frame.cell_size,
-                force: (pressure.normal * pressure.impulse + pressure.friction) * force,
+                force,
             })
         });
         let records = self.contacts.iter().flat_map(|contacts| contacts.records());

@@ -4,7 +4,7 @@ use crate::body::{Body, RestVote, StepContext};
 use crate::contact::bodies::{BodyContacts, ContactFilter};
 use crate::dynamics::Coupling;
 use crate::mesh::UnionFind;
-use crate::state::PairSupports;
+use crate::state::{PairSupport, PairSupports};
 
 /// The contacts between bodies that are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,17 +101,12 @@ impl Groups {
         }
     }
 
-    /// Couples the damping of bodies that pressed on each other in the last step.
+    /// Couples the damping of bodies that press on each other.
     pub(super) fn couple_damping(&mut self, bodies: &mut [Body], supports: &mut PairSupports, dt: f64) {
+        if supports.list().is_empty() {
+            return;
+        }
         let Self { sides, coupling, .. } = self;
-        // Positions that were set, or a body that was restored, end the support.
-        supports.retain(|support| {
-            let [first, second] = support.sides;
-            let touches = |side: (u32, u32), other: (u32, u32)| {
-                bodies.get(side.0 as usize).is_some_and(|body| body.touches().contains(&(side.1, other.0)))
-            };
-            touches(first, second) && touches(second, first)
-        });
         sides.clear();
         sides.extend(supports.list().iter().flat_map(|support| support.sides));
         sides.sort_unstable();
@@ -120,7 +115,12 @@ impl Groups {
         coupling.components.extend(sides.iter().filter_map(|&(body, component)| {
             bodies.get(body as usize).and_then(|found| found.coupled_component(body, component))
         }));
-        coupling.solve(supports.list_mut(), dt);
+        // As in the contact of bodies.
+        let friction = |support: &PairSupport| {
+            let [a, b] = support.sides.map(|(body, _)| bodies[body as usize].touching().friction);
+            (a * b).sqrt()
+        };
+        coupling.solve(supports.list_mut(), dt, friction);
         for component in &coupling.components {
             bodies[component.side.0 as usize].add_coupling(component);
         }

@@ -1,5 +1,6 @@
 //! The step: all bodies, then the driven colliders and the clock.
 
+use super::contact::store_supports;
 use super::groups;
 use super::world::Simulation;
 use crate::body::{Body, StepContext};
@@ -59,22 +60,17 @@ impl Simulation {
         groups.settle(bodies, &context);
         match contacts {
             None => executor.for_each_mut(bodies, |body| {
-                body.begin_step(&context, executor);
                 body.advance_step(&context, executor);
                 body.finish_step(&context, &BodyContactPart::Alone, executor);
+                body.end_step(&context, executor);
             }),
             Some(contacts) => {
-                if pair_supports.list().is_empty() {
-                    executor.for_each_mut(bodies, |body| {
-                        body.begin_step(&context, executor);
-                        body.advance_step(&context, executor);
-                    });
-                } else {
-                    executor.for_each_mut(bodies, |body| body.begin_step(&context, executor));
-                    groups.couple_damping(bodies, pair_supports, context.interval.dt);
-                    executor.for_each_mut(bodies, |body| body.advance_step(&context, executor));
-                }
-                Self::finish_bodies(bodies, (contacts, pair_supports), &context, executor);
+                executor.for_each_mut(bodies, |body| body.advance_step(&context, executor));
+                Self::finish_bodies(bodies, contacts, &context, executor);
+                store_supports(bodies, contacts, pair_supports);
+                groups.couple_damping(bodies, pair_supports, context.interval.dt);
+                executor.for_each_mut(bodies, |body| body.end_step(&context, executor));
+                contacts.record(bodies, pair_supports.list(), context.interval.dt);
             }
         }
         for body in &mut *bodies {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
+//! | `pressing` | contacts that pressed in a step, as one |
 //! | `supports` | the contacts that pressed on the body in the last step |
 //! | `pair_supports` | the contacts between bodies that pressed on them in the last step |
 //! | `touches` | the contacts with other bodies in the last step, and the forces of those with colliders |
@@ -19,6 +20,7 @@ mod frame;
 mod pair_supports;
 mod place;
 mod placement;
+mod pressing;
 mod rest;
 mod supports;
 mod touches;
@@ -29,8 +31,9 @@ pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
+pub(crate) use pressing::{Deflection, Pressing, PressingContact};
 pub(crate) use rest::{Rest, RestSigns, Stay};
-pub(crate) use supports::{Deflection, Support, Supports};
+pub(crate) use supports::{Support, SupportingContact, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, TouchedPoint, Touches};
 
 use nalgebra::{Point3, Vector3};

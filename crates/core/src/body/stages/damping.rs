@@ -4,7 +4,7 @@ use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings};
 use crate::body::soft_body::Body;
-use crate::dynamics::{Damping, DampingStep, ElasticDamper, MovingRegions, RegionDamper, RegionDamping};
+use crate::dynamics::{Damping, ElasticDamper, MovingRegions, RegionDamper, RegionDamping};
 use crate::matching::{Purpose, RegionFit, Shapes};
 use crate::parallel::Executor;
 
@@ -38,7 +38,7 @@ impl Stage for DampRegions {
     }
 }
 
-/// Computes the reference motions of the components, towards which the acceleration damps the velocities.
+/// Computes the motions of the components, towards which the acceleration damps the velocities.
 pub(in crate::body) struct DampModes;
 
 impl Stage for DampModes {
@@ -105,15 +105,11 @@ impl Body {
         region_damping.apply(matching, workspace, executor, moving, (fraction, matching.regions.shares()));
     }
 
-    /// Measures the motion before the step, and computes the reference motions of the damping.
+    /// Measures the motion before the step, and computes the motions towards which the acceleration damps.
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
-        let dt = context.interval.dt;
-        let keep = self.kept_fraction(dt, executor);
-        let size = self.shape.size / self.shape.lattice.cell_size();
-        let (own, colliders) = (self.rolling_resistance(), context.colliders);
-        let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
+        let keep = self.kept_fraction(context.interval.dt, executor);
         let Self {
-            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, region_damping, .. },
             constraints,
             state,
             ..
@@ -122,12 +118,10 @@ impl Body {
             return;
         };
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        damping.begin(
-            constraints.as_ref(),
-            (state, matching.layout.slots()),
-            momentum,
-            DampingStep { dt, keep, size, rolling_resistance },
-        );
+        // Only region damping changes the velocities since the start of the step.
+        if !momentum.is_measured || region_damping.is_some() {
+            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        }
+        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum, keep);
     }
 }

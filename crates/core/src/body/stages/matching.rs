@@ -93,9 +93,6 @@ impl Body {
             ..
         } = self;
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
-        if let Some(damping) = elastic_damping {
-            damping.finish(state, momentum);
-        }
         let mut velocity_change = context.gravity * (dt / lattice.cell_size());
         if is_free {
             state.frame.advance_origin(velocity_change, dt);

@@ -10,7 +10,8 @@
 //! | g | goal position of the vertex |
 //! | c, R | center of mass of a region, and the rotation of the region from the rest pose |
 //! | x̄, P, L | center of mass, linear momentum and angular momentum of a connected component |
-//! | r, c | reference motion of a component (`dynamics::elastic_damping`), and decay rate of its modes |
+//! | r, r*, c | rigid motion of a component, without and with its supports (`dynamics::elastic_damping`), and decay rate of its
+//! modes |
 //! | J | impulse of a contact on a vertex |
 //! | alpha, d | stiffness and region damping per step |
 //! | superscript 0 | value in the rest pose, such as x⁰ |
@@ -33,6 +34,7 @@
 //! | `integration` | the advance of the positions |
 //! | `forces` | external forces |
 //! | `contacts` | contacts with colliders and bodies |
+//! | `supports` | the part of the damping that supports take |
 
 mod constraints;
 mod contacts;
@@ -45,6 +47,7 @@ mod matching;
 mod momentum;
 mod recovery;
 mod stage;
+mod supports;
 
 use self::constraints::{ApplyConstraints, BeginConstraints};
 use self::contacts::{BeginContacts, TouchBodies, TouchColliders};
@@ -57,9 +60,10 @@ use self::matching::MatchShapes;
 use self::momentum::TrackMomentum;
 use self::recovery::Recover;
 pub(super) use self::stage::{BodyStep, Stage};
+use self::supports::{DampOnSupports, MeetSupports};
 
-/// The stages up to the damping, whose reference motions bodies that press on each other have in common.
-pub(super) const BEGIN: &[&dyn Stage] = &[
+/// The stages up to the contacts, which bodies that touch have in common.
+pub(super) const ADVANCE: &[&dyn Stage] = &[
     // dynamics::constraints: pins and handles that become active capture the positions of their vertices.
     // dynamics::follow: targets of handles that follow an animated mesh.
     &BeginConstraints,
@@ -70,13 +74,9 @@ pub(super) const BEGIN: &[&dyn Stage] = &[
     &TrackMomentum,
     // dynamics::damping: v += d (v̄ - v).
     &DampRegions,
-    // dynamics::elastic_damping: r, the reference motion of each component. Before the acceleration, v becomes
+    // dynamics::elastic_damping: r, the rigid motion of each component. Before the acceleration, v becomes
     // r + exp(-2 c h) (v - r).
     &DampModes,
-];
-
-/// The stages between the damping and the contacts, which bodies that touch have in common.
-pub(super) const ADVANCE: &[&dyn Stage] = &[
     // body::escape: finds the components inside colliders. contact: stores v as the velocity before the impacts of this
     // step.
     &BeginContacts,
@@ -95,7 +95,7 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     &ApplyForces,
 ];
 
-/// The stages from the contacts on.
+/// The stages of the contacts.
 pub(super) const FINISH: &[&dyn Stage] = &[
     // contact::bodies: v += J/m and x += h J/m where the samples of bodies touch each other, and, together with them,
     // where they touch colliders.
@@ -106,10 +106,19 @@ pub(super) const FINISH: &[&dyn Stage] = &[
     &TouchColliders,
     // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
     &ApplyConstraints,
+    // dynamics::reaction: r*, the rigid motion of each component that also meets the conditions of its supports. Bodies
+    // that press on each other have their conditions in common.
+    &MeetSupports,
+];
+
+/// The stages after the contacts of all bodies.
+pub(super) const END: &[&dyn Stage] = &[
+    // dynamics::elastic_damping: v += (1 - exp(-2 c h)) (r* - r).
+    &DampOnSupports,
 ];
 
 /// Returns the stages in execution order. A step runs them, the plan prints them with their memory, and
 /// changes of the lattice and of the regions go through them.
 pub(super) fn stages() -> impl Iterator<Item = &'static dyn Stage> {
-    BEGIN.iter().chain(ADVANCE).chain(FINISH).copied()
+    ADVANCE.iter().chain(FINISH).chain(END).copied()
 }

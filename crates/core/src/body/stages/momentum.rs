@@ -62,10 +62,12 @@ impl Body {
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         let (needs_rebase, invalidated) =
             (state.needs_rebase(slots[0], weights), momentum.any_invalidated(&state.momenta));
+        momentum.is_measured = false;
         if !needs_rebase && !invalidated {
             return;
         }
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        momentum.is_measured = !needs_rebase;
         if needs_rebase {
             state.rebase(slots, momentum.center());
         }

@@ -14,7 +14,7 @@ mod rigid;
 mod sums;
 
 pub(crate) use components::Components;
-pub(super) use projection::{Mobility, Projection, SOFTNESS, Weight};
+pub(super) use projection::{Mobility, Projection, SOFTNESS};
 pub(super) use rigid::{RigidMotion, RigidVelocity, stack};
 pub(super) use sums::{Fields, RigidState, Sums, add};
 
@@ -37,6 +37,8 @@ pub(crate) struct MomentumTracker {
     task_sums: Vec<Sums>,
     /// Last measured rigid state of each component.
     states: Vec<RigidState>,
+    /// Whether the last measurement is of the positions and velocities at the start of the present step.
+    pub(crate) is_measured: bool,
     /// Rigid velocity of each component that corrects its momenta.
     corrections: Vec<RigidVelocity>,
     /// Whether each component has a constrained vertex, so that its momenta are not conserved.
@@ -66,6 +68,7 @@ impl MomentumTracker {
             task_sums: vec![Sums::default(); count * tasks],
             states: masses.iter().map(|&mass| Sums::default().rigid_state(mass)).collect(),
             masses,
+            is_measured: false,
             corrections: vec![RigidVelocity::default(); count],
             constrained: vec![false; count],
         }
@@ -229,7 +232,7 @@ impl MomentumTracker {
     }
 
     /// Returns the component of each slot.
-    pub(super) fn components(&self) -> &Components {
+    pub(crate) fn components(&self) -> &Components {
         &self.components
     }
 

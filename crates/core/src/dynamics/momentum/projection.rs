@@ -15,15 +15,6 @@ const DETERMINED: f64 = 1e-9;
 /// is.
 pub(in crate::dynamics) const SOFTNESS: f64 = 0.05;
 
-/// The strictness of a condition.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::dynamics) enum Weight {
-    /// Exactly.
-    Exact,
-    /// With the variance [`SOFTNESS`].
-    Soft,
-}
-
 /// The change of a rigid motion (v, ω) by an impulse (p, l).
 #[derive(Clone, Debug)]
 pub(in crate::dynamics) struct Mobility {
@@ -75,6 +66,11 @@ impl Mobility {
         self
     }
 
+    /// Returns the change of the motion by a unit impulse along `row`, without conditions.
+    pub(in crate::dynamics) fn free_change(&self, row: &Vector6<f64>) -> Vector6<f64> {
+        self.free * row
+    }
+
     /// Returns the response to a unit impulse along `row`.
     pub(in crate::dynamics) fn response(&self, row: &Vector6<f64>) -> Response {
         let motion = self.allowed * row;
@@ -111,15 +107,14 @@ impl Projection {
         point: Vector3<f64>,
         direction: Vector3<f64>,
         speed: f64,
-        weight: Weight,
     ) {
         let moment = (point - self.center).cross(&direction);
-        self.fix(stack(&direction, &moment), speed, weight);
+        self.fix(stack(&direction, &moment), speed, 0.0);
     }
 
     /// Adds the condition that the angular velocity has the component `speed` along the unit vector `axis`.
-    pub(in crate::dynamics) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64, weight: Weight) {
-        self.fix(stack(&Vector3::zeros(), &axis), speed, weight);
+    pub(in crate::dynamics) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64) {
+        self.fix(stack(&Vector3::zeros(), &axis), speed, 0.0);
     }
 
     /// Adds the conditions that the component moves like some of its vertices: `vertices` is the rigid state of these
@@ -128,26 +123,31 @@ impl Projection {
     pub(in crate::dynamics) fn fix_vertices(&mut self, vertices: &RigidState) {
         let RigidMotion { linear, angular } = vertices.motion(vertices.momentum);
         for c in 0..3 {
-            self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c], Weight::Exact);
+            self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c]);
         }
         for (_, axis) in principal_axes(vertices.inertia()) {
-            self.fix_spin(axis, axis.dot(&angular), Weight::Exact);
+            self.fix_spin(axis, axis.dot(&angular));
         }
     }
 
-    /// Adds the condition `row` · (v, ω) = `value`.
-    fn fix(&mut self, row: Vector6<f64>, value: f64, weight: Weight) {
+    /// Adds the soft condition `row` · (v, ω) = `value`. Returns its variance, or 0 if earlier conditions determine the
+    /// speed along the row. The impulse that meets it is (`value` - `row` · (v, ω)) / variance, with the projected motion.
+    pub(in crate::dynamics) fn fix_softly(&mut self, row: Vector6<f64>, value: f64) -> f64 {
+        self.fix(row, value, SOFTNESS)
+    }
+
+    /// Adds the condition `row` · (v, ω) = `value`, and returns its variance. `softness`: this variance as a fraction of the
+    /// mobility of the unconstrained component.
+    fn fix(&mut self, row: Vector6<f64>, value: f64, softness: f64) -> f64 {
         let Response { motion, speed, free_speed } = self.mobility.response(&row);
         if speed == 0.0 {
-            return;
+            return 0.0;
         }
-        let softness = match weight {
-            Weight::Exact => 0.0,
-            Weight::Soft => SOFTNESS * free_speed,
-        };
+        let softness = softness * free_speed;
         let gain = motion / (speed + softness);
         self.motion += gain * (value - row.dot(&self.motion));
         self.mobility.allowed -= gain * motion.transpose();
+        softness
     }
 
     /// Returns the change of the projected motion by impulses.

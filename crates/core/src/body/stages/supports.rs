@@ -1,0 +1,104 @@
+//! The part of the elastic damping that supports take, after the contacts.
+
+use super::stage::{BodyStep, Stage};
+use crate::body::context::StepContext;
+use crate::body::parts::Pipeline;
+use crate::body::soft_body::Body;
+use crate::dynamics::{DampingStep, add_rigid};
+use crate::parallel::Executor;
+
+/// Computes the motions that meet the conditions of what supports the body.
+pub(super) struct MeetSupports;
+
+impl Stage for MeetSupports {
+    fn name(&self) -> &'static str {
+        "motion of the supports"
+    }
+
+    fn is_main(&self) -> bool {
+        false
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        let can_touch = body.contact.contacts.is_some() || body.contact.body_contact.is_some();
+        can_touch && body.pipeline.elastic_damping.is_some()
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        body.meet_supports(step.context, step.executor);
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("after the contacts".to_owned(), 0)
+    }
+}
+
+/// Adds the velocities that the supports give.
+pub(super) struct DampOnSupports;
+
+impl Stage for DampOnSupports {
+    fn name(&self) -> &'static str {
+        "damping by supports"
+    }
+
+    fn is_main(&self) -> bool {
+        false
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        MeetSupports.exists(body)
+    }
+
+    fn run(&self, body: &mut Body, _step: &BodyStep<'_>) {
+        body.damp_on_supports();
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("rigid motions of components".to_owned(), 0)
+    }
+}
+
+impl Body {
+    /// Measures the motion after the contacts, and computes the motions of the components with their supports.
+    fn meet_supports(&mut self, context: &StepContext, executor: &Executor) {
+        let dt = context.interval.dt;
+        let keep = self.kept_fraction(dt, executor);
+        let size = self.shape.size / self.shape.lattice.cell_size();
+        let layers = self.contact_layers();
+        let (own, colliders) = (self.rolling_resistance(), context.colliders);
+        let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
+        let friction = &|collider: u32| colliders.friction(collider);
+        let Self {
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
+            constraints,
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
+        if state.supports.list().is_empty() && state.touches.bodies().is_empty() {
+            damping.clear_supports();
+            return;
+        }
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        let step = DampingStep { dt, keep, size, layers, rolling_resistance, friction };
+        let slots = matching.layout.slots();
+        damping.begin_supports(constraints.as_ref(), (state, slots), momentum, step);
+    }
+
+    /// Adds the velocities that the supports give.
+    fn damp_on_supports(&mut self) {
+        let Self {
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. }, state, ..
+        } = self
+        else {
+            return;
+        };
+        if let Some(added) = damping.finish_supports(&mut state.momenta, momentum) {
+            let occupied = matching.layout.occupied();
+            add_rigid(momentum.components(), added, occupied, &state.positions, &mut state.velocities);
+        }
+    }
+}
