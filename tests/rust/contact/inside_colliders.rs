@@ -70,8 +70,8 @@ fn speed(body: &Body) -> f64 {
 ///
 /// Rubber has E = 300 ρ L g, so that a body is strained by up to 1/300 under its weight and 2/300 when it
 /// gets its weight at once, and about ten times that where a narrow section carries it; its deformation is below 1 % of
-/// its size L. No vertex is faster than in a free fall and, in the vibration of a strain of 2/300 at the speed of sound
-/// √(E/ρ), beside it.
+/// its size L. No vertex is faster than in a free fall plus the velocity of a vibration with a strain of 2/300,
+/// 2/300 √(E/ρ).
 fn leaves_whole(name: &str, body: BodyBuilder, colliders: Vec<Collider>) -> Vector3<f64> {
     let mut simulation = simulation(body, colliders.clone(), 1);
     let rest = simulation.body(0).positions();

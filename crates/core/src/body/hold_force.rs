@@ -132,7 +132,14 @@ impl Body {
                 add(force, state.frame.to_world(state.local(slot)));
             }
         }
-        // The part that colliders absorb.
+        // The impulses after the contacts, without the part of the colliders.
+        for ((component, state), [own, all]) in (0..).zip(self.pipeline.momentum.states()).zip(&held) {
+            if *own > 0.0 {
+                let force =
+                    damper.taken_from_surroundings(component) * (self.impulse_unit() / dt * own / all);
+                add(force, self.state.frame.to_world(state.center));
+            }
+        }
         for reaction in damper.reactions() {
             let [own, all] = held.get(reaction.component as usize).copied().unwrap_or_default();
             if own > 0.0 {

@@ -17,6 +17,9 @@ impl Body {
         if colliders.is_empty() {
             self.contact.contacts = None;
             self.state.supports.clear();
+            if let Some(damping) = &mut self.pipeline.elastic_damping {
+                damping.clear_supports();
+            }
             return;
         }
         let spacing = colliders.sample_spacing(self.shape.lattice.cell_size());

@@ -147,6 +147,8 @@ fn add_conditions(
         (first.cell_size.min(second.cell_size), first.layers.min(second.layers)),
     );
     for (directions, limits) in (SupportDirections { limits, normal, rolling, sliding }).groups() {
+        // Of perpendicular impulses, each has an equal part of their common limit.
+        let limits = limits.over(fraction * (directions.clone().count() as f64).sqrt());
         for direction in directions {
             let rows = arms.map(|arm| direction.row(arm));
             let found = [first.mobility.response(&rows[0]), second.mobility.response(&rows[1])];
@@ -159,7 +161,7 @@ fn add_conditions(
                     rows,
                     responses: found.map(|response| response.motion),
                     impulse: 0.0,
-                    limits: limits.over(fraction),
+                    limits,
                     softness,
                     inverse: 1.0 / (speed + softness),
                     parts,
@@ -204,7 +206,14 @@ mod tests {
 
     fn support(first: u32, second: u32, x: f64) -> PairSupport {
         let (point, normal) = ([x, 0.2, 0.1], [1.0, 0.0, 0.0]);
-        let pressing = Pressing { impulse: 1.0, point, normal, squared_radius: 1.0, ..Pressing::default() };
+        let pressing = Pressing {
+            impulse: 1.0,
+            point,
+            normal,
+            squared_radius: 1.0,
+            aligned: 1.0,
+            ..Pressing::default()
+        };
         PairSupport { sides: [(first, 0), (second, 0)], pressing, ..PairSupport::default() }
     }
 

@@ -1,10 +1,10 @@
 //! Damps the elastic modes of a body: moves the velocity of each vertex towards the reference motion of its component.
 //!
 //! The reference motion is the rigid motion that is closest to the velocities in the metric of the mass and meets the
-//! conditions of the surroundings: it moves like the constrained vertices, and it does not move into or out of a
-//! collider that presses on the component. Each step multiplies the difference of the velocities to the
-//! reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c decays as
-//! exp(-c t). A free component keeps its momenta: its reference motion is the rigid motion with its momenta, so
+//! conditions of the surroundings: it moves like the constrained vertices, and, as far as the contacts give the impulses for
+//! it, it does not move into or out of a collider that presses on the component. A step multiplies the difference of the
+//! velocities to the reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c
+//! decays as exp(-c t). A free component keeps its momenta: its reference motion is the rigid motion with its momenta, so
 //! that flight and spin are undamped.
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
@@ -20,8 +20,8 @@
 //! A step damps in two parts. Before the acceleration the velocities move towards the rigid motion of the component, or
 //! towards its projection on the motion of the constrained vertices: this keeps the momenta of free components. After the
 //! contacts the velocities get the difference to the reference motion that also meets the conditions of the supports,
-//! times the same fraction. It is a rigid motion, by impulses that the supports give. They can give only a part of what
-//! the contacts of the step give: see [`reaction`](super::reaction).
+//! times the same fraction. It is a rigid motion, by impulses of the supports, whose limits follow from the contacts of the
+//! step: see [`reaction`](super::reaction).
 
 use nalgebra::{Vector3, Vector6};
 
@@ -58,9 +58,15 @@ pub(crate) struct ElasticDamper {
 struct SupportedMotion {
     /// Rigid motion with the momenta of the component.
     motion: RigidMotion,
-    /// The reference motion without and with the supports.
+    /// The rigid motion without and with the supports.
     free: RigidMotion,
     reference: RigidMotion,
+    /// Whether the component has constrained vertices.
+    is_held: bool,
+    /// Impulse of other bodies in the step, by the coupling.
+    coupled: Vector3<f64>,
+    /// Change of the linear momentum in the step.
+    given: Vector3<f64>,
     /// The change of the rigid motion in a step by rolling resistance.
     rolling: RigidMotion,
     projection: Projection,
@@ -70,7 +76,7 @@ struct SupportedMotion {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Damped {
     pub(super) keep: f32,
-    /// 1 - `keep` times the reference motion of each component.
+    /// 1 - `keep` times the rigid motion of each component.
     pub(crate) rigid: Vec<RigidVelocity>,
 }
 
@@ -128,6 +134,12 @@ impl ElasticDamper {
         &self.reactions
     }
 
+    /// Returns the impulse that the damping took from the constrained vertices of a component after the contacts of the last
+    /// step, and from its colliders.
+    pub(crate) fn taken_from_surroundings(&self, component: usize) -> Vector3<f64> {
+        self.motions.get(component).map_or_else(Vector3::zeros, |moved| moved.given - moved.coupled)
+    }
+
     /// Begins a step: computes the motions towards which the velocities are damped before the acceleration. `keep`:
     /// exp(-2 c dt), the fraction of the differences that remains. `tracker` has measured the state. `slots` has the slot
     /// of each lattice vertex.
@@ -143,11 +155,11 @@ impl ElasticDamper {
         self.damped.rigid.clear();
         for (component, rigid) in tracker.states().iter().enumerate() {
             let motion = rigid.motion(rigid.momentum);
-            let reference = match self.constrained_vertices(component) {
+            let free = match self.constrained_vertices(component) {
                 None => motion,
                 Some(vertices) => projection_of(rigid, motion, Some(&vertices)).motion(),
             };
-            self.damped.rigid.push((reference * (1.0 - keep)).about_origin(rigid.center));
+            self.damped.rigid.push((free * (1.0 - keep)).about_origin(rigid.center));
         }
     }
 
@@ -195,8 +207,9 @@ impl ElasticDamper {
     ) -> Option<&[RigidVelocity]> {
         let Self { motions, added, fraction, .. } = self;
         added.clear();
-        for ((rigid, moved), tracked) in tracker.states().iter().zip(&*motions).zip(momenta) {
+        for ((rigid, moved), tracked) in tracker.states().iter().zip(motions).zip(momenta) {
             let change = (moved.reference - moved.free) * *fraction + moved.rolling;
+            moved.given = change.linear * rigid.mass;
             if let Some(tracked) = tracked {
                 tracked.add(rigid.momentum_of(change));
             }
@@ -245,12 +258,16 @@ impl ElasticDamper {
     ) {
         let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
         let index = component.side.1;
-        let reference = &mut self.motions[index as usize].reference;
-        *reference = *reference + RigidMotion { linear: linear / cell_size, angular };
+        let moved = &mut self.motions[index as usize];
+        moved.reference = moved.reference + RigidMotion { linear: linear / cell_size, angular };
+        moved.coupled = component.impulse / (cell_mass * cell_size);
+        if moved.is_held {
+            return;
+        }
         // The supports of the component take a part of the impulses: the difference to the change of its momentum.
         let mass = tracker.states()[index as usize].mass;
         let changed = linear * (mass / cell_size * component.fraction);
-        let taken = changed - component.impulse / (cell_mass * cell_size);
+        let taken = changed - moved.coupled;
         let own = || self.reactions.iter().filter(|reaction| reaction.component == index);
         let pressure: f64 = own().map(|reaction| reaction.pressure).sum();
         for reaction in self.reactions.iter_mut().filter(|reaction| reaction.component == index) {
@@ -299,8 +316,18 @@ impl ElasticDamper {
         let mut rolling = RigidMotion::ZERO;
         let projection = project(motion);
         let free = projection.motion();
+        let moved = |rolling, projection| SupportedMotion {
+            motion,
+            free,
+            reference: free,
+            is_held: vertices.is_some(),
+            coupled: Vector3::zeros(),
+            given: Vector3::zeros(),
+            rolling,
+            projection,
+        };
         if own.is_empty() {
-            return SupportedMotion { motion, free, reference: free, rolling, projection };
+            return SupportedMotion { reference: free, ..moved(rolling, projection) };
         }
         let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
         // Colliders at rest add no energy: the damped velocities lie between the velocities and the reference motion.
@@ -336,7 +363,7 @@ impl ElasticDamper {
             let (point, pressure) = (pressing.point.into(), pressing.impulse);
             reactions.push(Reaction { component, collider, impulse, point, pressure });
         }
-        SupportedMotion { motion, free, reference, rolling, projection }
+        SupportedMotion { reference, ..moved(rolling, projection) }
     }
 }
 

@@ -1,9 +1,10 @@
 //! The conditions of supports on the reference motion of a component, and the impulses by which supports meet them: see
 //! [`elastic_damping`](super::elastic_damping).
 //!
-//! A support can give only a part of all impulses, so that each impulse has a *limit*:
+//! The impulses of a support have *limits*, each for itself:
 //!
-//! * along the normal the impulse p of the contacts in the step to take the pressure away, and n p to add to it. Contacts act
+//! * along the normal, the impulse of the contacts in the step along it to take the pressure away, and n p to add to it, with
+//!   the sum p of their normal impulses. Contacts act
 //!   on one layer of vertices, and elasticity resists over the n = w + 1/2 layers from the surface to the middle of a
 //!   region of half-width w: on all of them, the contacts would press n times as much. For cells n is 1;
 //! * across it what is left of the friction, mu p - |F|, with the friction F in the step;
@@ -90,9 +91,9 @@ impl ImpulseLimits {
         Self(self.0.map(|limit| limit / factor))
     }
 
-    /// Returns the impulse within the limits that is nearest to another one.
+    /// Returns the impulse within the limits that is nearest to another one; also for limits that are not numbers.
     pub(super) fn nearest(self, impulse: f64) -> f64 {
-        impulse.clamp(-self.0[0], self.0[1])
+        impulse.max(-self.0[0]).min(self.0[1])
     }
 }
 
@@ -117,8 +118,11 @@ impl Direction {
 
 impl SupportDirections {
     /// Returns groups of perpendicular directions, each with the limits of its impulses together.
-    pub(super) fn groups(&self) -> impl Iterator<Item = (impl Iterator<Item = Direction>, ImpulseLimits)> {
+    pub(super) fn groups(
+        &self,
+    ) -> impl Iterator<Item = (impl Iterator<Item = Direction> + Clone, ImpulseLimits)> {
         let &Self { limits, normal, rolling, sliding } = self;
+        // A zero vector stands for no direction.
         let exists = |axis: &Vector3<f64>| *axis != Vector3::zeros();
         let twist = rolling.map_or(normal, |rolling| {
             (normal - rolling * rolling.dot(&normal)).try_normalize(1e-3).unwrap_or_default()
@@ -139,7 +143,6 @@ impl SupportDirections {
             (Direction::About, one(twist), ImpulseLimits::both(limits.twist)),
             (Direction::Along, across, ImpulseLimits::both(limits.sliding)),
         ];
-        // A condition on the zero vector is none.
         let groups = groups.into_iter().filter(|(.., limits)| *limits != ImpulseLimits::both(0.0));
         groups.map(move |(kind, axes, limits)| (axes.into_iter().filter(exists).map(kind), limits))
     }
@@ -163,21 +166,18 @@ pub(crate) struct Reaction {
 
 impl SupportLimits {
     /// Returns the limits of a contact. `friction`: its coefficient of friction. `layers`: n, see the [module](self).
-    /// Lengths are in the unit of `cell_size`. A contact whose normals all around cancel each other is a grip that gives up
-    /// to its pressure in all directions.
+    /// Lengths are in the unit of `cell_size`. A grip, whose normals all around cancel each other, has only the limits of
+    /// friction and of the tilt.
     pub(super) fn new(pressing: &Pressing, friction: f64, (cell_size, layers): (f64, f64)) -> Self {
-        let &Pressing { impulse: pressure, normal, .. } = pressing;
+        let &Pressing { impulse: pressure, aligned, .. } = pressing;
         let radius = pressing.radius(cell_size);
-        let (share, rubbed) = match normal == [0.0; 3] {
-            true => (1.0, 0.0),
-            false => (friction, Vector3::from(pressing.friction).norm()),
-        };
+        let rubbed = Vector3::from(pressing.friction).norm();
         Self {
             pressing: layers * pressure,
-            relieving: pressure,
-            sliding: (share * pressure - rubbed).max(0.0),
+            relieving: pressure * aligned,
+            sliding: (friction * pressure - rubbed).max(0.0),
             tilt: pressure * radius,
-            twist: share * pressure * radius,
+            twist: friction * pressure * radius,
         }
     }
 }

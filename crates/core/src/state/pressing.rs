@@ -17,6 +17,8 @@ pub(crate) struct Pressing {
     pub(crate) squared_radius: f64,
     /// Mean normal, a unit vector; zero if the normals cancel each other.
     pub(crate) normal: [f64; 3],
+    /// Part of the normal impulses that acts along the mean normal, from 0 to 1.
+    pub(crate) aligned: f64,
     /// Deflection by rotation, in rad.
     pub(crate) rotation: Deflection,
     /// Deflection by sliding, as a fraction of the size of the smaller side.
@@ -73,12 +75,13 @@ impl Pressing {
         // Normals that cancel each other, all around a ball, have no mean.
         let normal = Vector3::from(self.normal) * scale;
         self.normal = normal.try_normalize(1e-3).unwrap_or_default().into();
+        self.aligned = normal.norm();
     }
 
     /// Returns whether all numbers are finite.
     pub(super) fn is_valid(&self) -> bool {
         let vectors = self.point.iter().chain(&self.normal).chain(&self.friction);
-        vectors.chain([&self.impulse, &self.squared_radius]).all(|x| x.is_finite())
+        vectors.chain([&self.impulse, &self.squared_radius, &self.aligned]).all(|x| x.is_finite())
     }
 
     /// Returns the radius of the contact. `cell_size`: lattices resolve no smaller radius than half of it.

@@ -7,12 +7,12 @@ use crate::body::soft_body::Body;
 use crate::dynamics::{DampingStep, add_rigid};
 use crate::parallel::Executor;
 
-/// Computes the motions that meet the conditions of what supports the body.
+/// Computes the motions of the components that meet the conditions of their supports.
 pub(super) struct MeetSupports;
 
 impl Stage for MeetSupports {
     fn name(&self) -> &'static str {
-        "motion of the supports"
+        "supported motion"
     }
 
     fn is_main(&self) -> bool {
@@ -83,6 +83,7 @@ impl Body {
         }
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        momentum.is_measured = false;
         let step = DampingStep { dt, keep, size, layers, rolling_resistance, friction };
         let slots = matching.layout.slots();
         damping.begin_supports(constraints.as_ref(), (state, slots), momentum, step);
