@@ -16,7 +16,7 @@ into the simulation, so evaluating a surface does not change later steps.
 
 Contents:
 
-    Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
+    Mesh, read_obj                          surface meshes; a mesh argument may also be a path or another mesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
                                             edit; pin, handle, holds, apply_force, add_force_field; goals, surface,

@@ -78,6 +78,27 @@ class _MeshLike(Protocol):
     @property
     def faces(self) -> Any: ...
 
+class _Open3dMesh(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def triangles(self) -> Any: ...
+
+class _MeshioMesh(Protocol):
+    @property
+    def points(self) -> Any: ...
+    @property
+    def cells_dict(self) -> Any: ...
+
+class _PyvistaMesh(Protocol):
+    @property
+    def points(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+_MeshObject: TypeAlias = Trimesh | Scene | _MeshLike | _Open3dMesh | _MeshioMesh | _PyvistaMesh
+_MeshArgument: TypeAlias = Mesh | _Path | _MeshObject
+
 @final
 class Mesh:
     """A surface mesh: vertices and polygons.
@@ -94,13 +115,14 @@ class Mesh:
     """
     def __new__(cls, vertices: ArrayLike, faces: ArrayLike | Sequence[Sequence[int]]) -> Mesh: ...
     @staticmethod
-    def from_trimesh(mesh: Trimesh | Scene | _MeshLike) -> Mesh:
-        """Return the mesh of a trimesh.Trimesh, or of all meshes of a trimesh.Scene, at their places in the scene.
+    def from_trimesh(mesh: _MeshArgument) -> Mesh:
+        """Return the mesh of an object of another library; of a trimesh.Scene all meshes, at their places in the scene.
 
-        mesh : trimesh.Trimesh, trimesh.Scene, or an object with vertices and faces
+        mesh : trimesh.Trimesh, trimesh.Scene, meshio.Mesh, open3d.geometry.TriangleMesh, pyvista.PolyData, an object with
+            vertices and faces, or a path
 
-        The order of the vertices and triangles is kept. Texture coordinates, materials and colors are kept for
-        Body.to_trimesh. A mesh argument, such as that of Body, may also be the trimesh object itself.
+        The order of the vertices and faces is kept. Texture coordinates, materials and colors of trimesh are kept for
+        Body.to_trimesh. A mesh argument, such as that of Body, may also be the object itself.
         """
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -122,14 +144,15 @@ class Mesh:
     def _restore(cls, data: bytes, visual: Any = None) -> Mesh: ...
 
 def read_obj(path: _Path, object: str | None = None) -> Mesh:
-    """Read a mesh from a Wavefront OBJ file.
+    """Read a mesh from an OBJ, GLB, glTF, STL or PLY file.
 
     path : str or os.PathLike
+        The content of the file determines its format.
     object : str, optional
-        Reads only the object (`o`) or group (`g`) with this name.
+        Reads only the object or group with this name: of an `o` or `g` statement, a node of glTF or a solid of STL.
 
     Raises FileNotFoundError or another OSError for a file that cannot be read, and MeshError, with file and
-    line, for an invalid mesh.
+    line or element, for an invalid mesh.
     """
 
 @final
@@ -142,7 +165,7 @@ class Lattice:
     @classmethod
     def from_mesh(
         cls,
-        mesh: Mesh | _Path | Scene | _MeshLike,
+        mesh: _MeshArgument,
         *,
         vertices: int | None = None,
         cell_size: float | None = None,
@@ -151,7 +174,7 @@ class Lattice:
     ) -> Lattice:
         """Create the lattice of a mesh: the cells that the surface passes through or encloses.
 
-        mesh : Mesh, path, or an object with vertices and faces (trimesh.Trimesh)
+        mesh : Mesh, path, an object with vertices and faces, or a mesh of trimesh, meshio, Open3D or PyVista
         vertices : int, default 1000
             Target number of lattice vertices, at least 8. The actual number is within 5 % of the target where
             the shape allows.
@@ -221,12 +244,12 @@ class Lattice:
 class Body:
     """A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 
-    shape : Mesh, Lattice, path, trimesh.Trimesh, trimesh.Scene, or another object with vertices and faces
-        Path of an OBJ file, or of an STL, PLY, GLB, glTF, OFF or 3MF file, which trimesh reads. A body from a Lattice
+    shape : Mesh, Lattice, path, an object with vertices and faces, or a mesh of trimesh, meshio, Open3D or PyVista
+        Path of an OBJ, GLB, glTF, STL or PLY file, or of an OFF or 3MF file, which trimesh reads. A body from a Lattice
         has no mesh to display.
     name : str, default "body"
     object : str
-        If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
+        If the shape is a path: reads only the object or group with this name.
     scale : float or (3,) float, default 1
         Factor of the lengths of the shape, > 0, applied first; or, of a mesh, one for each of its axes, not 0, of which
         negative ones mirror it.
@@ -317,7 +340,7 @@ class Body:
     """
     def __new__(
         cls,
-        shape: Mesh | Lattice | _Path | Scene | _MeshLike,
+        shape: _MeshArgument | Lattice,
         *,
         name: str = "body",
         object: str | None = None,
@@ -724,7 +747,7 @@ class Body:
         """Return the displayed surface as a trimesh.Trimesh.
 
         uv : bool, default False
-            Whether the mesh has the texture coordinates and materials of the OBJ file from which the body was read. A
+            Whether the mesh has the texture coordinates and materials of the model file from which the body was read. A
             vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
             attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
 

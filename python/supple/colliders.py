@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -275,8 +275,8 @@ class MeshCollider(Collider):
 
     For friction, restitution, keys, interpolation and rolling_resistance see Collider.
 
-    mesh : Mesh
-        Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a mesh.
+    mesh : Mesh, or another mesh argument, such as that of Body
+        Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a Mesh.
     scale : float or (3,) float, default 1
         Factor of the lengths of the mesh, > 0, applied first, about its origin; or one for each axis, not 0, of which
         negative ones mirror the mesh.
@@ -297,8 +297,8 @@ class MeshCollider(Collider):
     start : float, default 0
         Time of the first frame in seconds.
 
-    Raises TypeError for another type than Mesh, and ValueError for a mesh whose triangles have no area, for inside=True
-    with an open mesh, or for frames of another shape.
+    Raises TypeError for an object that is no mesh, and ValueError for a mesh whose triangles have no area, for
+    inside=True with an open mesh, or for frames of another shape.
     """
 
     shape: ClassVar[str] = "mesh"
@@ -315,3 +315,28 @@ class MeshCollider(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     inside: bool = False
     rolling_resistance: float | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            mesh: _core._MeshArgument,
+            scale: ArrayLike = 1.0,
+            rotate: Rotate = _NO_ROTATION,
+            translate: ArrayLike = _NO_ROTATION,
+            friction: float = 0.5,
+            restitution: float = 0.0,
+            keys: Sequence[Key] = (),
+            frames: ArrayLike | None = None,
+            fps: float = 30.0,
+            start: float = 0.0,
+            interpolation: Literal["linear", "smooth", "cubic"] = "linear",
+            inside: bool = False,
+            rolling_resistance: float | None = None,
+        ) -> None:
+            """Create the collider. The class has the arguments."""
+
+    def __post_init__(self) -> None:
+        """Convert the mesh, check the numbers and replace them by plain copies."""
+        object.__setattr__(self, "mesh", _core.Mesh.from_trimesh(self.mesh))
+        super().__post_init__()

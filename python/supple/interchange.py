@@ -1,8 +1,9 @@
-"""Conversion of meshes and bodies from and to trimesh."""
+"""Conversion of bodies to trimesh, and of meshes from trimesh, meshio, Open3D and PyVista."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -15,7 +16,7 @@ from .extras import import_optional
 if TYPE_CHECKING:
     from trimesh import Scene, Trimesh
 
-__all__ = ["merged", "read_with_trimesh", "to_trimesh", "visual"]
+__all__ = ["arrays", "merged", "read_with_trimesh", "to_trimesh", "visual"]
 
 
 def to_trimesh(body: Body, uv: bool = False) -> Trimesh:
@@ -84,12 +85,60 @@ def _material(trimesh: Any, name: str, color: list[float], image: Path | None) -
 
 
 def read_with_trimesh(path: Path) -> Any:
-    """Read a mesh or a scene from a file. Vertices keep the order of the file, but those of an STL file are merged."""
+    """Read a mesh or a scene from a file. Vertices keep the order of the file."""
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
     trimesh = import_optional("trimesh")
-    # In an STL file every triangle has vertices of its own.
-    return trimesh.load(path, process=path.suffix.lower() == ".stl")
+    return trimesh.load(path, process=False)
+
+
+def arrays(mesh: Any) -> tuple[NDArray[np.float64], list[list[int]]] | None:
+    """Return the vertices and faces of a mesh of meshio, Open3D or PyVista; None for other objects."""
+    if hasattr(mesh, "points") and hasattr(mesh, "faces"):
+        return _points(mesh.points), _padded_faces(mesh.faces)
+    if hasattr(mesh, "points") and hasattr(mesh, "extract_surface"):
+        raise TypeError(f"a pyvista.{type(mesh).__name__} has no faces; pass mesh.extract_surface()")
+    if hasattr(mesh, "points") and hasattr(mesh, "cells_dict"):
+        return _points(mesh.points), _meshio_faces(mesh.cells_dict)
+    if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):
+        return _points(mesh.vertices), np.asarray(mesh.triangles, np.int64).reshape(-1, 3).tolist()
+    return None
+
+
+def _points(points: Any) -> NDArray[np.float64]:
+    """Return points as an array; meshio has plane points with two coordinates."""
+    found = np.asarray(points, np.float64)
+    return np.pad(found, ((0, 0), (0, 1))) if found.ndim == 2 and found.shape[1] == 2 else found
+
+
+def _meshio_faces(cells: Mapping[str, Any]) -> list[list[int]]:
+    """Return the triangles, quads and polygons of meshio."""
+    faces = [
+        face
+        for kind, corners in cells.items()
+        if kind in ("triangle", "quad") or kind.startswith("polygon")
+        for face in np.asarray(corners, np.int64).tolist()
+    ]
+    if not faces:
+        known = ", ".join(cells) or "none"
+        raise ValueError(f"the meshio mesh has no triangles, quads or polygons, but cells: {known}; pass its surface")
+    return faces
+
+
+def _padded_faces(faces: Any) -> list[list[int]]:
+    """Return faces from an array in which the number of corners precedes the corners of each face, as in PyVista."""
+    numbers = np.asarray(faces, np.int64).ravel().tolist()
+    found: list[list[int]] = []
+    at = 0
+    while at < len(numbers):
+        end = at + 1 + numbers[at]
+        if numbers[at] < 3 or end > len(numbers):
+            raise ValueError(
+                f"faces[{at}] is {numbers[at]}, which is not the number of corners of a face; pass polygons"
+            )
+        found.append(numbers[at + 1 : end])
+        at = end
+    return found
 
 
 def merged(scene: Scene) -> Trimesh:

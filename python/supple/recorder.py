@@ -115,7 +115,7 @@ def save_usd(
     up, scale, fps, meters_per_unit : optional
         As for Recorder.
 
-    For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of OBJ files, use
+    For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of models, use
     `run(..., format="usd")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
     """
     return _save(sim, path, ".usd", frames, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)

@@ -21,7 +21,7 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
     """Load a scene as a simulation at time zero.
 
     path : str or os.PathLike
-        A scene (.toml), or a model (.obj), which is dropped on a ground plane just below it.
+        A scene (.toml), or a model (.obj, .glb, .gltf, .stl, .ply), which is dropped on a ground plane just below it.
     overrides : dict, optional
         Changes to the scene by key path: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`. In a key
         path a body is given by its name, and an entry of another list by its index from 0.
@@ -50,7 +50,7 @@ def run(
     """Run a scene to frames on disk.
 
     path : str or os.PathLike
-        A scene (.toml) or a model (.obj), as for load_scene.
+        A scene (.toml) or a model, as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
         Directory of the frames `NAME_0000.obj`, ... The directory is created if it does not exist.
     format : "obj", "ply", "pc2", "usd" or "html", or a list of them, default the scene's

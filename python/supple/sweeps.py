@@ -42,7 +42,7 @@ def sweep(
     """Run a scene once for each set of parameters.
 
     scene : str or os.PathLike
-        A scene (.toml) or a model (.obj).
+        A scene (.toml) or a model, as for load_scene.
     parameters : dict of lists, or list of dicts
         A dict such as `{"body.bust.half_width": [1, 2, 3]}` gives one run per combination of the values. A list of
         dicts gives one run per dict. The keys are key paths as for `overrides` of load_scene.

@@ -183,7 +183,12 @@ const CUBE = [0, 1, 2, 3, 4, 5, 6, 7]
   .concat('f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n')
   .join('');
 
-test('an OBJ file that is dropped is shown, and a broken one gives the message with the line', async (t) => {
+// A tetrahedron as STL.
+const corner = (k) => `vertex ${k & 1} ${(k >> 1) & 1} ${(k >> 2) & 1}\n`;
+const facet = (corners) => `facet normal 0 0 0\nouter loop\n${corners.map(corner).join('')}endloop\nendfacet\n`;
+const TETRAHEDRON = `solid a\n${[[0, 2, 1], [0, 1, 4], [1, 2, 4], [2, 0, 4]].map(facet).join('')}endsolid a\n`;
+
+test('a model that is dropped is shown, and a broken one gives the message with the line', async (t) => {
   const { page, messages } = await opened(t);
   await drop(page, 'cube.obj', CUBE);
   await page.waitForFunction(() => document.getElementById('mesh-vertices').textContent === '8');
@@ -200,7 +205,9 @@ test('an OBJ file that is dropped is shown, and a broken one gives the message w
   assert.ok(await page.isHidden('#message'));
   await drop(page, 'photo.png', '\u0089PNG\u0000');
   await page.waitForSelector('#message button');
-  assert.match(await text(page, 'message'), /is not an OBJ file/);
+  assert.match(await text(page, 'message'), /^photo\.png: files with the extension \.png are not read; give a model: OBJ/);
+  await drop(page, 'tetrahedron.stl', TETRAHEDRON);
+  await page.waitForFunction(() => document.getElementById('mesh-vertices').textContent === '4');
   await drop(page, 'open.obj', CUBE.replace('f 3 7 8 4\n', ''));
   await page.waitForFunction(() => document.getElementById('volume-name').textContent.includes('open'));
   assert.deepEqual(messages, []);
@@ -219,7 +226,7 @@ test('a closed sheet without thickness is shown, and files that cannot be read g
     folder.arrayBuffer = () => Promise.reject(new DOMException('', 'NotFoundError'));
     return globalThis.page.loadFile(folder);
   });
-  assert.match(await text(page, 'message'), /^folder cannot be read; drop an OBJ file/);
+  assert.match(await text(page, 'message'), /^folder cannot be read; drop an OBJ, GLB, glTF, STL or PLY file/);
   await page.route('**/ring.obj', (route) => route.abort());
   await page.selectOption('#shape', 'Ring');
   await page.waitForFunction(() => /ring\.obj cannot be read/.test(document.getElementById('message').textContent));

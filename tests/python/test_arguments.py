@@ -71,7 +71,7 @@ def test_settable_numbers_refuse_other_types(name, value):
         (lambda cube: supple.Lattice.from_mesh(cube, join="x"), TypeError, "join must be True or False, not str"),
         (lambda cube: supple.Lattice.from_mesh(cube, vertices=9.5), TypeError, "vertices must be a whole number"),
         (lambda cube: supple.Lattice.from_mesh(cube, vertexes=9), TypeError, 'the nearest one is "vertices"'),
-        (lambda cube: supple.Lattice.from_mesh(3), TypeError, r"mesh must be a supple\.Mesh, a path, or .* not int"),
+        (lambda cube: supple.Lattice.from_mesh(3), TypeError, r"mesh must be a supple\.Mesh, a path, an .* not int"),
         (lambda cube: supple.Lattice.from_cells(ONES, "x"), TypeError, "cell_size must be a number, not str"),
         (lambda cube: supple.Lattice.from_cells(ONES, join="x"), TypeError, "join must be True or False, not str"),
         (lambda cube: supple.read_obj(3), TypeError, "path must be a path .*, not int"),

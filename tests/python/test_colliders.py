@@ -262,11 +262,27 @@ def test_mesh_colliders_take_a_mesh_and_check_it(cube):
     for arguments, error, words in [
         ({"mesh": cube, "scale": 0}, ValueError, "scale = 0 is out of range: it must be a number above 0, or three"),
         ({"mesh": cube, "translate": (0, float("nan"), 0)}, ValueError, "translate"),
-        ({"mesh": cube.vertices}, TypeError, "mesh must be a supple.Mesh, not ndarray"),
+        (
+            {"mesh": cube.vertices},
+            TypeError,
+            "mesh must be a supple.Mesh, a path, an object with vertices and faces, or a mesh of .*, not ndarray",
+        ),
         ({"mesh": supple.Mesh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])}, ValueError, "no triangle"),
     ]:
         with pytest.raises(error, match=words):
             supple.MeshCollider(**arguments)
+
+
+def test_mesh_colliders_take_what_bodies_take(cube, bust):
+    class Triangles:
+        vertices = cube.vertices
+        triangles = cube.faces
+
+    assert np.array_equal(supple.MeshCollider(Triangles()).mesh.faces, cube.faces)
+    read = supple.MeshCollider(bust, inside=True).mesh
+    assert np.array_equal(read.vertices, supple.read_obj(bust).vertices)
+    with pytest.raises(FileNotFoundError, match=r"missing\.glb"):
+        supple.MeshCollider("missing.glb")
 
 
 def test_a_driven_mesh_carries_a_body(cube):

@@ -57,7 +57,7 @@ def test_a_scene_without_meshes_is_an_error():
 
 
 @pytest.mark.parametrize("ending", ["stl", "ply", "glb", "off", "STL"])
-def test_files_are_read_by_trimesh(ball, tmp_path, ending):
+def test_files_that_trimesh_writes_are_read(ball, tmp_path, ending):
     path = tmp_path / f"ball.{ending}"
     ball.export(path, file_type=ending.lower())
     body = supple.Body(path, lattice_vertices=200)
@@ -71,14 +71,15 @@ def test_files_are_read_by_trimesh(ball, tmp_path, ending):
 
 
 def test_files_that_trimesh_reads_have_clear_errors(tmp_path, ball, monkeypatch):
-    with pytest.raises(FileNotFoundError, match=r"missing\.glb"):
-        supple.Body(tmp_path / "missing.glb")
-    ball.export(tmp_path / "ball.ply")
-    with pytest.raises(ValueError, match="object needs an OBJ file"):
-        supple.Body(tmp_path / "ball.ply", object="ball")
+    for name in ("missing.off", "missing.glb"):
+        with pytest.raises(FileNotFoundError, match=name):
+            supple.Body(tmp_path / name)
+    ball.export(tmp_path / "ball.off")
+    with pytest.raises(ValueError, match="object needs an OBJ, GLB, glTF, STL or PLY file"):
+        supple.Body(tmp_path / "ball.off", object="ball")
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.raises(ModuleNotFoundError, match="trimesh is not installed; install it with `pip install trimesh`"):
-        supple.Body(tmp_path / "ball.ply")
+        supple.Body(tmp_path / "ball.off")
 
 
 def test_texture_coordinates_are_kept(textured, tmp_path):
@@ -87,8 +88,8 @@ def test_texture_coordinates_are_kept(textured, tmp_path):
     assert np.array_equal(shown.visual.uv, textured.visual.uv)
     assert np.array_equal(shown.vertices, body.surface())
     textured.export(tmp_path / "ball.glb")
-    loaded = supple.Body(tmp_path / "ball.glb", lattice_vertices=200).to_trimesh()
-    # trimesh turns v of GLB files over, in float32.
+    loaded = supple.Body(tmp_path / "ball.glb", lattice_vertices=200).to_trimesh(uv=True)
+    # v of GLB files is turned over, in float32.
     assert np.allclose(loaded.visual.uv, textured.visual.uv, atol=1e-6)
     copies = [pickle.loads(pickle.dumps(body)), pickle.loads(pickle.dumps(supple.Simulation(body))).bodies[0]]
     for copy in copies:

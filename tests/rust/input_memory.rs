@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use supple::{Lattice, LatticeOptions, Mesh, Resolution};
+use supple_io::model;
 use supple_io::obj::Document;
 use supple_io::scene::Scene;
 use supple_tests::counting_allocator::{CountingAllocator, thread_peak};
@@ -45,6 +46,78 @@ fn reading_an_obj_file_takes_a_multiple_of_its_size() {
             document.libraries();
             document.mesh(None).unwrap();
         });
+    }
+}
+
+#[test]
+fn reading_other_models_takes_a_multiple_of_their_size() {
+    let ply = |vertices: usize, faces: usize, lines: String| {
+        let floats = "property float x\nproperty float y\nproperty float z\n";
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {vertices}\n{floats}element face {faces}\n\
+             property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n{lines}"
+        )
+    };
+    let facet =
+        "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let node = "{\"mesh\":0},";
+    let gltf = format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}],\"meshes\":[{{\"primitives\":[]}}]}}",
+        node.repeat(100_000)
+    );
+    for (name, text, factor) in [
+        ("vertices", ply(200_003, 1, format!("{}3 0 1 2\n", "0 0 1\n".repeat(200_000))), 60.0),
+        ("faces", ply(3, 200_000, "3 0 1 2\n".repeat(200_000)), 60.0),
+        ("corners", ply(3, 1, format!("1000000{}\n", " 1".repeat(1_000_000))), 60.0),
+        ("triangles", format!("solid a\n{}endsolid a\n", facet.repeat(20_000)), 10.0),
+        ("solids", format!("solid a\n{facet}endsolid a\n").repeat(20_000), 10.0),
+        ("nodes", gltf, 100.0),
+    ] {
+        assert_small(name, &text, factor, |text| {
+            let _ = model::from_bytes("model", text.into()).map(|document| document.mesh(None));
+        });
+    }
+}
+
+#[test]
+fn numbers_in_the_headers_of_models_take_no_memory() {
+    let ply = |count: u64| {
+        format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty float x\nproperty float y\n\
+             property float z\nelement face {count}\nproperty list uint int vertex_index\nend_header\n"
+        )
+    };
+    let list = ply(1).into_bytes();
+    let list = [&list[..], &[0; 12], &u32::MAX.to_le_bytes(), &[0; 12]].concat();
+    let stl = [&[0; 80][..], &u32::MAX.to_le_bytes()].concat();
+    let gltf = |accessor: &str| {
+        let primitive = "{\"attributes\":{\"POSITION\":0}}";
+        format!(
+            "{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{{\"byteLength\":4000000000,\"uri\":\"data:;base64,AAAA\"}}],\
+             \"bufferViews\":[{{\"buffer\":0,\"byteLength\":3}}],\"accessors\":[{{{accessor},\"type\":\"VEC3\",\
+             \"componentType\":5126}}],\"meshes\":[{{\"primitives\":[{primitive}]}}],\"nodes\":[{{\"mesh\":0}}]}}"
+        )
+    };
+    let sparse = "\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"componentType\":5121},\"values\":{\"bufferView\":0}}";
+    let long = gltf("\"bufferView\":0,\"count\":4000000000");
+    let files = [
+        ply(4_000_000_000).into_bytes(),
+        ply(u64::MAX).into_bytes(),
+        list,
+        stl,
+        long.clone().into_bytes(),
+        long.replace("\"byteLength\":4000000000", "\"byteLength\":3").into_bytes(),
+        gltf(&format!("\"count\":4000000000,{sparse}"))
+            .replace("\"byteLength\":4000000000", "\"byteLength\":3")
+            .into_bytes(),
+    ];
+    for bytes in files {
+        let name = String::from_utf8_lossy(&bytes).into_owned();
+        let mut result = None;
+        let peak = thread_peak(|| result = Some(model::from_bytes("x.stl", bytes)));
+        assert!(result.unwrap().is_err(), "{name}");
+        // The parser of PLY files begins lists with room for 65,536 numbers.
+        assert!(peak < 1 << 20, "{peak} bytes for {name}");
     }
 }
 

@@ -32,7 +32,7 @@ pub(crate) enum Command {
 /// Arguments of `supple run`.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Scenes (.toml) or models (.obj); several inputs run one after another
+    /// Scenes (.toml) or models (.obj, .glb, .gltf, .stl, .ply); several inputs run one after another
     #[arg(value_name = "INPUT", required = true)]
     pub(crate) inputs: Vec<PathBuf>,
     /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each;
@@ -82,7 +82,7 @@ pub(crate) struct RunArgs {
 /// Arguments of `supple inspect`.
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
-    /// Scene (.toml) or model (.obj)
+    /// Scene (.toml) or model (.obj, .glb, .gltf, .stl, .ply)
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
     /// Print JSON; it always contains the plan
@@ -147,7 +147,7 @@ pub(crate) struct SceneArgs {
     /// Override a scene key, e.g. body.bust.half_width=3 or simulation.frames=60; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Up axis of an input that is a model (.obj) [default: y]; not for scenes
+    /// Up axis of an input that is a model [default: y]; not for scenes
     #[arg(long, value_enum)]
     pub(crate) up: Option<Up>,
 }
@@ -174,7 +174,7 @@ impl Command {
         let input = inputs.iter().find(|input| has_extension(input, &["toml"]));
         match (scene.up, input) {
             (Some(_), Some(input)) => Err(format!(
-                "--up is for models (.obj) only, and {} is a scene; leave --up out, and set simulation.gravity and \
+                "--up is for models only, and {} is a scene; leave --up out, and set simulation.gravity and \
                  the rotate of each body",
                 input.display()
             )),

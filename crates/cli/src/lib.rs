@@ -26,6 +26,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue};
+use supple_io::model::is_model;
 use supple_io::scene::SceneError;
 
 use args::{Cli, Command, has_extension};
@@ -83,7 +84,7 @@ fn refused(error: impl Display) -> u8 {
 fn input_without_command(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return None };
     let path = Path::new(word);
-    if has_extension(path, &["toml", "obj"]) {
+    if has_extension(path, &["toml"]) || is_model(path) {
         let quoted = terminal::quoted(word);
         return Some(format!("{word} is a file, not a command; to simulate it, write: supple run {quoted}"));
     }

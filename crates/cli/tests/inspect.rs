@@ -430,3 +430,33 @@ fn fracture_is_described() {
     assert!(!text.contains(refused) && text.contains("PC2"), "{text}");
     assert!(!inspect(&set, &[]).contains(refused));
 }
+
+#[test]
+fn models_of_other_formats_are_described() {
+    let workspace = Workspace::new();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 5\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int a\nend_header\n\
+               0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n2 0 1\n1\n";
+    workspace.write("model.ply", ply);
+    let text = workspace.supple(&["inspect", "model.ply", "--set", "output.format=pc2"]);
+    text.expect(0, &[]);
+    for words in [
+        "4 vertices",
+        "closed",
+        "not read: 1 element `edge`",
+        "not read: 1 face of fewer than three corners",
+        "4 points, the vertices of model.ply as in OBJ frames (--format obj,pc2)",
+    ] {
+        assert!(text.out.contains(words), "{words}: {}", text.out);
+    }
+    workspace.supple(&["run", "model.ply", "-o", "out", "--frames", "2"]).expect(0, &[]);
+    assert!(workspace.path("out/model_0002.obj").exists());
+    workspace.supple(&["model.ply"]).expect(2, &["to simulate it, write: supple run model.ply"]);
+    workspace.write("cloud.ply", ply.replace("face 5", "face 0"));
+    workspace
+        .supple(&["run", "cloud.ply"])
+        .expect(2, &["cloud.ply: a PLY file without faces is a point cloud"]);
+    workspace.write("model.fbx", "Kaydara");
+    let words = "model.fbx: files with the extension .fbx are not read; give a scene (.toml) or a model: OBJ (.obj), GLB";
+    workspace.supple(&["inspect", "model.fbx"]).expect(2, &[words]);
+}

@@ -9,34 +9,38 @@ fn a_file_in_place_of_a_command_gets_the_command() {
     let workspace = Workspace::new();
     for (file, command) in [
         ("block.obj", "supple run block.obj"),
+        ("block.stl", "supple run block.stl"),
         ("scene.toml", "supple run scene.toml"),
         ("a b.OBJ", "supple run 'a b.OBJ'"),
     ] {
         workspace.supple(&[file]).expect(2, &[file, "is a file, not a command", command]);
     }
-    workspace.supple(&["block.stl"]).expect(2, &["block.stl", ".stl are not read", "(.toml)", "(.obj)"]);
+    workspace.supple(&["block.fbx"]).expect(2, &["block.fbx", ".fbx are not read", "(.toml)", "(.obj)"]);
     workspace.supple(&["rnu"]).expect(2, &["rnu", "--help"]);
     workspace.supple(&["--version"]).expect(0, &[]);
 }
 
 #[test]
-fn meshes_of_other_formats_are_refused_with_the_formats_that_are_read() {
+fn broken_models_and_other_formats_are_refused_with_the_problem() {
     let workspace = Workspace::new();
-    for (name, bytes) in [
-        ("m.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n".as_slice()),
-        ("m.stl", b"solid x\nfacet normal 0 0 1\n"),
-        ("binary.stl", &[b'x'; 80]),
-        ("m.glb", b"glTF\x02\0\0\0\0\0\0\0"),
-        ("m.fbx", b"Kaydara FBX Binary  \0\x1a\0"),
+    for (name, bytes, words) in [
+        (
+            "m.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 3\n".as_slice(),
+            "the PLY header has no line `end_header`",
+        ),
+        ("m.stl", b"solid x\nfacet normal 0 0 1\n", "solid `x`, triangle 1: EOF while expecting"),
+        ("binary.stl", &[b'x'; 80], "a binary STL file, which has at least 84 bytes, not 80"),
+        ("m.glb", b"glTF\x02\0\0\0\0\0\0\0", "the header of the GLB file tells 0 bytes, and it has 12"),
+        ("m.obj", b"Kaydara FBX Binary  \0\x1a\0", "is not an OBJ file"),
+        ("m.fbx", b"Kaydara FBX Binary  \0\x1a\0", "files with the extension .fbx are not read; give a"),
     ] {
         workspace.write(name, bytes);
         for command in ["run", "inspect"] {
-            workspace.supple(&[command, name]).expect(2, &[name, "not read", "(.toml)", "(.obj)"]);
+            workspace.supple(&[command, name]).expect(2, &[name, words]);
         }
         let mesh = format!("body.block.mesh=\"{name}\"");
-        workspace
-            .supple(&["run", "scene.toml", "--set", &mesh])
-            .expect(2, &[name, "Wavefront OBJ, the only"]);
+        workspace.supple(&["run", "scene.toml", "--set", &mesh]).expect(2, &[name, words]);
     }
 }
 
@@ -88,7 +92,7 @@ fn an_output_directory_that_cannot_be_written_is_named() {
 #[test]
 fn up_is_refused_for_scenes() {
     let workspace = Workspace::new();
-    let words = ["--up is for models (.obj) only", "scene.toml is a scene", "simulation.gravity"];
+    let words = ["--up is for models only", "scene.toml is a scene", "simulation.gravity"];
     workspace.supple(&["run", "scene.toml", "--up", "z"]).expect(2, &words);
     workspace.supple(&["run", "block.obj", "scene.toml", "--up", "y"]).expect(2, &words);
     workspace.supple(&["inspect", "scene.toml", "--up", "z"]).expect(2, &words);

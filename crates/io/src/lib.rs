@@ -3,6 +3,7 @@
 //! * [`memory_limit`] asks for the memory of the machine.
 //! * `space` converts the coordinates of scenes to those of files.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
+//! * [`model`] reads OBJ, GLB, glTF, STL and PLY models, as OBJ documents.
 //! * `usd` writes USD stages.
 //! * `html` writes and reads pages that show runs in a browser.
 //! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
@@ -19,6 +20,7 @@ mod file;
 pub mod frames;
 mod html;
 mod memory;
+pub mod model;
 pub mod obj;
 pub mod pages;
 mod path;

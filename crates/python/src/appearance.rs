@@ -1,4 +1,4 @@
-//! Reads the texture coordinates and materials of the OBJ file of a mesh. This happens when they are asked for, so that
+//! Reads the texture coordinates and materials of the model file of a mesh. This happens when they are asked for, so that
 //! meshes which are only simulated take no memory and no time for them.
 
 use std::path::{Path, PathBuf};
@@ -7,11 +7,12 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use serde::{Deserialize, Serialize};
-use supple_io::obj::{Appearance, Document};
+use supple_io::model::{self, ModelError};
+use supple_io::obj::Appearance;
 
 use crate::error::{self, Exception};
 
-/// The OBJ file of a mesh, and the name of the object or group that was read.
+/// The model file of a mesh, and the name of the object or group that was read.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Source {
     path: PathBuf,
@@ -36,12 +37,12 @@ impl Source {
         mesh: &supple::Mesh,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let read = || {
-            let document = Document::read(&self.path)?;
+            let document = model::read_document(&self.path)?;
             let part = document.part(self.object.as_deref())?;
             let is_same = part.mesh().vertices() == mesh.vertices() && part.mesh().faces().eq(mesh.faces());
-            Ok(is_same.then(|| (document.appearance(&part), document.material_colors())))
+            Ok::<_, ModelError>(is_same.then(|| (document.appearance(&part), document.material_colors())))
         };
-        let Some((found, colors)) = py.detach(read).map_err(error::from_obj)? else {
+        let Some((found, colors)) = py.detach(read).map_err(error::from_model)? else {
             let path = self.path.display();
             let message = format!("{path} has changed since the mesh was read; read it again");
             return Err(Exception::Mesh.with(message));

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyIsADirectoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use supple_io::Escaped;
 use supple_io::frames::OutputError;
-use supple_io::obj::{ObjError, ObjProblem};
+use supple_io::model::ModelError;
 
 use crate::argument::is_from_python;
 
@@ -49,10 +49,10 @@ pub(crate) fn from_core(error: impl Into<supple::Error>) -> PyErr {
     }
 }
 
-/// Converts an error of an OBJ file.
-pub(crate) fn from_obj(error: ObjError) -> PyErr {
+/// Converts an error of a model file.
+pub(crate) fn from_model(error: ModelError) -> PyErr {
     match error {
-        ObjError { path, problem: ObjProblem::Read(source), .. } => from_io(&path, &source),
+        ModelError::Read { path, source } => from_io(&path, &source),
         error => Exception::Mesh.with(error.to_string()),
     }
 }

@@ -38,7 +38,7 @@ impl Lattice {
 impl Lattice {
     /// Create the lattice of a mesh: the cells that the surface passes through or encloses.
     ///
-    /// mesh : Mesh, path, or an object with vertices and faces (trimesh.Trimesh)
+    /// mesh : Mesh, path, an object with vertices and faces, or a mesh of trimesh, meshio, Open3D or PyVista
     /// vertices : int, default 1000
     ///     Target number of lattice vertices, at least 8. The actual number is within 5 % of the target where
     ///     the shape allows.

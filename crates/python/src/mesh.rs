@@ -1,4 +1,4 @@
-//! Defines `supple.Mesh`: a surface mesh from arrays, an OBJ file or the mesh object of another library.
+//! Defines `supple.Mesh`: a surface mesh from arrays, a model file or the mesh object of another library.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};
 use supple::{ColliderFault, CollisionMesh};
-use supple_io::{counted, obj};
+use supple_io::{counted, model};
 
 use crate::appearance::Source;
 use crate::argument::{self, is_from_python, wrong_type};
@@ -34,7 +34,7 @@ pub(crate) struct Mesh {
     faces: PyOnceLock<Py<PyArray2<i64>>>,
     /// The `visual` of the `trimesh.Trimesh` from which the mesh was made: texture coordinates, materials, colors.
     pub(crate) visual: Option<Py<PyAny>>,
-    /// The OBJ file of the mesh.
+    /// The model file of the mesh.
     source: Option<Source>,
     /// The mesh as the shape of colliders.
     collision: PyOnceLock<Result<CollisionMesh, ColliderFault>>,
@@ -51,7 +51,7 @@ impl Mesh {
         Self { visual, ..self }
     }
 
-    /// Returns the mesh of an OBJ file, or of its object or group with the name `object`.
+    /// Returns the mesh of a model file, or of its object or group with the name `object`.
     pub(crate) fn from_file(mesh: supple::Mesh, path: &Path, object: Option<&str>) -> Self {
         let source = Source::new(path, object);
         Self { source: Some(source), ..Self::from_core(mesh) }
@@ -87,12 +87,13 @@ impl Mesh {
         mesh_from_faces(faces, points).map_err(|e| Exception::Mesh.wrap_value_error(e))
     }
 
-    /// Return the mesh of a trimesh.Trimesh, or of all meshes of a trimesh.Scene, at their places in the scene.
+    /// Return the mesh of an object of another library; of a trimesh.Scene all meshes, at their places in the scene.
     ///
-    /// mesh : trimesh.Trimesh, trimesh.Scene, or an object with vertices and faces
+    /// mesh : trimesh.Trimesh, trimesh.Scene, meshio.Mesh, open3d.geometry.TriangleMesh, pyvista.PolyData, an object with
+    ///     vertices and faces, or a path
     ///
-    /// The order of the vertices and triangles is kept. Texture coordinates, materials and colors are kept for
-    /// Body.to_trimesh. A mesh argument, such as that of Body, may also be the trimesh object itself.
+    /// The order of the vertices and faces is kept. Texture coordinates, materials and colors of trimesh are kept for
+    /// Body.to_trimesh. A mesh argument, such as that of Body, may also be the object itself.
     #[staticmethod]
     fn from_trimesh<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Self>> {
         mesh_like(mesh, "mesh", None)
@@ -163,14 +164,15 @@ impl Mesh {
     }
 }
 
-/// Read a mesh from a Wavefront OBJ file.
+/// Read a mesh from an OBJ, GLB, glTF, STL or PLY file.
 ///
 /// path : str or os.PathLike
+///     The content of the file determines its format.
 /// object : str, optional
-///     Reads only the object (`o`) or group (`g`) with this name.
+///     Reads only the object or group with this name: of an `o` or `g` statement, a node of glTF or a solid of STL.
 ///
 /// Raises FileNotFoundError or another OSError for a file that cannot be read, and MeshError, with file and
-/// line, for an invalid mesh.
+/// line or element, for an invalid mesh.
 #[pyfunction]
 #[pyo3(signature = (path, object=None))]
 pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>>) -> PyResult<Mesh> {
@@ -178,17 +180,21 @@ pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>
     read_mesh(path.py(), &argument::path(path, "path")?, object.as_deref())
 }
 
-/// Reads a mesh from an OBJ file: all of it, or only the object or group with the name `object`.
+/// Reads a mesh from a model file: all of it, or only the object or group with the name `object`.
 fn read_mesh(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
-    let mesh = py.detach(|| obj::read_object(path, object)).map_err(error::from_obj)?;
+    let mesh = py.detach(|| model::read(path, object)).map_err(error::from_model)?;
     Ok(Mesh::from_file(mesh, path, object))
 }
 
 /// Endings of files that trimesh reads.
-const READ_BY_TRIMESH: [&str; 6] = ["stl", "ply", "glb", "gltf", "off", "3mf"];
+const READ_BY_TRIMESH: [&str; 2] = ["off", "3mf"];
 
-/// Converts a mesh argument: a `Mesh`, a path, a `trimesh.Scene`, or an object with `vertices` and `faces`, such as a
-/// `trimesh.Trimesh`.
+/// Types of mesh arguments, for messages.
+const MESH_LIKE: &str = "a supple.Mesh, a path, an object with vertices and faces, or a mesh of trimesh, meshio, Open3D or \
+                         PyVista";
+
+/// Converts a mesh argument: a `Mesh`, a path, a `trimesh.Scene`, an object with `vertices` and `faces`, such as a
+/// `trimesh.Trimesh`, or a mesh of meshio, Open3D or PyVista.
 pub(crate) fn mesh_like<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
@@ -201,7 +207,9 @@ pub(crate) fn mesh_like<'py>(
             return Bound::new(py, read_mesh(py, &path, object.as_deref())?);
         }
         if object.is_some() {
-            return Err(PyValueError::new_err("object needs an OBJ file; load another file with trimesh"));
+            return Err(PyValueError::new_err(
+                "object needs an OBJ, GLB, glTF, STL or PLY file; load another file with trimesh",
+            ));
         }
         let read = py.import("supple.interchange")?.call_method1("read_with_trimesh", (path,))?;
         return mesh_like(&read, name, None);
@@ -223,7 +231,12 @@ pub(crate) fn mesh_like<'py>(
             let visual = if visual.is_none() { None } else { Some(visual.unbind()) };
             Bound::new(py, Mesh::new(&vertices, &faces)?.with_visual(visual))
         }
-        _ => Err(wrong_type(value, name, "a supple.Mesh, a path, or an object with vertices and faces")),
+        _ => {
+            let arrays = py.import("supple.interchange")?.call_method1("arrays", (value,))?;
+            let arrays: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)> = arrays.extract()?;
+            let (vertices, faces) = arrays.ok_or_else(|| wrong_type(value, name, MESH_LIKE))?;
+            Bound::new(py, Mesh::new(&vertices, &faces)?)
+        }
     }
 }
 

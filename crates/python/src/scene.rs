@@ -224,7 +224,7 @@ fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
 fn scene_error(error: SceneError) -> PyErr {
     match error {
         SceneError::Read { path, source } => error::from_io(&path, &source),
-        SceneError::Mesh(error) => error::from_obj(error),
+        SceneError::Mesh(error) => error::from_model(error),
         error => Exception::Scene.with(python_message(&error)),
     }
 }
@@ -240,7 +240,7 @@ fn run_error(error: RunError) -> PyErr {
     match error {
         RunError::Scene(error) => scene_error(error),
         RunError::MeshFile { path, source, .. } => error::from_io(&path, &source),
-        RunError::Mesh(error) => error::from_obj(error),
+        RunError::Mesh(error) => error::from_model(error),
         RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
         RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
         error if error.is_input() && !matches!(error, RunError::OutputIsAFile { .. }) => {

@@ -20,7 +20,7 @@ export function pageKeys(page, at) {
     [["V"], "Preserve the volume", press("volume")],
     [["B"], "Hold the base", press("base")],
     [["F"], "Floor", press("floor")],
-    [["O"], "Open an OBJ file", press("open")],
+    [["O"], "Open a model", press("open")],
     [["Enter"], "Grab the top of the body, or let go", once(() => page.drags?.toggleKeyboard())],
     [["←", "→", "↑", "↓"], "Pull the grabbed part, or turn the camera", null],
     [["←"], "", arrow(-1, 0)],

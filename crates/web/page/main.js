@@ -194,7 +194,7 @@ class Page {
     // A folder, or a file that was removed, has no bytes.
     const bytes = await file.arrayBuffer().catch(() => null);
     if (!bytes) {
-      showMessage(`${file.name} cannot be read; drop an OBJ file`, true);
+      showMessage(`${file.name} cannot be read; drop an OBJ, GLB, glTF, STL or PLY file`, true);
       return;
     }
     if (!(await this.load(file.name, bytes))) return;
@@ -205,7 +205,7 @@ class Page {
     at("shape").append(option);
   }
 
-  // Shows an OBJ file. Returns whether it is one.
+  // Shows a model. Returns whether it is one.
   async load(name, bytes) {
     showMessage(`Building ${name} …`);
     this.drags?.clear();

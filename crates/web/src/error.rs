@@ -1,15 +1,15 @@
 //! Errors, with the message that the page shows.
 
-use supple_io::obj::ObjError;
+use supple_io::model::ModelError;
 use wasm_bindgen::{JsError, JsValue};
 
 /// Error of the playground. JavaScript gets an `Error` with the message.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlaygroundError {
-    /// A file that is not a valid OBJ model.
+    /// A file that is not a valid model.
     #[error(transparent)]
-    Obj(#[from] ObjError),
+    Model(#[from] ModelError),
     /// A body that cannot be built, or a number out of range.
     #[error(transparent)]
     Body(#[from] supple::Error),

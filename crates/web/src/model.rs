@@ -1,14 +1,14 @@
-//! The mesh of an OBJ file, and its place in the scene.
+//! The mesh of a model file, and its place in the scene.
 
 use std::path::Path;
 
 use supple::{Body, BodyBuilder, Mesh};
-use supple_io::obj::{Document, ObjError};
+use supple_io::model::{self, ModelError};
 
 /// The direction that is up in a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Up {
-    /// As in most OBJ files.
+    /// As in most OBJ and all glTF files.
     #[default]
     Y,
     /// As in most CAD programs.
@@ -27,9 +27,9 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// Reads an OBJ file from its bytes. Messages name the file `name`.
-    pub(crate) fn read(name: &str, bytes: Vec<u8>) -> Result<Self, ObjError> {
-        let mesh = Document::from_bytes(Path::new(name), bytes)?.mesh(None)?;
+    /// Reads a model file from its bytes. Messages name the file `name`.
+    pub(crate) fn read(name: &str, bytes: Vec<u8>) -> Result<Self, ModelError> {
+        let mesh = model::from_bytes(Path::new(name), bytes)?.mesh(None)?;
         Ok(Self { mesh })
     }
 

@@ -35,11 +35,11 @@ pub struct Playground {
 
 #[wasm_bindgen]
 impl Playground {
-    /// Reads an OBJ file from its bytes, and builds the body. Messages name the file `name`.
+    /// Reads a model file from its bytes, and builds the body. Messages name the file `name`.
     ///
     /// # Errors
     ///
-    /// A file that is not a valid OBJ model, with the line; or a body that cannot be built.
+    /// A file that is not a valid model, with the line or element; or a body that cannot be built.
     #[wasm_bindgen(constructor)]
     pub fn new(name: &str, bytes: Vec<u8>, settings: &Settings) -> Result<Playground, PlaygroundError> {
         show_panics();

@@ -248,7 +248,7 @@ fn scenes_read_mesh_colliders_and_their_errors_name_file_key_and_way_out() {
     assert!(change.contains("the mesh file has changed"), "{change}");
     for (collider, words) in [
         ("mesh = \"sheet.obj\"\nscale = 0", &["scene.toml:5", "collider.0.scale", "0", "above 0"][..]),
-        ("mesh = \"\"", &["collider.0.mesh", "the path of an OBJ file"]),
+        ("mesh = \"\"", &["collider.0.mesh", "the path of a model"]),
         ("sphere = { center = [0, 0, 0], radius = 1 }\nscale = 2", &["collider.0.scale", "only `mesh`"]),
         ("mesh = \"sheet.obj\"\nplane = { point = [0, 0, 0], normal = [0, 1, 0] }", &["mesh", "plane"]),
     ] {

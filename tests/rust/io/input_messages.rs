@@ -223,14 +223,18 @@ fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
         assert!(message.contains(way_out) && message.contains(&format!("`{nearest}`")), "{message}");
     }
     for (path, expected) in [
-        (
-            "a/b.stl",
-            "a/b.stl: files with the extension .stl are not read; give a scene (.toml) or a model (.obj)",
-        ),
-        ("a/b", "a/b: files without an extension are not read; give a scene (.toml) or a model (.obj)"),
+        ("a/b.fbx", "a/b.fbx: files with the extension .fbx are not read"),
+        ("a/b", "a/b: files without an extension are not read"),
+        ("Cargo.toml/b", "Cargo.toml/b: files without an extension are not read"),
     ] {
+        let expected = format!(
+            "{expected}; give a scene (.toml) or a model: OBJ (.obj), GLB (.glb), glTF (.gltf), STL (.stl) or PLY (.ply)"
+        );
         assert_eq!(Scene::open(path, Up::Y, &[]).unwrap_err().to_string(), expected);
     }
+    assert!(
+        Scene::open("a/b.stl", Up::Y, &[]).unwrap_err().to_string().starts_with("a/b.stl: cannot be read: ")
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod fuzz_obj;
 mod fuzz_scene;
 mod input_messages;
 mod input_time;
+mod models;
 mod obj;
 mod obj_frames;
 mod page_reader;

@@ -533,7 +533,12 @@ fn the_three_ways_to_set_the_elasticity_are_mutually_exclusive() {
 #[test]
 fn bodies_need_a_mesh_and_unique_valid_names() {
     let message = parse("[[body]]\nname = \"a\"\n").unwrap_err().to_string();
-    assert!(message.contains("scene.toml:1: `body.a.mesh` is missing: the path of an OBJ file"), "{message}");
+    assert!(
+        message.contains(
+            "scene.toml:1: `body.a.mesh` is missing: the path of a model (OBJ, GLB, glTF, STL, PLY)"
+        ),
+        "{message}"
+    );
     let message = parse("[simulation]\n").unwrap_err().to_string();
     assert!(
         message.contains("`body` is missing: a scene needs at least one [[body]] with a `mesh`"),

@@ -46,7 +46,7 @@ pub(super) struct Facts {
 pub(super) struct ColliderMeshFacts {
     /// Index of the collider, from 0.
     pub(super) collider: usize,
-    /// OBJ file, as in the scene.
+    /// Model file, as in the scene.
     pub(super) file: String,
     pub(super) triangles: usize,
     /// Whether the mesh is a solid; otherwise it is a shell.
@@ -125,6 +125,8 @@ pub(super) struct MeshFacts {
     /// Number of `f` lines with fewer than three corners, which the mesh omits.
     pub(super) short_faces: usize,
     pub(super) ignored_statements: Vec<String>,
+    /// Parts of a file of another format than OBJ that are not read.
+    pub(super) ignored_parts: Vec<String>,
     pub(super) missing_libraries: Vec<String>,
     pub(super) groups: Vec<String>,
 }
@@ -304,6 +306,7 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> M
         shared_normals: count_shared_normals(document, &input.part),
         short_faces: document.short_faces().0,
         ignored_statements: document.ignored_statements().iter().map(ignored).collect(),
+        ignored_parts: document.ignored_parts().to_vec(),
         missing_libraries: libraries.into_iter().filter(|l| !l.exists).map(|l| l.name).collect(),
         groups: document.groups().map(|group| group.name.clone()).collect(),
     }
@@ -340,13 +343,15 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
 /// Returns notes for loading a point cache with `points` points per sample. A PC2 file contains neither faces
 /// nor names.
 fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
+    let file = input.document.path().display();
+    let order = match input.document.is_obj() {
+        true => format!("all `v` lines of {file} in file order: import that file"),
+        false => {
+            format!("the vertices of {file} as in OBJ frames (--format obj,pc2): import the first of them")
+        }
+    };
     let mut facts = vec![
-        format!(
-            "{}, all `v` lines of {} in file order: import that file without merging, splitting \
-             or reordering vertices",
-            counted(points, "point"),
-            input.document.path().display()
-        ),
+        format!("{}, {order} without merging, splitting or reordering vertices", counted(points, "point")),
         "positions are in world space, in the axes of the scene; do not transform the mesh".to_owned(),
     ];
     if input.part.mesh().vertices().len() < points {

@@ -241,6 +241,9 @@ impl Page {
         for statement in &mesh.ignored_statements {
             self.entry("", &format!("ignored statement: {statement}"));
         }
+        for part in &mesh.ignored_parts {
+            self.entry("", &format!("not read: {part}"));
+        }
         for library in &mesh.missing_libraries {
             self.entry("", &format!("material library not found: {library}"));
         }

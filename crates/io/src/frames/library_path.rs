@@ -1,10 +1,13 @@
 //! Rewrites the paths of material libraries (`mtllib`) so that they are correct relative to the directory of
-//! the frames.
+//! the frames. Writes the library of a model whose materials are not in OBJ libraries.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::Path;
 
-use crate::obj::Library;
+use super::{OutputError, Sequence};
+use crate::file::write_atomically;
+use crate::obj::{Document, Library, library_text};
 use crate::path::{relative, resolve, resolve_directory};
 
 /// Returns the bytes that replace the path of `library` in a frame. The input file is in the directory
@@ -20,6 +23,20 @@ pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Optio
         return None;
     }
     Some(bytes(&relative(&target, &resolve_directory(output))))
+}
+
+/// Returns the name of the library that is written beside the frames of a body; `None` if the model has no materials
+/// besides those of OBJ libraries.
+pub(super) fn own_library(document: &Document, body: &str) -> Option<String> {
+    (!document.own_materials().is_empty()).then(|| format!("{body}_frames.mtl"))
+}
+
+/// Writes the library of [`own_library`] to the directory of a sequence.
+pub(super) fn write_own_library(document: &Document, sequence: &Sequence) -> Result<(), OutputError> {
+    let Some(name) = own_library(document, &sequence.name) else { return Ok(()) };
+    let path = sequence.directory.join(name);
+    let text = library_text(document.own_materials(), &sequence.directory);
+    write_atomically(&path, |file| file.write_all(text.as_bytes())).map_err(OutputError::io("write", &path))
 }
 
 /// Returns whether `name` starts with a drive (`C:\...`). `Path` recognizes drives on Windows only.

@@ -78,16 +78,20 @@ struct Piece {
 }
 
 impl ObjTemplate {
-    /// Divides a file into pieces, for frames in `directory`, which must exist.
-    pub(super) fn new(document: &Arc<Document>, part: &Part, directory: &Path) -> Self {
-        Self::with(document, part, directory, NormalTransform::new(document, part), (Vec::new(), None))
+    /// Divides a file into pieces, for frames of the body `name` in `directory`, which must exist.
+    pub(super) fn new(document: &Arc<Document>, part: &Part, directory: &Path, name: &str) -> Self {
+        let normals = NormalTransform::new(document, part);
+        Self::with(document, part, directory, normals, (library_line(document, name), None))
     }
 
     /// Returns the template of the pieces of the body `name`, which has the part `part` of the file of this template.
     pub(super) fn of_pieces(&self, part: &Part, directory: &Path, pieces: &Pieces<'_>, name: &str) -> Self {
         let document = &self.shared.document;
         let file = self.file.get_or_init(|| FaceFile::new(document));
-        let mut template = Self::changed((document, part), directory, file, (pieces, name));
+        let PieceChanges { replaced, elements, normals } =
+            PieceChanges::new((document, part), file, pieces, name);
+        let replaced = library_line(document, name).into_iter().chain(replaced).collect();
+        let mut template = Self::with(document, part, directory, normals, (replaced, Some(elements)));
         template.executor = self.executor.clone();
         template
     }
@@ -158,6 +162,12 @@ impl ObjTemplate {
             false => &piece.text[..],
         })
     }
+}
+
+/// Returns the line, at the start of a file, that names the library which is written beside the frames of the body `name`.
+fn library_line(document: &Document, name: &str) -> Replacements {
+    let library = library_path::own_library(document, name);
+    library.map(|library| (0..0, format!("mtllib {library}\n").into_bytes())).into_iter().collect()
 }
 
 impl Shared {

@@ -32,7 +32,7 @@ pub(crate) fn refined(
     let positions: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.cast::<f32>().into()).collect();
     template.fill(&positions);
     let bytes = template.texts().collect::<Vec<_>>().concat();
-    let mut refined = Document::from_bytes(document.path(), bytes)?;
+    let mut refined = document.with_bytes(bytes)?;
     let part = refined.part(part.object())?;
     // The text has rounded numbers.
     refined.set_positions(part.vertices().zip(vertices));

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::error::check_finite;
+use super::library_path::write_own_library;
 use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
 use super::pc2::PointCache;
@@ -123,7 +124,8 @@ impl FrameWriter {
         let kind = match (sequence.format, source) {
             (Format::Obj, Source::Mesh(mesh)) => Kind::Plain(PlainObj::new(mesh)),
             (Format::Obj, Source::Document(document, part)) => {
-                Kind::Obj(Box::new(ObjTemplate::new(document, part, directory)))
+                write_own_library(document, &sequence)?;
+                Kind::Obj(Box::new(ObjTemplate::new(document, part, directory, &sequence.name)))
             }
             (Format::Ply, source) => Kind::Ply(Ply::new(source.mesh())),
             (format @ (Format::Usd | Format::Html), _) => return Err(OutputError::NotPerBody { format }),

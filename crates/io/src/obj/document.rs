@@ -1,9 +1,11 @@
 //! Defines [`Document`]: the bytes of an OBJ file, and the byte ranges of its elements.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Point3;
 
+use super::color::MaterialColor;
 use super::error::{ObjError, ObjProblem};
 use super::numbers::Numbers;
 use super::parse::{IgnoredStatement, NO_NORMAL, Parsed, parse};
@@ -13,11 +15,23 @@ use crate::file;
 /// Contents of an OBJ file: the bytes, the surface, and the names of the objects and groups.
 ///
 /// Texture coordinates, materials, lines, points and free-form statements are kept but not interpreted.
+///
+/// A file of another format becomes a document with the text of its surface as OBJ: see [`model`](crate::model).
 #[derive(Debug)]
 pub struct Document {
     path: PathBuf,
     raw: Vec<u8>,
     parsed: Parsed,
+    origin: Option<Arc<Origin>>,
+}
+
+/// The parts of a file of another format than OBJ that the OBJ text of its document does not contain.
+#[derive(Debug, Default)]
+pub(crate) struct Origin {
+    /// Materials by the names in `usemtl` statements, each name once.
+    pub(crate) materials: Vec<(String, MaterialColor)>,
+    /// Descriptions of what was not read, such as `2 primitives of lines`.
+    pub(crate) ignored: Vec<String>,
 }
 
 impl Document {
@@ -45,9 +59,40 @@ impl Document {
     pub fn from_bytes(path: impl Into<PathBuf>, raw: Vec<u8>) -> Result<Self, ObjError> {
         let path = path.into();
         match parse(&raw) {
-            Ok(parsed) => Ok(Self { path, raw, parsed }),
+            Ok(parsed) => Ok(Self { path, raw, parsed, origin: None }),
             Err((line, problem)) => Err(ObjError { path, line, problem }),
         }
+    }
+
+    /// Returns the document of a file of another format, whose surface has the OBJ text `raw`.
+    ///
+    /// # Errors
+    /// As [`Document::read`].
+    pub(crate) fn of_origin(path: &Path, raw: Vec<u8>, origin: Origin) -> Result<Self, ObjError> {
+        Ok(Self { origin: Some(Arc::new(origin)), ..Self::from_bytes(path, raw)? })
+    }
+
+    /// Returns the document of a changed text of this file.
+    ///
+    /// # Errors
+    /// As [`Document::read`].
+    pub(crate) fn with_bytes(&self, raw: Vec<u8>) -> Result<Self, ObjError> {
+        Ok(Self { origin: self.origin.clone(), ..Self::from_bytes(self.path.clone(), raw)? })
+    }
+
+    /// Returns whether the file is an OBJ file. Otherwise the bytes and line numbers are not those of the file.
+    pub fn is_obj(&self) -> bool {
+        self.origin.is_none()
+    }
+
+    /// Returns descriptions of the parts of a file of another format that were not read, such as `2 primitives of lines`.
+    pub fn ignored_parts(&self) -> &[String] {
+        self.origin.as_ref().map_or(&[], |origin| &origin.ignored)
+    }
+
+    /// Returns the materials of a file of another format; none for an OBJ file, whose materials are in its libraries.
+    pub(crate) fn own_materials(&self) -> &[(String, MaterialColor)] {
+        self.origin.as_ref().map_or(&[], |origin| &origin.materials)
     }
 
     /// Returns the path of the file, as given.

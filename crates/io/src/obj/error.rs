@@ -25,7 +25,7 @@ pub enum ObjProblem {
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
     /// The file has another format.
-    #[error("is not an OBJ file: {0}; export the model as Wavefront OBJ, the only mesh format that is read")]
+    #[error("is not an OBJ file: {0}; export the model as OBJ, GLB, glTF, STL or PLY")]
     NotObj(String),
     /// The text is UTF-16.
     #[error("is UTF-16 text; save it as UTF-8 or ASCII")]

@@ -6,41 +6,18 @@ use std::path::PathBuf;
 use ::obj::raw::material::{Material, MtlColor, MtlTextureMap, RawMtl, parse_mtl};
 
 use super::Document;
+use super::color::MaterialColor;
 use super::lines::{self, Words, decode};
 use crate::file;
-
-/// Color of a material.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MaterialColor {
-    /// Diffuse color (`Kd`), linear, each component in [0, 1].
-    pub diffuse: [f32; 3],
-    /// Opacity (`d`, or 1 - `Tr`), in [0, 1].
-    pub opacity: f32,
-    /// Image of the diffuse color (`map_Kd`), if the file exists.
-    pub image: Option<PathBuf>,
-}
-
-impl Default for MaterialColor {
-    /// The color of a material of which no library tells one: gray.
-    fn default() -> Self {
-        Self { diffuse: [0.5; 3], opacity: 1.0, image: None }
-    }
-}
-
-/// Returns the name of the material of the caps of a body: of the surfaces of its cracks.
-pub(crate) fn cap_material(body: &str) -> String {
-    format!("{body}_cap")
-}
 
 /// Largest size of a library that is read, in bytes.
 const MAX_SIZE: u64 = 32 << 20;
 
 impl Document {
     /// Returns the materials of the libraries, by name. The first definition of a name counts. Libraries that cannot
-    /// be read have no materials: colors are not needed to run a scene.
+    /// be read have no materials: colors are not needed to run a scene. A file of another format has materials of its own.
     pub fn material_colors(&self) -> BTreeMap<String, MaterialColor> {
-        let mut materials = BTreeMap::new();
+        let mut materials: BTreeMap<_, _> = self.own_materials().iter().cloned().collect();
         for library in self.libraries().into_iter().filter(|library| library.exists) {
             let Ok(bytes) = file::read(&library.path, MAX_SIZE) else { continue };
             let directory = library.path.parent().map(PathBuf::from).unwrap_or_default();

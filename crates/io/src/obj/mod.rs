@@ -15,6 +15,7 @@
 //! and tests compare the two parsers.
 
 mod appearance;
+mod color;
 mod corner;
 mod document;
 mod error;
@@ -31,12 +32,13 @@ mod statements;
 use std::path::Path;
 
 pub use appearance::Appearance;
+pub use color::MaterialColor;
+pub(crate) use color::{cap_material, library_text};
 pub use document::Document;
+pub(crate) use document::Origin;
 pub use error::{ObjError, ObjProblem};
 pub use groups::Group;
 pub use library::Library;
-pub use material::MaterialColor;
-pub(crate) use material::cap_material;
 pub use parse::IgnoredStatement;
 pub use part::Part;
 pub(crate) use statements::{CONTEXT, FaceStatements, NO_TEXTURE};

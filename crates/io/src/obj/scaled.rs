@@ -21,7 +21,7 @@ impl Document {
         if scale.is_mirror() {
             reverse_faces(&mut raw, &part.faces().collect());
         }
-        let mut document = Self::from_bytes(self.path(), raw)?;
+        let mut document = self.with_bytes(raw)?;
         let parsed = document.parsed_mut();
         for position in &mut parsed.positions {
             *position = scale.apply(&(*position).into()).into();

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::escape::Escaped;
 use crate::frames::OutputError;
+use crate::model::ModelError;
 use crate::obj::ObjError;
 use crate::scene::SceneError;
 use supple::{AnimationError, ColliderFault};
@@ -25,14 +26,14 @@ pub enum RunError {
     MeshFile {
         /// Key of the file in the scene, such as `body.bust.mesh`.
         key: String,
-        /// OBJ or PC2 file.
+        /// Model or PC2 file.
         path: PathBuf,
         /// Cause.
         source: io::Error,
     },
     /// A mesh file is invalid.
     #[error(transparent)]
-    Mesh(#[from] ObjError),
+    Mesh(#[from] ModelError),
     /// A body cannot be built, or one of its pins or handles selects no vertices.
     #[error("{}: {source}", Escaped(key))]
     Body {
@@ -47,14 +48,14 @@ pub enum RunError {
         /// Key of the file in the scene: `collider.0.mesh`.
         key: String,
         /// Cause.
-        source: Box<ObjError>,
+        source: Box<ModelError>,
     },
     /// The mesh of a collider has no surface.
     #[error("`{}`, {}: {source}", Escaped(key), Escaped(path.display()))]
     ColliderMesh {
         /// Key of the file in the scene: `collider.0.mesh`.
         key: String,
-        /// OBJ file.
+        /// Model file.
         path: PathBuf,
         /// Cause.
         source: ColliderFault,
@@ -193,6 +194,12 @@ pub enum RunError {
         /// Cause.
         source: io::Error,
     },
+}
+
+impl From<ObjError> for RunError {
+    fn from(error: ObjError) -> Self {
+        Self::Mesh(error.into())
+    }
 }
 
 impl RunError {

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 
 use super::error::RunError;
 use crate::file;
-use crate::frames::Record;
+use crate::frames::Recorder;
+use crate::model;
 use crate::scene::{OutputData, Scene};
 
-/// Returns the fingerprint of a scene: its TOML text, in which a hash of the bytes of each mesh and animation replaces
-/// its path, and the settings that do not affect the motion (frames, threads, output) have fixed values.
+/// Returns the fingerprint of a scene: its TOML text, in which a hash of the bytes of each mesh, with its buffers, and
+/// animation replaces its path, and the settings that do not affect the motion (frames, threads, output) have fixed values.
 ///
 /// # Errors
 ///
@@ -23,9 +24,19 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut replace = |file: &mut PathBuf, key: String| {
         let path = base.resolve(file);
         if !hashes.contains_key(&path) {
-            let bytes = file::read(&path, u64::MAX);
-            let bytes = bytes.map_err(|source| RunError::MeshFile { key, path: path.clone(), source })?;
-            hashes.insert(path.clone(), format!("{:016x}", Record::of(&bytes).hash).into());
+            let mut recorder = Recorder::default();
+            let mut append = |path: PathBuf| {
+                let bytes = file::read(&path, u64::MAX);
+                let failed = |source| RunError::MeshFile { key: key.clone(), path, source };
+                let bytes = bytes.map_err(failed)?;
+                recorder.append(&bytes);
+                Ok::<_, RunError>(bytes)
+            };
+            let bytes = append(path.clone())?;
+            for buffer in model::buffer_files(&path, &bytes) {
+                append(buffer)?;
+            }
+            hashes.insert(path.clone(), format!("{:016x}", recorder.record().hash).into());
         }
         file.clone_from(&hashes[&path]);
         Ok::<_, RunError>(())

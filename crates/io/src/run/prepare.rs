@@ -10,6 +10,7 @@ use super::caution::Caution;
 use super::error::RunError;
 use crate::frames::{self, Formats, OutputError, Source};
 use crate::memory::memory_limit;
+use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Simulation};
@@ -42,10 +43,10 @@ impl Prepared {
     }
 }
 
-/// Input of a body: an OBJ file, and the part of the file that is the body.
+/// Input of a body: a model file, and the part of the file that is the body.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// OBJ file. Bodies from the same file share one document.
+    /// Model file. Bodies from the same file share one document.
     pub document: Arc<Document>,
     /// Part of the file that is the body.
     pub part: Part,
@@ -138,9 +139,9 @@ fn read_colliders(
         let file = |source| RunError::ColliderFile { key: key(), source: Box::new(source) };
         let document = match documents.get(&path) {
             Some(document) => document.clone(),
-            None => Arc::new(Document::read(&path).map_err(file)?),
+            None => Arc::new(model::read_document(&path).map_err(file)?),
         };
-        let mesh = CollisionMesh::new(document.mesh(None).map_err(file)?)
+        let mesh = CollisionMesh::new(document.mesh(None).map_err(|error| file(error.into()))?)
             .map_err(|source| RunError::ColliderMesh { key: key(), path: path.clone(), source })?;
         meshes.insert(path, mesh.clone());
         Ok(mesh)
@@ -175,7 +176,7 @@ fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunErro
     if let Some(document) = documents.get(path) {
         return Ok(document.clone());
     }
-    let document = Arc::new(Document::read(path)?);
+    let document = Arc::new(model::read_document(path)?);
     documents.insert(path.to_owned(), document.clone());
     Ok(document)
 }

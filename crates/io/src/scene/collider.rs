@@ -88,7 +88,7 @@ pub enum ColliderShape {
         #[serde(deserialize_with = "positive")]
         radius: f64,
     },
-    /// OBJ file, relative to the scene file: a solid if the mesh is closed, a thin shell if it is open.
+    /// Model file, relative to the scene file: a solid if the mesh is closed, a thin shell if it is open.
     Mesh(#[serde(deserialize_with = "mesh")] PathBuf),
 }
 

@@ -120,7 +120,7 @@ pub struct BodyData {
     /// Unique name: letters and digits of any language, `-`, `_` and `.`, at most 200 bytes.
     #[serde(deserialize_with = "keys::name")]
     pub name: String,
-    /// OBJ file, relative to the scene file.
+    /// Model file, relative to the scene file.
     #[serde(deserialize_with = "keys::mesh")]
     pub mesh: PathBuf,
     /// Name of the `o` or `g` of the file that is the body; `None` for the whole file.

@@ -2,11 +2,11 @@
 //! input.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::escape::{Escaped, Excerpt};
-use crate::obj::ObjError;
+use crate::model::{self, ModelError};
 
 /// Place of a value or key: a line of a scene file, an override, or an argument of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,8 +46,13 @@ pub enum SceneError {
         /// Cause.
         source: std::io::Error,
     },
-    /// The extension of the file is that of neither a scene nor a model.
-    #[error("{}: {}", Escaped(path.display()), kinds(path))]
+    /// The file is neither a scene nor a model.
+    #[error(
+        "{}: {}; give a scene (.toml) or a model: {}",
+        Escaped(path.display()),
+        model::not_read(path),
+        model::names()
+    )]
     Kind {
         /// Input file.
         path: PathBuf,
@@ -58,9 +63,9 @@ pub enum SceneError {
         /// The path.
         path: PathBuf,
     },
-    /// An OBJ file that is used without a scene cannot be read.
+    /// A model that is used without a scene cannot be read.
     #[error(transparent)]
-    Mesh(#[from] ObjError),
+    Mesh(#[from] ModelError),
     /// The text is not valid TOML.
     #[error("{place}: {}", Escaped(message))]
     Syntax {
@@ -182,15 +187,4 @@ fn other_body(key: &str, name: &str, is_itself: bool, nearest: Option<&str>) -> 
     } else {
         format!("`{key}` is \"{name}\", and no body has this name; {way_out}")
     }
-}
-
-/// Returns the message that the extension of an input is that of neither a scene nor a model.
-fn kinds(path: &Path) -> String {
-    let found = match path.extension() {
-        Some(extension) => {
-            format!("files with the extension .{} are not read", Escaped(extension.display()))
-        }
-        None => "files without an extension are not read".to_owned(),
-    };
-    format!("{found}; give a scene (.toml) or a model (.obj)")
 }

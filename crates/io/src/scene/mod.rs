@@ -1,4 +1,4 @@
-//! Reads scenes from TOML, and generates the scene of a model (OBJ file) without a scene.
+//! Reads scenes from TOML, and generates the scene of a model without a scene.
 //!
 //! ```text
 //! scene.toml -> value: TOML with line numbers -> overrides -> field: deserializes data and keys -> Scene

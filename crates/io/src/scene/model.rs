@@ -1,4 +1,4 @@
-//! Generates the scene of a model (OBJ file) without a scene: the model falls onto a ground just below it.
+//! Generates the scene of a model without a scene: the model falls onto a ground just below it.
 
 use std::path::{Path, PathBuf};
 
@@ -7,6 +7,7 @@ use super::data::{BodyData, OutputData, Scene, SimulationData};
 use super::error::SceneError;
 use super::name::name_from;
 use super::write::check_utf8;
+use crate::model::{self, ModelError};
 use crate::space::Up;
 
 /// Distance from the ground to the model, as a fraction of its height.
@@ -15,27 +16,31 @@ const GAP: f64 = 0.1;
 const FALL_TIME: f64 = 0.5;
 
 impl Scene {
-    /// Reads a scene file (`.toml`), or generates the scene of a model (`.obj`) by [`Scene::of_model`]. Then
-    /// applies overrides as in [`Scene::read_with`]. `up` applies only to models.
+    /// Reads a scene file (`.toml`), or generates the scene of a [`model`] by [`Scene::of_model`]. Then applies
+    /// overrides as in [`Scene::read_with`]. `up` applies only to models.
     ///
     /// # Errors
     ///
-    /// As [`Scene::read_with`]. Also if a model cannot be read, or if the extension is neither `.toml` nor
-    /// `.obj`. Only regular files are read.
+    /// As [`Scene::read_with`]. Also if a model cannot be read, or if the file is neither a scene nor a model. Only
+    /// regular files are read.
     pub fn open(path: impl AsRef<Path>, up: Up, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-        match extension.to_ascii_lowercase().as_str() {
-            "toml" => Self::read_with(path, overrides),
-            "obj" => {
-                let (low, high) = crate::obj::read(path)?.bounds();
-                check_utf8(path)?;
-                let scene = Self::of_model(path, low.into(), high.into(), up);
-                let name = format!("scene of {}", path.display());
-                Self::parse(&scene.to_toml(), &name, &scene.base, overrides)
-            }
-            _ => Err(SceneError::Kind { path: path.to_owned() }),
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+            return Self::read_with(path, overrides);
         }
+        let other = || SceneError::Kind { path: path.to_owned() };
+        if !model::is_model(path) && !path.is_file() {
+            return Err(other());
+        }
+        let mesh = model::read(path, None).map_err(|error| match error {
+            ModelError::Unknown { .. } => other(),
+            error => error.into(),
+        })?;
+        let (low, high) = mesh.bounds();
+        check_utf8(path)?;
+        let scene = Self::of_model(path, low.into(), high.into(), up);
+        let name = format!("scene of {}", path.display());
+        Self::parse(&scene.to_toml(), &name, &scene.base, overrides)
     }
 
     /// Returns the scene of a model with the smallest coordinates `low` and the largest coordinates `high`,

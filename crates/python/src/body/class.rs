@@ -10,12 +10,12 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 
 /// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
-/// shape : Mesh, Lattice, path, trimesh.Trimesh, trimesh.Scene, or another object with vertices and faces
-///     Path of an OBJ file, or of an STL, PLY, GLB, glTF, OFF or 3MF file, which trimesh reads. A body from a Lattice
+/// shape : Mesh, Lattice, path, an object with vertices and faces, or a mesh of trimesh, meshio, Open3D or PyVista
+///     Path of an OBJ, GLB, glTF, STL or PLY file, or of an OFF or 3MF file, which trimesh reads. A body from a Lattice
 ///     has no mesh to display.
 /// name : str, default "body"
 /// object : str
-///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
+///     If the shape is a path: reads only the object or group with this name.
 /// scale : float or (3,) float, default 1
 ///     Factor of the lengths of the shape, > 0, applied first; or, of a mesh, one for each of its axes, not 0, of which
 ///     negative ones mirror it.

@@ -157,7 +157,7 @@ impl Body {
     /// Return the displayed surface as a trimesh.Trimesh.
     ///
     /// uv : bool, default False
-    ///     Whether the mesh has the texture coordinates and materials of the OBJ file from which the body was read. A
+    ///     Whether the mesh has the texture coordinates and materials of the model file from which the body was read. A
     ///     vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
     ///     attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
     ///
@@ -170,7 +170,7 @@ impl Body {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf, uv))
     }
 
-    /// The texture coordinates and materials of the OBJ file of the body, or None; see `Mesh::appearance`.
+    /// The texture coordinates and materials of the model file of the body, or None; see `Mesh::appearance`.
     fn _appearance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyTuple>>> {
         let (shape, _) = self.build_arguments(py);
         shape.cast::<Mesh>().map_or(Ok(None), |mesh| mesh.get().appearance(py))

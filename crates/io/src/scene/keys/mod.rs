@@ -135,7 +135,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
 /// value is not a list.
 pub(super) fn hint_for(key: &str) -> &'static str {
     match key {
-        "mesh" => "the path of an OBJ file, relative to the scene file",
+        "mesh" => "the path of a model (OBJ, GLB, glTF, STL, PLY), relative to the scene file",
         "keys" => "a list of keyframes, each with its `time`",
         "factor" => "a factor of the stiffness in (0, 100]; or give `inflate`, a ratio of the rest volume",
         "ignore" => "a list of names of bodies like [\"eyes\"]",

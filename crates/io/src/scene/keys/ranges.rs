@@ -59,7 +59,7 @@ ranges! {
     name(String, name): is_name(&name),
         "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, and of at most 200 bytes, because \
          it names files";
-    mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
+    mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of a model: OBJ, GLB, glTF, STL or PLY";
     point_cache(PathBuf, path): !path.as_os_str().is_empty(), "the path of a PC2 file";
     directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
 }

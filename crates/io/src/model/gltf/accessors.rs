@@ -1,0 +1,199 @@
+//! Reads the numbers of accessors, after a check of their ranges.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use ::gltf::accessor::{DataType, Dimensions, Item, Iter};
+use ::gltf::{Accessor, Buffer};
+
+use super::super::error::Fault;
+use super::buffers::Buffers;
+
+/// Elements of an accessor.
+pub(super) type Read<T> = Rc<[T]>;
+
+/// Reads accessors. Those of the attributes of vertices are read once, because meshes may share them.
+pub(super) struct Accessors<'b> {
+    buffers: &'b Buffers,
+    positions: Cache<[f32; 3]>,
+    coordinates: Cache<[f32; 2]>,
+    joints: Cache<[u16; 4]>,
+    weights: Cache<[f32; 4]>,
+    /// Number of elements that may still be read.
+    budget: Cell<usize>,
+}
+
+/// Accessors that were read, by their indices.
+struct Cache<T>(RefCell<HashMap<usize, Read<T>>>);
+
+/// Number of elements that meshes in several places and primitives with shared data may have, besides as many elements as
+/// the file has bytes.
+const REPEATED: usize = 1 << 22;
+
+impl<T> Cache<T> {
+    fn new() -> Self {
+        Self(RefCell::default())
+    }
+
+    fn get(
+        &self,
+        accessor: &Accessor<'_>,
+        read: impl FnOnce() -> Result<Read<T>, Fault>,
+    ) -> Result<Read<T>, Fault> {
+        if let Some(found) = self.0.borrow().get(&accessor.index()) {
+            return Ok(found.clone());
+        }
+        let found = read()?;
+        self.0.borrow_mut().insert(accessor.index(), found.clone());
+        Ok(found)
+    }
+}
+
+impl<'b> Accessors<'b> {
+    /// `size` is the size of the file without buffers, in bytes.
+    pub(super) fn new(buffers: &'b Buffers, size: usize) -> Self {
+        let budget = Cell::new(size.saturating_add(buffers.size()).saturating_add(REPEATED));
+        let (positions, coordinates) = (Cache::new(), Cache::new());
+        let (joints, weights) = (Cache::new(), Cache::new());
+        Self { buffers, positions, coordinates, joints, weights, budget }
+    }
+
+    /// Counts elements that are read or made.
+    pub(super) fn spend(&self, count: usize) -> Result<(), Fault> {
+        match self.budget.get().checked_sub(count) {
+            Some(left) => {
+                self.budget.set(left);
+                Ok(())
+            }
+            None => Err(Fault(format!(
+                "its meshes together, each as often as nodes show it, have {REPEATED} elements more than the file has bytes; \
+                 export it without repeated meshes"
+            ))),
+        }
+    }
+
+    /// Reads positions or displacements. `element` describes them in messages.
+    pub(super) fn positions(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[f32; 3]>, Fault> {
+        self.positions.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::F32, Dimensions::Vec3) => self.read(accessor, element),
+            (DataType::F32, _) => Err(self.mismatch(accessor, element, "VEC3")),
+            (found, _) => Err(Fault(format!(
+                "{element} is quantized: its numbers have the type {found:?}, not F32; run: gltf-transform dequantize IN OUT"
+            ))),
+        })
+    }
+
+    /// Reads texture coordinates, with the origin at the upper left of the image.
+    pub(super) fn coordinates(
+        &self,
+        accessor: &Accessor<'_>,
+        element: &str,
+    ) -> Result<Read<[f32; 2]>, Fault> {
+        self.coordinates.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::F32, Dimensions::Vec2) => self.read(accessor, element),
+            (DataType::U8, Dimensions::Vec2) => Ok(self
+                .read::<[u8; 2]>(accessor, element)?
+                .iter()
+                .map(|x| x.map(|x| f32::from(x) / 255.0))
+                .collect()),
+            (DataType::U16, Dimensions::Vec2) => {
+                let read = self.read::<[u16; 2]>(accessor, element)?;
+                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 65535.0)).collect())
+            }
+            _ => Err(self.mismatch(accessor, element, "VEC2")),
+        })
+    }
+
+    /// Reads the joints of vertices.
+    pub(super) fn joints(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[u16; 4]>, Fault> {
+        self.joints.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::U8, Dimensions::Vec4) => Ok(self
+                .read::<[u8; 4]>(accessor, element)?
+                .iter()
+                .map(|joints| joints.map(u16::from))
+                .collect()),
+            (DataType::U16, Dimensions::Vec4) => self.read(accessor, element),
+            _ => Err(self.mismatch(accessor, element, "VEC4 of whole numbers")),
+        })
+    }
+
+    /// Reads the weights of joints.
+    pub(super) fn weights(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[f32; 4]>, Fault> {
+        self.weights.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::F32, Dimensions::Vec4) => self.read(accessor, element),
+            (DataType::U8, Dimensions::Vec4) => Ok(self
+                .read::<[u8; 4]>(accessor, element)?
+                .iter()
+                .map(|x| x.map(|x| f32::from(x) / 255.0))
+                .collect()),
+            (DataType::U16, Dimensions::Vec4) => {
+                let read = self.read::<[u16; 4]>(accessor, element)?;
+                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 65535.0)).collect())
+            }
+            _ => Err(self.mismatch(accessor, element, "VEC4")),
+        })
+    }
+
+    /// Reads the indices of a primitive.
+    pub(super) fn indices(&self, accessor: &Accessor<'_>, element: &str) -> Result<Vec<u32>, Fault> {
+        match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::U8, Dimensions::Scalar) => {
+                Ok(self.read::<u8>(accessor, element)?.iter().map(|&index| index.into()).collect())
+            }
+            (DataType::U16, Dimensions::Scalar) => {
+                Ok(self.read::<u16>(accessor, element)?.iter().map(|&index| index.into()).collect())
+            }
+            (DataType::U32, Dimensions::Scalar) => Ok(self.read::<u32>(accessor, element)?.to_vec()),
+            _ => Err(self.mismatch(accessor, element, "SCALAR of whole numbers")),
+        }
+    }
+
+    /// Reads matrices, by columns.
+    pub(super) fn matrices(
+        &self,
+        accessor: &Accessor<'_>,
+        element: &str,
+    ) -> Result<Read<[[f32; 4]; 4]>, Fault> {
+        match (accessor.data_type(), accessor.dimensions()) {
+            (DataType::F32, Dimensions::Mat4) => self.read(accessor, element),
+            _ => Err(self.mismatch(accessor, element, "MAT4")),
+        }
+    }
+
+    fn mismatch(&self, accessor: &Accessor<'_>, element: &str, expected: &str) -> Fault {
+        let (found, dimensions) = (accessor.data_type(), accessor.dimensions());
+        Fault(format!(
+            "{element} is {dimensions:?} of {found:?} in place of {expected}; export the file again"
+        ))
+    }
+
+    /// Reads elements of `T`, the type of the accessor.
+    fn read<T: Item>(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<T>, Fault> {
+        let (count, size) = (accessor.count(), size_of::<T>());
+        self.spend(count)?;
+        if count == 0 {
+            return Ok(Vec::new().into());
+        }
+        if let Some(view) = accessor.view() {
+            self.buffers.check(&view, (accessor.offset(), count, size), element)?;
+        }
+        if let Some(sparse) = accessor.sparse() {
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let (sparse_count, index_size) = (sparse.count(), indices.index_type().size());
+            if !(1..=count).contains(&sparse_count) {
+                return Err(Fault(format!(
+                    "{element} has {sparse_count} sparse values of {count}; export it again"
+                )));
+            }
+            self.buffers.check(&indices.view(), (indices.offset(), sparse_count, index_size), element)?;
+            self.buffers.check(&values.view(), (values.offset(), sparse_count, size), element)?;
+        }
+        let data = |buffer: Buffer<'_>| self.buffers.get(buffer.index());
+        let read: Vec<T> = Iter::new(accessor.clone(), data).into_iter().flatten().take(count).collect();
+        if read.len() < count {
+            return Err(Fault(format!("{element} has {} elements of {count}; export it again", read.len())));
+        }
+        Ok(read.into())
+    }
+}

@@ -1,0 +1,8 @@
+//! Reading GLB, glTF, STL and PLY files.
+
+mod faults;
+mod files;
+mod formats;
+mod fuzz;
+mod gltf;
+mod runs;
