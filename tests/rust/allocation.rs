@@ -241,7 +241,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "integration",
         "contacts",
         "pins and handles",
-        "motion of the supports",
+        "supported motion",
         "damping by supports",
         "volume correction",
     ];
