@@ -148,7 +148,7 @@ impl Body {
 
     /// Returns the number of layers of vertices from the surface to the middle of a region.
     pub(in crate::body) fn contact_layers(&self) -> f64 {
-        f64::from(self.half_width().cells()) + 0.5
+        self.half_width().cells() + 0.5
     }
 
     /// Changes the reference motion of the damping by a coupling.

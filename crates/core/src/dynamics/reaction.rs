@@ -70,6 +70,9 @@ pub(super) enum Direction {
     About(Vector3<f64>),
 }
 
+/// Returns the direction of a kind along a unit vector.
+type DirectionKind = fn(Vector3<f64>) -> Direction;
+
 /// The directions of the conditions of a support, with their limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SupportDirections {
@@ -137,7 +140,7 @@ impl SupportDirections {
             _ => axes_without(Some(normal).filter(exists).or(sliding)),
         };
         let one = |axis| [axis, Vector3::zeros(), Vector3::zeros()];
-        let groups: [(fn(Vector3<f64>) -> Direction, _, _); 4] = [
+        let groups: [(DirectionKind, _, _); 4] = [
             (Direction::Along, one(normal), ImpulseLimits([limits.relieving, limits.pressing])),
             (Direction::About, tilt, ImpulseLimits::both(limits.tilt)),
             (Direction::About, one(twist), ImpulseLimits::both(limits.twist)),
