@@ -153,10 +153,9 @@ impl Body {
 
     /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
+        let sizes = (self.cell_mass(), self.shape.lattice.cell_size());
         if let Some(damping) = &mut self.pipeline.elastic_damping {
-            let cell_size = self.shape.lattice.cell_size();
-            let cell_mass = self.settings.material.density * cell_size.powi(3);
-            damping.add_change(component, &self.pipeline.momentum, (cell_mass, cell_size));
+            damping.add_change(component, &self.pipeline.momentum, sizes);
         }
     }
 

@@ -32,24 +32,18 @@ impl Body {
     /// friction, and its share of the reaction of the elastic damping.
     pub(crate) fn collider_contacts(&self, dt: f64) -> Vec<(Pressure, Vector3<f64>)> {
         let unit = self.impulse_unit() / dt;
+        let components = &self.shape.lattice.components().of_vertex;
+        let reactions = self.pipeline.elastic_damping.as_ref().map_or(&[][..], |damper| damper.reactions());
         let pressures = self.contact.contacts.as_ref().map_or(&[][..], Contacts::pressures);
-        let force = |pressure: &Pressure| (pressure.normal * pressure.impulse + pressure.friction) * unit;
-        let mut contacts: Vec<_> = pressures.iter().map(|pressure| (*pressure, force(pressure))).collect();
-        let component =
-            |pressure: &Pressure| self.shape.lattice.components().of_vertex[pressure.vertex as usize];
-        for reaction in self.pipeline.elastic_damping.iter().flat_map(|damper| damper.reactions()) {
-            let is_of = |pressure: &Pressure| {
-                (component(pressure), pressure.collider) == (reaction.component, reaction.collider)
-            };
-            let total: f64 =
-                pressures.iter().filter(|pressure| is_of(pressure)).map(|pressure| pressure.impulse).sum();
-            if total > 0.0 {
-                for (pressure, force) in contacts.iter_mut().filter(|(pressure, _)| is_of(pressure)) {
-                    *force += reaction.impulse * (unit * pressure.impulse / total);
-                }
-            }
-        }
-        contacts
+        let with_force = |pressure: &Pressure| {
+            let support = (components[pressure.vertex as usize], pressure.collider);
+            let of_support =
+                reactions.iter().find(|reaction| (reaction.component, reaction.collider) == support);
+            let reaction =
+                of_support.map_or_else(Vector3::zeros, |reaction| reaction.share(pressure.impulse));
+            (*pressure, (pressure.normal * pressure.impulse + pressure.friction + reaction) * unit)
+        };
+        pressures.iter().map(with_force).collect()
     }
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary

@@ -8,7 +8,6 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::deflection::deflect;
 use super::momentum::{Mobility, RigidMotion, SOFTNESS};
 use super::reaction::{ImpulseLimits, SupportDirections, SupportLimits};
 use crate::state::PairSupport;
@@ -48,6 +47,8 @@ pub(crate) struct Coupling {
     /// The components that press on others, in increasing order of the sides.
     pub(crate) components: Vec<CoupledComponent>,
     conditions: Vec<Condition>,
+    /// The reaction of each support: the impulse on its first side in the step.
+    reactions: Vec<Vector3<f64>>,
 }
 
 /// A condition: equal speeds of two components along `rows`.
@@ -79,10 +80,11 @@ impl Coupling {
         dt: f64,
         friction: impl Fn(&PairSupport) -> f64,
     ) {
-        let Self { components, conditions } = self;
+        let Self { components, conditions, reactions } = self;
         conditions.clear();
+        reactions.clear();
+        reactions.resize(supports.len(), Vector3::zeros());
         for (index, support) in supports.iter_mut().enumerate() {
-            support.reaction = [0.0; 3];
             let place = |side| components.binary_search_by_key(&side, |component| component.side).ok();
             if let [Some(first), Some(second)] = support.sides.map(place) {
                 let friction = friction(support);
@@ -110,9 +112,13 @@ impl Coupling {
             let impulse = condition.rows[0].fixed_rows::<3>(0) * (condition.impulse * condition.fraction);
             components[condition.components[0]].impulse += impulse;
             components[condition.components[1]].impulse -= impulse;
-            let support = &mut supports[condition.support];
-            (0..3).for_each(|c| support.reaction[c] += impulse[c]);
+            reactions[condition.support] += impulse;
         }
+    }
+
+    /// Returns the reactions of the supports in the last solution: the impulse on the first side of each.
+    pub(crate) fn reactions(&self) -> &[Vector3<f64>] {
+        &self.reactions
     }
 }
 
@@ -133,20 +139,16 @@ fn add_conditions(
     }
     let parts = [fraction / first.fraction, fraction / second.fraction];
     let pressing = &mut support.pressing;
-    let (point, normal) = (Vector3::from(pressing.point), Vector3::from(pressing.normal));
-    let arms = sides.map(|component| point - component.center);
-    let turning = first.motion.angular - second.motion.angular;
-    let rolling = deflect(&mut pressing.rotation, turning * dt);
+    let arms = sides.map(|component| Vector3::from(pressing.point) - component.center);
     let velocity = |side: usize| sides[side].motion.linear + sides[side].motion.angular.cross(&arms[side]);
-    let slip = velocity(0) - velocity(1);
-    let slip = slip - normal * normal.dot(&slip);
-    let sliding = deflect(&mut pressing.sliding, slip * (dt / first.size.min(second.size)));
+    let relative = [first.motion.angular - second.motion.angular, velocity(0) - velocity(1)];
     let limits = SupportLimits::new(
         pressing,
         friction,
         (first.cell_size.min(second.cell_size), first.layers.min(second.layers)),
     );
-    for (directions, limits) in (SupportDirections { limits, normal, rolling, sliding }).groups() {
+    let size = first.size.min(second.size);
+    for (directions, limits) in SupportDirections::advance(pressing, limits, relative, (dt, size)).groups() {
         // Of perpendicular impulses, each has an equal part of their common limit.
         let limits = limits.over(fraction * (directions.clone().count() as f64).sqrt());
         for direction in directions {

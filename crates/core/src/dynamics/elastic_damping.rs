@@ -27,7 +27,6 @@ use nalgebra::{Vector3, Vector6};
 
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
-use super::deflection::deflect;
 use super::momentum::{Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums};
 use super::reaction::{Reaction, SupportConditions, SupportDirections, SupportLimits};
 use super::rolling::resistance;
@@ -157,7 +156,10 @@ impl ElasticDamper {
             let motion = rigid.motion(rigid.momentum);
             let free = match self.constrained_vertices(component) {
                 None => motion,
-                Some(vertices) => projection_of(rigid, motion, Some(&vertices)).motion(),
+                Some(vertices) => {
+                    let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+                    projection_of(&mobility, motion, rigid.center, Some(&vertices)).motion()
+                }
             };
             self.damped.rigid.push((free * (1.0 - keep)).about_origin(rigid.center));
         }
@@ -312,14 +314,15 @@ impl ElasticDamper {
         let vertices = self.constrained_vertices(component);
         let Self { conditions, reactions, fraction, .. } = self;
         let motion = rigid.motion(rigid.momentum);
-        let project = |motion| projection_of(rigid, motion, vertices.as_ref());
+        let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+        let project = |motion| projection_of(&mobility, motion, rigid.center, vertices.as_ref());
         let mut rolling = RigidMotion::ZERO;
         let projection = project(motion);
         let free = projection.motion();
-        let moved = |rolling, projection| SupportedMotion {
+        let moved = |reference, rolling, projection| SupportedMotion {
             motion,
             free,
-            reference: free,
+            reference,
             is_held: vertices.is_some(),
             coupled: Vector3::zeros(),
             given: Vector3::zeros(),
@@ -327,9 +330,8 @@ impl ElasticDamper {
             projection,
         };
         if own.is_empty() {
-            return SupportedMotion { reference: free, ..moved(rolling, projection) };
+            return moved(free, rolling, projection);
         }
-        let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
         // Colliders at rest add no energy: the damped velocities lie between the velocities and the reference motion.
         let mut limit = rigid.energy_of(free);
         conditions.clear();
@@ -363,14 +365,18 @@ impl ElasticDamper {
             let (point, pressure) = (pressing.point.into(), pressing.impulse);
             reactions.push(Reaction { component, collider, impulse, point, pressure });
         }
-        SupportedMotion { reference, ..moved(rolling, projection) }
+        moved(reference, rolling, projection)
     }
 }
 
-/// Returns the projection of a motion of a component on the motion of its constrained vertices.
-fn projection_of(rigid: &RigidState, motion: RigidMotion, vertices: Option<&RigidState>) -> Projection {
-    let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
-    let mut projection = Projection::new(mobility, motion, rigid.center);
+/// Returns the projection of a motion of a component about its center of mass on the motion of its constrained vertices.
+fn projection_of(
+    mobility: &Mobility,
+    motion: RigidMotion,
+    center: Vector3<f64>,
+    vertices: Option<&RigidState>,
+) -> Projection {
+    let mut projection = Projection::new(mobility.clone(), motion, center);
     if let Some(vertices) = vertices {
         projection.fix_vertices(vertices);
     }
@@ -396,14 +402,10 @@ fn rest_on(
     center: Vector3<f64>,
 ) {
     let &mut Support { collider, ref mut pressing, velocity, spin, .. } = support;
-    let [point, normal, velocity, spin] =
-        [pressing.point, pressing.normal, velocity, spin].map(Vector3::from);
+    let [point, velocity, spin] = [pressing.point, velocity, spin].map(Vector3::from);
     let arm = point - center;
-    let rolling = deflect(&mut pressing.rotation, (motion.angular - spin) * step.dt);
-    let slip = motion.linear + motion.angular.cross(&arm) - velocity;
-    let slip = slip - normal * normal.dot(&slip);
-    let sliding = deflect(&mut pressing.sliding, slip * (step.dt / step.size));
+    let relative = [motion.angular - spin, motion.linear + motion.angular.cross(&arm) - velocity];
     let limits = SupportLimits::new(pressing, (step.friction)(collider), (1.0, step.layers));
-    let directions = SupportDirections { limits, normal, rolling, sliding };
+    let directions = SupportDirections::advance(pressing, limits, relative, (step.dt, step.size));
     conditions.add_support(index, arm, [velocity, spin], &directions);
 }

@@ -15,7 +15,7 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::deflection::axes_without;
+use super::deflection::{axes_without, deflect};
 use super::momentum::{Projection, stack};
 use crate::state::Pressing;
 
@@ -76,12 +76,12 @@ type DirectionKind = fn(Vector3<f64>) -> Direction;
 /// The directions of the conditions of a support, with their limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SupportDirections {
-    pub(super) limits: SupportLimits,
+    limits: SupportLimits,
     /// Unit normal; zero if normals all around cancel each other.
-    pub(super) normal: Vector3<f64>,
+    normal: Vector3<f64>,
     /// The directions in which the component rolls and slides, without conditions.
-    pub(super) rolling: Option<Vector3<f64>>,
-    pub(super) sliding: Option<Vector3<f64>>,
+    rolling: Option<Vector3<f64>>,
+    sliding: Option<Vector3<f64>>,
 }
 
 impl ImpulseLimits {
@@ -120,6 +120,23 @@ impl Direction {
 }
 
 impl SupportDirections {
+    /// Returns the directions of a contact with these limits, and advances its deflections by a step of `dt` seconds.
+    ///
+    /// * `turning`, `slip`: angular velocity and velocity of the component at the contact, relative to its support.
+    /// * `size`: the size that the deflection by sliding is a fraction of.
+    pub(super) fn advance(
+        pressing: &mut Pressing,
+        limits: SupportLimits,
+        [turning, slip]: [Vector3<f64>; 2],
+        (dt, size): (f64, f64),
+    ) -> Self {
+        let normal = Vector3::from(pressing.normal);
+        let slip = slip - normal * normal.dot(&slip);
+        let rolling = deflect(&mut pressing.rotation, turning * dt);
+        let sliding = deflect(&mut pressing.sliding, slip * (dt / size));
+        Self { limits, normal, rolling, sliding }
+    }
+
     /// Returns groups of perpendicular directions, each with the limits of its impulses together.
     pub(super) fn groups(
         &self,
@@ -165,6 +182,13 @@ pub(crate) struct Reaction {
     pub(crate) point: Vector3<f64>,
     /// Sum of the normal impulses of the contacts.
     pub(super) pressure: f64,
+}
+
+impl Reaction {
+    /// Returns the part of the impulse at a contact with the normal impulse `pressure`: contacts share it in proportion.
+    pub(crate) fn share(&self, pressure: f64) -> Vector3<f64> {
+        self.impulse * (pressure / self.pressure)
+    }
 }
 
 impl SupportLimits {

@@ -10,9 +10,8 @@ use crate::state::{PairSupports, PressingContact};
 pub(super) fn store_supports(bodies: &[Body], contacts: &BodyContacts, supports: &mut PairSupports) {
     let is_awake = |side: &(u32, u32)| bodies.get(side.0 as usize).is_none_or(|body| !body.is_asleep());
     let pressing = contacts.contacts().filter_map(|pair| {
-        let sides = [0, 1].map(|side| (pair.bodies[side], pair.components[side]));
-        let (normal, point) = (pair.normal, pair.point.coords);
-        let impulse = pair.impulse.dot(&normal);
+        let (sides, normal, point) = (pair.sides(), pair.normal, pair.point.coords);
+        let impulse = pair.pressure();
         let contact = PressingContact { impulse, friction: pair.impulse - normal * impulse, point, normal };
         (impulse > 0.0 && sides[0] != sides[1]).then_some((sides, contact))
     });

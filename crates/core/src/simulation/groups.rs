@@ -1,7 +1,9 @@
 //! Selects the bodies that can touch each other, and computes for groups of touching bodies.
 
+use nalgebra::Vector3;
+
 use crate::body::{Body, RestVote, StepContext};
-use crate::contact::bodies::{BodyContacts, ContactFilter};
+use crate::contact::bodies::{BodyContacts, ContactFilter, mean_friction};
 use crate::dynamics::Coupling;
 use crate::mesh::UnionFind;
 use crate::state::{PairSupport, PairSupports};
@@ -115,14 +117,17 @@ impl Groups {
         coupling.components.extend(sides.iter().filter_map(|&(body, component)| {
             bodies.get(body as usize).and_then(|found| found.coupled_component(body, component))
         }));
-        // As in the contact of bodies.
         let friction = |support: &PairSupport| {
-            let [a, b] = support.sides.map(|(body, _)| bodies[body as usize].touching().friction);
-            (a * b).sqrt()
+            mean_friction(support.sides.map(|(body, _)| bodies[body as usize].touching().friction))
         };
         coupling.solve(supports.list_mut(), dt, friction);
         for component in &coupling.components {
             bodies[component.side.0 as usize].add_coupling(component);
         }
+    }
+
+    /// Returns the reactions of the supports of bodies by each other in the last step.
+    pub(super) fn reactions(&self) -> &[Vector3<f64>] {
+        self.coupling.reactions()
     }
 }

@@ -70,7 +70,7 @@ impl Simulation {
                 store_supports(bodies, contacts, pair_supports);
                 groups.couple_damping(bodies, pair_supports, context.interval.dt);
                 executor.for_each_mut(bodies, |body| body.end_step(&context, executor));
-                contacts.record(bodies, pair_supports.list(), context.interval.dt);
+                contacts.record(bodies, (pair_supports, groups.reactions()), context.interval.dt);
             }
         }
         for body in &mut *bodies {

@@ -10,16 +10,6 @@ pub(crate) struct PairSupport {
     pub(crate) sides: [(u32, u32); 2],
     /// Its normal points to the first side.
     pub(crate) pressing: Pressing,
-    /// Impulse on the first side that the elastic damping of the last step took from the second one.
-    pub(crate) reaction: [f64; 3],
-}
-
-impl PairSupport {
-    /// Returns the place of the first of two bodies that touch in the sides; `None` if they are not the sides.
-    pub(crate) fn side_of(&self, bodies: [u32; 2], components: [u32; 2]) -> Option<usize> {
-        let [first, second] = [0, 1].map(|side| (bodies[side], components[side]));
-        [[first, second], [second, first]].iter().position(|sides| *sides == self.sides)
-    }
 }
 
 /// The supports of the bodies of a simulation by each other, in increasing order of the sides.
@@ -34,10 +24,16 @@ impl PairSupports {
 
     /// Returns whether the supports are in increasing order of the sides, each pair once, with finite numbers.
     pub(crate) fn is_valid(&self) -> bool {
-        let numbers = |support: &PairSupport| {
-            support.pressing.is_valid() && support.reaction.iter().all(|x| x.is_finite())
-        };
-        self.0.is_sorted_by(|a, b| a.sides < b.sides) && self.0.iter().all(numbers)
+        self.0.is_sorted_by(|a, b| a.sides < b.sides)
+            && self.0.iter().all(|support| support.pressing.is_valid())
+    }
+
+    /// Returns the index of the support of two sides, and whether they are in its order.
+    pub(crate) fn find(&self, [first, second]: [(u32, u32); 2]) -> Option<(usize, bool)> {
+        let is_in_order = first <= second;
+        let sides = if is_in_order { [first, second] } else { [second, first] };
+        let found = self.0.binary_search_by_key(&sides, |support| support.sides);
+        found.ok().map(|index| (index, is_in_order))
     }
 
     pub(crate) fn list_mut(&mut self) -> &mut [PairSupport] {

@@ -10,8 +10,8 @@
 //! | g | goal position of the vertex |
 //! | c, R | center of mass of a region, and the rotation of the region from the rest pose |
 //! | x̄, P, L | center of mass, linear momentum and angular momentum of a connected component |
-//! | r, r*, c | rigid motion of a component, without and with its supports (`dynamics::elastic_damping`), and decay rate of its
-//! modes |
+//! | r, r* | rigid motion of a component, without and with its supports (`dynamics::elastic_damping`) |
+//! | c | decay rate of the modes of the body |
 //! | J | impulse of a contact on a vertex |
 //! | alpha, d | stiffness and region damping per step |
 //! | superscript 0 | value in the rest pose, such as x⁰ |

@@ -11,7 +11,7 @@ use super::search::{Search, Touch};
 use super::view::{BodyView, ContactStep};
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
-use crate::state::{PairSupport, SampleTouch};
+use crate::state::{PairSupports, SampleTouch};
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
 const OVERLAP: f64 = 0.1;
@@ -294,26 +294,25 @@ impl BodyContacts {
         })
     }
 
-    /// Records the contacts of a step of `dt` seconds. Contacts of sleeping bodies remain.
-    pub(crate) fn record<B: TouchingBody>(&mut self, bodies: &[B], supports: &[PairSupport], dt: f64) {
+    /// Records the contacts of a step of `dt` seconds. Contacts of sleeping bodies remain. `reactions` are those of the
+    /// supports, which the contacts of each share in proportion to their pressures.
+    pub(crate) fn record<B: TouchingBody>(
+        &mut self,
+        bodies: &[B],
+        (supports, reactions): (&PairSupports, &[Vector3<f64>]),
+        dt: f64,
+    ) {
         let Self { records, islands, island_count, .. } = self;
         records.retain(|(pair, _)| pair.bodies.iter().all(|&body| bodies[body as usize].is_asleep()));
+        let reaction = |pair: &PairContact| {
+            let (support, is_in_order) = supports.find(pair.sides())?;
+            let sign = if is_in_order { 1.0 } else { -1.0 };
+            let share = pair.pressure().max(0.0) / supports.list()[support].pressing.impulse;
+            Some(reactions[support] * (sign * share))
+        };
+        let force = |pair: &PairContact| (pair.impulse + reaction(pair).unwrap_or_default()) / dt;
         let pairs = islands[..*island_count].iter().flat_map(Island::pairs);
-        records.extend(pairs.clone().map(|pair| (*pair, pair.impulse / dt)));
-        // The contacts of a support share its reaction in proportion to their pressures.
-        let pressure = |pair: &PairContact| pair.impulse.dot(&pair.normal).max(0.0);
-        for support in supports.iter().filter(|support| support.reaction != [0.0; 3]) {
-            let side = |pair: &PairContact| support.side_of(pair.bodies, pair.components);
-            let total: f64 = pairs.clone().filter(|pair| side(pair).is_some()).map(pressure).sum();
-            for (pair, force) in &mut *records {
-                if let Some(side) = side(pair)
-                    && total > 0.0
-                {
-                    *force +=
-                        Vector3::from(support.reaction) * ([1.0, -1.0][side] * pressure(pair) / (total * dt));
-                }
-            }
-        }
+        records.extend(pairs.map(|pair| (*pair, force(pair))));
     }
 
     /// Returns the pairs of different bodies that overlapped in the last search, with the greatest depth of a sample in

@@ -88,6 +88,18 @@ pub(crate) struct PairContact {
     pub(super) cell_size: f64,
 }
 
+impl PairContact {
+    /// Returns the sides: each body with its connected component.
+    pub(crate) fn sides(&self) -> [(u32, u32); 2] {
+        [0, 1].map(|side| (self.bodies[side], self.components[side]))
+    }
+
+    /// Returns the normal impulse on the body of the samples.
+    pub(crate) fn pressure(&self) -> f64 {
+        self.impulse.dot(&self.normal)
+    }
+}
+
 /// A key that sorts touches by contact, as in [`ContactKey::Body`]: the point of the grid, the axis, the components of
 /// the other body and of the body, and the index of the touch.
 pub(super) type PatchKey = ([i32; 3], u8, (u32, u32), u32);

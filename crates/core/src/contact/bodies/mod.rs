@@ -47,6 +47,7 @@ pub(crate) use self::filter::ContactFilter;
 pub(crate) use self::gaps::{GapBody, GapSearch};
 pub(crate) use self::island::Island;
 pub(crate) use self::motion::PartVertices;
+pub(crate) use self::pair_contacts::mean_friction;
 pub(crate) use self::pairing::SEARCH_DISTANCE;
 pub(crate) use self::surface::ContactSurface;
 pub(crate) use self::view::{BodyContact, BodyView, ContactStep, MomentumChange, SurfaceProperties};

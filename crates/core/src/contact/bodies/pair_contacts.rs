@@ -20,6 +20,11 @@ const LEAST_WEIGHT: f64 = 1e-6;
 /// throw the other vertices away, for example where parts overlap at a pin.
 const LEAST_FREE_WEIGHT: f64 = 0.3;
 
+/// Returns the coefficient of friction between two bodies, from those of each.
+pub(crate) fn mean_friction([a, b]: [f64; 2]) -> f64 {
+    (a * b).sqrt()
+}
+
 impl Island {
     /// Adds the contacts of a search. Touching samples form one contact if they have in common the nearest point of a
     /// grid of half the cell size, the dominant axis and sign of the normal, and the components of both bodies. With
@@ -102,7 +107,7 @@ impl Island {
             distance_before: gap_before,
             velocity,
             velocity_before: before,
-            friction: (body.properties.friction * other.properties.friction).sqrt(),
+            friction: mean_friction([body.properties.friction, other.properties.friction]),
             restitution: body.properties.restitution.max(other.properties.restitution),
             min_bounce: MIN_BOUNCE_STEPS * gravity * dt,
         };

@@ -90,19 +90,8 @@ impl<'b> Accessors<'b> {
         accessor: &Accessor<'_>,
         element: &str,
     ) -> Result<Read<[f32; 2]>, Fault> {
-        self.coordinates.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
-            (DataType::F32, Dimensions::Vec2) => self.read(accessor, element),
-            (DataType::U8, Dimensions::Vec2) => Ok(self
-                .read::<[u8; 2]>(accessor, element)?
-                .iter()
-                .map(|x| x.map(|x| f32::from(x) / 255.0))
-                .collect()),
-            (DataType::U16, Dimensions::Vec2) => {
-                let read = self.read::<[u16; 2]>(accessor, element)?;
-                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 65535.0)).collect())
-            }
-            _ => Err(self.mismatch(accessor, element, "VEC2")),
-        })
+        let is_pair = accessor.dimensions() == Dimensions::Vec2;
+        self.coordinates.get(accessor, || self.read_fractions(accessor, element, (is_pair, "VEC2")))
     }
 
     /// Reads the joints of vertices.
@@ -120,19 +109,8 @@ impl<'b> Accessors<'b> {
 
     /// Reads the weights of joints.
     pub(super) fn weights(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[f32; 4]>, Fault> {
-        self.weights.get(accessor, || match (accessor.data_type(), accessor.dimensions()) {
-            (DataType::F32, Dimensions::Vec4) => self.read(accessor, element),
-            (DataType::U8, Dimensions::Vec4) => Ok(self
-                .read::<[u8; 4]>(accessor, element)?
-                .iter()
-                .map(|x| x.map(|x| f32::from(x) / 255.0))
-                .collect()),
-            (DataType::U16, Dimensions::Vec4) => {
-                let read = self.read::<[u16; 4]>(accessor, element)?;
-                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 65535.0)).collect())
-            }
-            _ => Err(self.mismatch(accessor, element, "VEC4")),
-        })
+        let is_four = accessor.dimensions() == Dimensions::Vec4;
+        self.weights.get(accessor, || self.read_fractions(accessor, element, (is_four, "VEC4")))
     }
 
     /// Reads the indices of a primitive.
@@ -158,6 +136,33 @@ impl<'b> Accessors<'b> {
         match (accessor.data_type(), accessor.dimensions()) {
             (DataType::F32, Dimensions::Mat4) => self.read(accessor, element),
             _ => Err(self.mismatch(accessor, element, "MAT4")),
+        }
+    }
+
+    /// Reads vectors of numbers, of which whole ones are fractions of their greatest value. `has_size`: whether the accessor has
+    /// vectors of `N` numbers, which messages call `expected`.
+    fn read_fractions<const N: usize>(
+        &self,
+        accessor: &Accessor<'_>,
+        element: &str,
+        (has_size, expected): (bool, &str),
+    ) -> Result<Read<[f32; N]>, Fault>
+    where
+        [f32; N]: Item,
+        [u8; N]: Item,
+        [u16; N]: Item,
+    {
+        match accessor.data_type() {
+            DataType::F32 if has_size => self.read(accessor, element),
+            DataType::U8 if has_size => {
+                let read = self.read::<[u8; N]>(accessor, element)?;
+                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 255.0)).collect())
+            }
+            DataType::U16 if has_size => {
+                let read = self.read::<[u16; N]>(accessor, element)?;
+                Ok(read.iter().map(|x| x.map(|x| f32::from(x) / 65535.0)).collect())
+            }
+            _ => Err(self.mismatch(accessor, element, expected)),
         }
     }
 
