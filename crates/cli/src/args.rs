@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use supple_io::frames;
+use supple_io::frames::Format;
 use supple_io::scene::{self, Scene, SceneError};
 
 /// Simulates soft bodies by lattice shape matching with volume preservation.
@@ -40,7 +41,7 @@ pub(crate) struct RunArgs {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Formats of the frames, separated by commas [default: the scene's output.format]
-    #[arg(long, value_enum, value_delimiter = ',')]
+    #[arg(long, value_parser = format(), value_delimiter = ',')]
     pub(crate) format: Vec<Format>,
     /// Number of frames after frame 0 [default: the scene's simulation.frames]
     #[arg(long, value_name = "N", value_parser = count::<0, 10_000_000>, allow_negative_numbers = true)]
@@ -189,19 +190,10 @@ pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension))
 }
 
-/// Frame formats.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum Format {
-    /// One Wavefront OBJ file per frame and body
-    Obj,
-    /// One binary PLY file per frame and body
-    Ply,
-    /// One PC2 point cache per body
-    Pc2,
-    /// A USD stage, supple.usd, with all bodies
-    Usd,
-    /// A page for browsers, supple.html, with all bodies
-    Html,
+/// Parses the name of a format of frames.
+fn format() -> impl TypedValueParser<Value = Format> {
+    let named = |format: Format| PossibleValue::new(format.name()).help(format.about());
+    PossibleValuesParser::new(Format::ALL.map(named)).try_map(|name| name.parse::<Format>())
 }
 
 /// Axes of a model that can point up.
@@ -211,18 +203,6 @@ pub(crate) enum Up {
     Y,
     /// The z axis
     Z,
-}
-
-impl From<Format> for frames::Format {
-    fn from(format: Format) -> Self {
-        match format {
-            Format::Obj => Self::Obj,
-            Format::Ply => Self::Ply,
-            Format::Pc2 => Self::Pc2,
-            Format::Usd => Self::Usd,
-            Format::Html => Self::Html,
-        }
-    }
 }
 
 impl From<Up> for scene::Up {

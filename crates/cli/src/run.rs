@@ -92,7 +92,7 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     if let Some(threads) = args.threads {
         scene.simulation.threads = threads as usize;
     }
-    if let Some(formats) = Formats::new(args.format.iter().map(|&format| format.into())) {
+    if let Some(formats) = Formats::new(args.format.iter().copied()) {
         scene.output.format = formats;
     }
     Ok(scene)
@@ -103,6 +103,7 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
     match run_one(args, input, &name, false) {
         Ok(report) => {
             terminal::print(summary_line(&name, &report, args.start_frame));
+            print_files(&name, &report);
             print_warnings(&name, &report);
             if report.outcome == Outcome::Stopped {
                 terminal::print(format_args!("resume with: {}", terminal::resume_command()));
@@ -140,6 +141,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         match &result {
             Ok(report) => {
                 terminal::print(summary_line(&name, report, args.start_frame));
+                print_files(&name, report);
                 print_warnings(&name, report);
             }
             Err(error) => terminal::print_error(format_args!("{name}: {error}")),
@@ -204,6 +206,11 @@ fn stats_path(path: &Path, input_name: &str) -> PathBuf {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{name}_{input_name}.{extension}"))
+}
+
+/// Prints the lines about files that hold the frames approximately or incompletely.
+fn print_files(name: &str, report: &RunReport) {
+    report.files.iter().for_each(|line| terminal::print(format_args!("{name}: {line}")));
 }
 
 /// Prints a line for each body whose volume was not kept, that was crushed or that is softer than specified.

@@ -5,6 +5,7 @@
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
 //! * [`model`] reads OBJ, GLB, glTF, STL and PLY models, as OBJ documents.
 //! * `usd` writes USD stages.
+//! * `glb` writes runs as animated GLB files.
 //! * `html` writes and reads pages that show runs in a browser.
 //! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
@@ -18,6 +19,7 @@ mod count;
 mod escape;
 mod file;
 pub mod frames;
+mod glb;
 mod html;
 mod memory;
 pub mod model;

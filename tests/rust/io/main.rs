@@ -5,6 +5,7 @@ mod frames;
 mod fuzz;
 mod fuzz_obj;
 mod fuzz_scene;
+mod glb;
 mod input_messages;
 mod input_time;
 mod models;

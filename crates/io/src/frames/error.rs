@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::Format;
+use super::format::names;
+use crate::count::alternatives;
 use crate::escape::Escaped;
 
 /// Error of writing the frames of a body.
@@ -74,9 +76,10 @@ pub enum OutputError {
     },
     /// A body can break, and the format has the same faces in all frames.
     #[error(
-        "body `{0}` can break (`body.{0}.fracture`), and {format} has the same faces in all frames: write obj, ply, \
-         usd or html, or remove the key",
-        Escaped(.body)
+        "body `{0}` can break (`body.{0}.fracture`), and {format} has the same faces in all frames: write \
+         {others}, or remove the key",
+        Escaped(.body),
+        others = with_topology()
     )]
     CanBreak {
         /// Name of the body.
@@ -86,9 +89,10 @@ pub enum OutputError {
     },
     /// A body is broken, and the format has the same faces in all frames.
     #[error(
-        "frame {frame} is not written: body `{}` is broken, and {format} has the same faces in all frames; write obj, \
-         ply, usd or html",
-        Escaped(.body)
+        "frame {frame} is not written: body `{}` is broken, and {format} has the same faces in all frames; write \
+         {others}",
+        Escaped(.body),
+        others = with_topology()
     )]
     Broken {
         /// Number of the frame.
@@ -99,7 +103,7 @@ pub enum OutputError {
         format: Format,
     },
     /// The name of a recording has another extension than the formats that contain all bodies.
-    #[error("{}: the name of a recording ends in .usd or .html", Escaped(.path.display()))]
+    #[error("{}: the name of a recording ends in {}", Escaped(.path.display()), recorded())]
     NoRecording {
         /// The name.
         path: PathBuf,
@@ -143,6 +147,18 @@ impl OutputError {
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
     }
+}
+
+/// Returns the names of the formats that show broken bodies, for messages.
+fn with_topology() -> String {
+    names(Format::ALL.into_iter().filter(|format| format.has_topology_per_frame()))
+}
+
+/// Returns the extensions of recordings, for messages.
+fn recorded() -> String {
+    let formats = Format::ALL.into_iter().filter(|format| format.is_per_run());
+    let extensions: Vec<String> = formats.map(|format| format!(".{format}")).collect();
+    alternatives(&extensions.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// Returns an error if a position of frame `frame` is not finite.

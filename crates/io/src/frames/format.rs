@@ -8,7 +8,9 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-/// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`, `usd`, `html`.
+use crate::count::alternatives;
+
+/// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `html`, `glb`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -32,36 +34,105 @@ pub enum Format {
     /// A page for browsers with all bodies of a run, one file per run. [`Job`](crate::run::Job) writes it;
     /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
     Html,
+    /// A GLB file with all bodies of a run as nodes with morph targets, one file per run. [`Job`](crate::run::Job) writes
+    /// it; [`FrameWriter`](super::FrameWriter), which writes one body, does not.
+    Glb,
+}
+
+/// What the files of a sequence contain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Contents {
+    /// A file has one frame of one body.
+    Frame,
+    /// A file has all frames of one body.
+    Body,
+    /// A file has all frames of all bodies.
+    Run,
+}
+
+/// What the names and the frames of a format are.
+struct Facts {
+    /// The name, which is also the extension of the files.
+    name: &'static str,
+    /// A line about its files.
+    about: &'static str,
+    contents: Contents,
+    /// Whether the faces can change from one frame to the next, when a body breaks.
+    has_topology_per_frame: bool,
+    /// What is appended to the name of a file with all frames while frames are added to it, before `.part`.
+    data: &'static str,
 }
 
 impl Format {
+    /// Returns the entry of the format in the table.
+    const fn facts(self) -> &'static Facts {
+        const FRAME: Facts =
+            Facts { name: "", about: "", contents: Contents::Frame, has_topology_per_frame: true, data: "" };
+        match self {
+            Self::Obj => &Facts { name: "obj", about: "One Wavefront OBJ file per frame and body", ..FRAME },
+            Self::Ply => &Facts { name: "ply", about: "One binary PLY file per frame and body", ..FRAME },
+            Self::Pc2 => &Facts {
+                name: "pc2",
+                about: "One PC2 point cache per body",
+                contents: Contents::Body,
+                has_topology_per_frame: false,
+                ..FRAME
+            },
+            Self::Usd => &Facts {
+                name: "usd",
+                about: "A USD stage, supple.usd, with all bodies",
+                contents: Contents::Run,
+                ..FRAME
+            },
+            Self::Html => &Facts {
+                name: "html",
+                about: "A page for browsers, supple.html, with all bodies",
+                contents: Contents::Run,
+                data: ".data",
+                ..FRAME
+            },
+            Self::Glb => &Facts {
+                name: "glb",
+                about: "An animated GLB file, supple.glb, with all bodies",
+                contents: Contents::Run,
+                has_topology_per_frame: false,
+                data: ".pc2",
+                ..FRAME
+            },
+        }
+    }
+
     /// All formats.
-    pub const ALL: [Self; 5] = [Self::Obj, Self::Ply, Self::Pc2, Self::Usd, Self::Html];
+    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Pc2, Self::Usd, Self::Html, Self::Glb];
 
     /// Returns the name, which is also the file extension.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Obj => "obj",
-            Self::Ply => "ply",
-            Self::Pc2 => "pc2",
-            Self::Usd => "usd",
-            Self::Html => "html",
-        }
+        self.facts().name
+    }
+
+    /// Returns a line about its files.
+    pub const fn about(self) -> &'static str {
+        self.facts().about
     }
 
     /// Returns whether a file contains all bodies of a run.
     pub const fn is_per_run(self) -> bool {
-        matches!(self, Self::Usd | Self::Html)
+        matches!(self.facts().contents, Contents::Run)
     }
 
     /// Returns whether the faces can change from one frame to the next, when a body breaks.
     pub const fn has_topology_per_frame(self) -> bool {
-        !matches!(self, Self::Pc2)
+        self.facts().has_topology_per_frame
+    }
+
+    /// Returns what is appended to the name of a file with all frames while frames are added to it, before `.part`.
+    pub(super) const fn data(self) -> &'static str {
+        self.facts().data
     }
 
     /// Returns whether a file contains all frames.
     pub(super) const fn is_per_sequence(self) -> bool {
-        matches!(self, Self::Pc2 | Self::Usd | Self::Html)
+        !matches!(self.facts().contents, Contents::Frame)
     }
 }
 
@@ -71,9 +142,14 @@ impl fmt::Display for Format {
     }
 }
 
+/// Returns the names of formats, as alternatives.
+pub(crate) fn names(formats: impl IntoIterator<Item = Format>) -> String {
+    alternatives(&formats.into_iter().map(Format::name).collect::<Vec<_>>())
+}
+
 /// Error: no [`Format`] has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown format `{0}`: it must be obj, ply, pc2, usd or html")]
+#[error("unknown format `{0}`: it must be {names}", names = names(Format::ALL))]
 pub struct UnknownFormat(pub String);
 
 /// The formats of a run: at least one, each once. Displayed as `obj,html`; a scene has one name or a list of names.

@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 use super::normal_transform::NormalTransform;
 use super::obj_pieces::{FaceFile, NewElements, PieceChanges, Replacements};
 use super::pieces::Pieces;
-use super::{library_path, number};
+use super::{Source, library_path, number};
 use crate::obj::{Document, Part};
 use supple::Executor;
 
@@ -23,6 +23,20 @@ const MAX_CHANGES: usize = 4096;
 /// Largest number of consecutive unchanged bytes in a piece with changes. A longer unchanged range becomes a
 /// separate piece.
 const MAX_UNCHANGED: usize = 1 << 16;
+
+/// Returns the size of a frame, in bytes; approximately, because the numbers differ in length.
+pub(super) fn frame_bytes(source: &Source<'_>) -> u64 {
+    match source {
+        Source::Mesh(mesh) => {
+            // Per vertex: `v`, a line end, and three numbers of nine digits, each with a point and a blank. Per corner:
+            // an index and a blank. Per face: `f` and a line end.
+            let corners: usize = mesh.faces().map(<[u32]>::len).sum();
+            let digits = mesh.vertices().len().checked_ilog10().unwrap_or(0) as usize + 2;
+            (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
+        }
+        Source::Document(document, _) => document.bytes().len() as u64,
+    }
+}
 
 /// An OBJ file divided into pieces, from which every frame is written.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use super::page_data::{self, Data, DataFrames, data_path};
 use super::pieces::Pieces;
 use super::record::{Compare, Record};
 use super::single_file::{changed, too_short};
-use super::sink::{BodyFrame, FrameRun, FrameSink};
+use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence};
 use crate::file::{self, is_link, write_durably};
 use crate::html::{
@@ -147,8 +147,8 @@ impl FrameSink for PageWriter {
         vec![data_path(&self.sequence)]
     }
 
-    fn finish(self: Box<Self>) -> Result<(), OutputError> {
-        complete(&self.sequence, self.data)
+    fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
+        complete(&self.sequence, self.data).map(|()| Vec::new())
     }
 }
 

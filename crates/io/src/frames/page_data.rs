@@ -13,7 +13,6 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::sequence::PAGE_DATA;
 use super::{OutputError, Sequence};
 use crate::file::{write_atomically, write_durably};
 use crate::html::{FrameSource, Header, Layout, Run, decode_header, encode_header};
@@ -156,7 +155,7 @@ impl FrameSource for DataFrames {
 /// Returns the path of the data of a page.
 pub(super) fn data_path(sequence: &Sequence) -> PathBuf {
     let mut name = sequence.path(0).into_os_string();
-    name.push(PAGE_DATA);
+    name.push(sequence.format.data());
     name.into()
 }
 

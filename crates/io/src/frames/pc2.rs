@@ -16,6 +16,7 @@
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::PathBuf;
 
 use super::record::{Compare, Record};
@@ -91,6 +92,13 @@ impl PointCache {
         part_path(&self.path)
     }
 
+    /// Returns a reader of the samples.
+    pub(super) fn reader(&self) -> Result<SampleReader, OutputError> {
+        let part = self.part_path();
+        let file = File::open(&part).map_err(OutputError::io("read", &part))?;
+        Ok(SampleReader { file, points: self.points, samples: self.samples, bytes: Vec::new() })
+    }
+
     /// Renames the file to its final name.
     pub(super) fn finish(self) -> Result<(), OutputError> {
         let Self { path, file, .. } = self;
@@ -109,6 +117,52 @@ impl PointCache {
         self.file.seek(SeekFrom::Start(COUNT_AT))?;
         self.file.write_all(&self.samples.to_le_bytes())?;
         self.file.seek(SeekFrom::End(0)).map(drop)
+    }
+}
+
+/// Reads points of the samples of a cache.
+pub(super) struct SampleReader {
+    file: File,
+    points: u32,
+    samples: u32,
+    /// Scratch.
+    bytes: Vec<u8>,
+}
+
+impl SampleReader {
+    /// Returns the number of samples.
+    pub(super) fn samples(&self) -> usize {
+        self.samples as usize
+    }
+
+    /// Returns the record of a sample.
+    pub(super) fn record(&mut self, sample: usize) -> std::io::Result<Record> {
+        let bytes = sample_size(self.points);
+        self.read_bytes(HEADER + sample as u64 * bytes, bytes as usize)?;
+        Ok(Record::of(&self.bytes))
+    }
+
+    fn read_bytes(&mut self, start: u64, bytes: usize) -> std::io::Result<()> {
+        self.file.seek(SeekFrom::Start(start))?;
+        self.bytes.resize(bytes, 0);
+        self.file.read_exact(&mut self.bytes)
+    }
+
+    /// Reads a range of points of a sample.
+    pub(super) fn read(
+        &mut self,
+        sample: usize,
+        points: Range<usize>,
+        out: &mut Vec<[f32; 3]>,
+    ) -> std::io::Result<()> {
+        let start = HEADER + sample as u64 * sample_size(self.points) + 12 * points.start as u64;
+        self.read_bytes(start, 12 * points.len())?;
+        let number = |bytes: &[u8], axis: usize| {
+            f32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * axis + byte]))
+        };
+        out.clear();
+        out.extend(self.bytes.chunks_exact(12).map(|bytes| std::array::from_fn(|axis| number(bytes, axis))));
+        Ok(())
     }
 }
 

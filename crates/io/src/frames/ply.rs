@@ -5,6 +5,14 @@
 
 use supple::mesh::Mesh;
 
+use super::Source;
+
+/// Returns the size of a frame, in bytes.
+pub(super) fn frame_bytes(source: &Source<'_>) -> u64 {
+    let mesh = source.mesh();
+    Ply::new(mesh).len(mesh.vertices().len())
+}
+
 /// Bytes of the header and of the faces, which are the same in all frames.
 #[derive(Debug)]
 pub(super) struct Ply {

@@ -5,9 +5,6 @@ use std::path::PathBuf;
 use super::{Format, OutputError};
 use crate::file::{PART, is_link, part_path};
 
-/// Suffix of the file with the data of a page that is not written yet.
-pub(super) const PAGE_DATA: &str = ".data";
-
 /// Length of the longest file name that common file systems allow, in bytes.
 const MAX_NAME: usize = 255;
 
@@ -99,7 +96,7 @@ impl<'a> FileName<'a> {
         let stem = name.strip_suffix(PART);
         let is_part = stem.is_some();
         let stem = stem.unwrap_or(name);
-        let stem = if format == Format::Html { stem.strip_suffix(PAGE_DATA).unwrap_or(stem) } else { stem };
+        let stem = stem.strip_suffix(format.data()).unwrap_or(stem);
         let stem = stem.strip_suffix(format.name())?.strip_suffix('.')?;
         if format.is_per_sequence() {
             return Some(Self { body: stem, frame: None, is_part });

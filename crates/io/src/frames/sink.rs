@@ -24,6 +24,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) space: FileSpace,
     /// Meters per unit of length of the files.
     pub(crate) meters_per_unit: f64,
+    /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body.
+    pub(crate) glb_error: f64,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }
@@ -52,6 +54,15 @@ impl BodyFrame<'_> {
     }
 }
 
+/// How the frames of a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ending {
+    /// After its last frame.
+    Complete,
+    /// Before its last frame: a later run can continue it.
+    Stopped,
+}
+
 /// Writes the frames of a sequence: those of one body, or of all bodies of a run.
 pub(crate) trait FrameSink: Debug + Send + Sync {
     /// Returns whether the sink uses [`BodyFrame::normals`].
@@ -73,6 +84,6 @@ pub(crate) trait FrameSink: Debug + Send + Sync {
     /// Returns the paths of the files that were written since the last call.
     fn take_unsynced(&mut self) -> Vec<PathBuf>;
 
-    /// Gives the files their final form and names.
-    fn finish(self: Box<Self>) -> Result<(), OutputError>;
+    /// Gives the files their final form and names. Returns lines about them for the summary of the run.
+    fn finish(self: Box<Self>, ending: Ending) -> Result<Vec<String>, OutputError>;
 }

@@ -13,7 +13,7 @@ use super::error::check_finite;
 use super::normal_transform::NormalTransform;
 use super::record::{Compare, Record};
 use super::single_file::{check_frames, too_short};
-use super::sink::{BodyFrame, FrameRun, FrameSink};
+use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence, Source};
 use crate::file::{create_part, part_path};
 use crate::usd::{BodyInput, CONTENTS, FRAMES, PiecesBuilder, Places, Stage, StageDescription, head};
@@ -183,7 +183,7 @@ impl FrameSink for StageWriter {
     }
 
     /// Completes the stage, and gives the file its final name when it is on disk.
-    fn finish(self: Box<Self>) -> Result<(), OutputError> {
+    fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
         let Self { path, file, stage, frames, .. } = *self;
         drop(file);
         let part = part_path(&path);
@@ -193,7 +193,8 @@ impl FrameSink for StageWriter {
             file.sync_all()
         };
         complete().map_err(OutputError::io("write", &path))?;
-        fs::rename(&part, &path).map_err(OutputError::io("rename to", &path))
+        fs::rename(&part, &path).map_err(OutputError::io("rename to", &path))?;
+        Ok(Vec::new())
     }
 }
 

@@ -14,7 +14,7 @@ use super::pieces::Pieces;
 use super::plain::PlainObj;
 use super::ply::Ply;
 use super::record::{Record, Recorder};
-use super::sink::{BodyFrame, FrameRun, FrameSink};
+use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence, Source};
 use crate::file::write_atomically;
 
@@ -128,7 +128,6 @@ impl FrameWriter {
                 Kind::Obj(Box::new(ObjTemplate::new(document, part, directory, &sequence.name)))
             }
             (Format::Ply, source) => Kind::Ply(Ply::new(source.mesh())),
-            (format @ (Format::Usd | Format::Html), _) => return Err(OutputError::NotPerBody { format }),
             (Format::Pc2, source) => {
                 let points = CachedPoints::new(source);
                 let count = points.points.len() as u32;
@@ -138,6 +137,7 @@ impl FrameWriter {
                 };
                 Kind::Cache(cache, points)
             }
+            (format, _) => return Err(OutputError::NotPerBody { format }),
         };
         Ok(Self {
             sequence,
@@ -274,8 +274,8 @@ impl FrameSink for FrameWriter {
         }
     }
 
-    fn finish(self: Box<Self>) -> Result<(), OutputError> {
-        (*self).finish()
+    fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
+        (*self).finish().map(|()| Vec::new())
     }
 }
 

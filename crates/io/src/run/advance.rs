@@ -14,7 +14,7 @@ use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
-use crate::frames::SetAside;
+use crate::frames::{Ending, SetAside};
 use supple::Simulation;
 
 /// The output files of a job.
@@ -113,10 +113,16 @@ impl<'a> Running<'a> {
             let simulation = lock(&shared);
             if stop || frame == last {
                 self.output.sync()?;
-                self.output.finish()?;
+                // A run that ends before its files are complete completes them when it is resumed.
                 self.save(&simulation, frame)?;
-                let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
-                return Ok(self.report(&simulation, outcome, first, frame, job_start));
+                let (outcome, ending) = match frame == last {
+                    true => (Outcome::Finished, Ending::Complete),
+                    false => (Outcome::Stopped, Ending::Stopped),
+                };
+                let files = self.output.finish(ending)?;
+                sync_directory(&self.job.directory)
+                    .map_err(|source| RunError::io("write", &self.job.directory, source))?;
+                return Ok(RunReport { files, ..self.report(&simulation, outcome, first, frame, job_start) });
             }
             if last_save.elapsed() >= self.job.checkpoint_interval {
                 self.output.sync()?;
@@ -202,6 +208,7 @@ impl<'a> Running<'a> {
             substeps: self.substeps,
             elapsed: job_start.elapsed(),
             bodies: (0..simulation.bodies().len()).map(|index| self.body_report(simulation, index)).collect(),
+            files: Vec::new(),
         }
     }
 }

@@ -9,7 +9,7 @@ use supple::{Display, Simulation};
 use super::prepare::Input;
 use crate::file::sync_files;
 use crate::frames::{
-    BodyFrame, Format, FrameRun, FrameSink, OutputError, Pieces, Record, Sequence, Source, open_sink,
+    BodyFrame, Ending, Format, FrameRun, FrameSink, OutputError, Pieces, Record, Sequence, Source, open_sink,
 };
 use crate::space::FileSpace;
 
@@ -112,9 +112,10 @@ impl Output {
         sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
     }
 
-    /// Gives all files their final form and names.
-    pub(super) fn finish(&mut self) -> Result<(), OutputError> {
+    /// Gives all files their final form and names. Returns lines about them for the summary of the run.
+    pub(super) fn finish(&mut self, ending: Ending) -> Result<Vec<String>, OutputError> {
         let sinks = self.bodies.drain(..).flatten().chain(self.run.drain(..));
-        sinks.map(|(_, sink)| sink).try_for_each(FrameSink::finish)
+        let lines = sinks.map(|(_, sink)| sink.finish(ending)).collect::<Result<Vec<_>, _>>()?;
+        Ok(lines.into_iter().flatten().collect())
     }
 }

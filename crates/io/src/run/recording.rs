@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::output::Output;
-use crate::frames::{Format, FrameRun, OutputError, Sequence, Source};
+use crate::frames::{Ending, Format, FrameRun, OutputError, Sequence, Source};
+use crate::scene::GLB_ERROR;
 use crate::space::{FileSpace, Up};
 use supple::{Body, Simulation};
 
@@ -18,17 +19,20 @@ pub struct RecordingOptions {
     /// Frames per second at which the file is played, above 0; by default those of the simulation, or one frame per
     /// step.
     pub fps: Option<f64>,
-    /// Meters per unit of length of the file, above 0, which USD stages state; default 1.
+    /// Meters per unit of length of the file, above 0, which USD stages state and GLB files have as lengths; default 1.
     pub meters_per_unit: f64,
+    /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body, in [0, 1]; default
+    /// 0.001.
+    pub glb_error: f64,
 }
 
 impl Default for RecordingOptions {
     fn default() -> Self {
-        Self { up: None, scale: 1.0, fps: None, meters_per_unit: 1.0 }
+        Self { up: None, scale: 1.0, fps: None, meters_per_unit: 1.0, glb_error: GLB_ERROR }
     }
 }
 
-/// A file with all bodies of a simulation that a program advances: a USD stage or a page. A [`Job`](super::Job) writes
+/// A file with all bodies of a simulation that a program advances: a USD stage, a page or a GLB file. A [`Job`](super::Job) writes
 /// such files for scenes.
 #[derive(Debug)]
 pub struct Recording {
@@ -38,8 +42,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd` or `.html`.
-    /// Until the recording ends, the frames are in `path` with `.part` or `.data` appended.
+    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd`, `.html`
+    /// or `.glb`. Until the recording ends, the frames are in `path` with `.part`, `.data` or `.pc2.part` appended.
     ///
     /// # Errors
     ///
@@ -69,6 +73,7 @@ impl Recording {
             fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
             space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
             meters_per_unit: options.meters_per_unit,
+            glb_error: options.glb_error,
             kept: None,
         };
         sequence.remove_existing()?;
@@ -100,6 +105,6 @@ impl Recording {
     /// If the file cannot be written.
     pub fn finish(mut self) -> Result<(), OutputError> {
         self.output.sync()?;
-        self.output.finish()
+        self.output.finish(Ending::Complete).map(drop)
     }
 }

@@ -27,6 +27,9 @@ pub struct RunReport {
     pub elapsed: Duration,
     /// One report per body; empty if the job was already finished.
     pub bodies: Vec<BodyReport>,
+    /// Lines about files that hold the frames approximately or incompletely: the error of a GLB file, and images that it
+    /// cannot have.
+    pub files: Vec<String>,
 }
 
 /// Outcome of a run of a job.

@@ -57,7 +57,7 @@ impl Job {
             saved.checkpoint.frames.iter().map(|records| &records[..needed]).collect();
         let listing = Listing::read(&sequences)?;
         let compare = if self.verify { Compare::Contents } else { Compare::Sizes };
-        let renames = match check(&listing, &sequences, &records, compare)? {
+        let renames = match check(&listing, &sequences, &records, (compare, frame < last_frame))? {
             Present::All(renames) => renames,
             Present::Not(reason) => {
                 observer.note(&Note::Restarted { reason });

@@ -15,7 +15,7 @@ use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
-use crate::frames::{FrameRun, Listing, SetAside, open_sink};
+use crate::frames::{Ending, FrameRun, Listing, SetAside, open_sink};
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -50,10 +50,12 @@ impl Job {
         let prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
         if let Start::Finished(unfinished) = start {
+            let mut files = Vec::new();
             for (sequence, frames) in unfinished {
-                open_sink(sequence, 0, &self.frame_run(&prepared, Some(frames)))?.finish()?;
+                let sink = open_sink(sequence, 0, &self.frame_run(&prepared, Some(frames)))?;
+                files.extend(sink.finish(Ending::Complete)?);
             }
-            return Ok(self.already_finished(job_start));
+            return Ok(RunReport { files, ..self.already_finished(job_start) });
         }
         let _lock = match lock {
             Some(lock) => lock,
@@ -75,6 +77,7 @@ impl Job {
             fps: self.fps(),
             space: self.space(),
             meters_per_unit: self.scene.output.meters_per_unit,
+            glb_error: self.scene.output.glb_error,
             kept,
         }
     }
@@ -149,6 +152,7 @@ impl Job {
             substeps: 0,
             elapsed: job_start.elapsed(),
             bodies: Vec::new(),
+            files: Vec::new(),
         }
     }
 }

@@ -90,6 +90,9 @@ pub enum Substeps {
     Auto,
 }
 
+/// Default of `output.glb_error`.
+pub(crate) const GLB_ERROR: f64 = 1e-3;
+
 /// `[output]`: directory and formats of the frames, and the axes, units and rate of the files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -108,9 +111,13 @@ pub struct OutputData {
     /// Frames per second at which the files are played, above 0; by default those of the simulation.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::positive")]
     pub fps: Option<f64>,
-    /// Meters per unit of length of the files, above 0, which USD stages state; default 1.
+    /// Meters per unit of length of the files, above 0, which USD stages state and GLB files have as lengths; default 1.
     #[serde(deserialize_with = "keys::positive")]
     pub meters_per_unit: f64,
+    /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body, in [0, 1]; default
+    /// 0.001.
+    #[serde(deserialize_with = "keys::fraction")]
+    pub glb_error: f64,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -264,6 +271,7 @@ impl Default for OutputData {
             scale: 1.0,
             fps: None,
             meters_per_unit: 1.0,
+            glb_error: GLB_ERROR,
         }
     }
 }

@@ -1,0 +1,279 @@
+//! Writes the GLB file of a run. Its frames are kept in the point cache `NAME.glb.pc2.part` until the run ends, because the
+//! components of a motion are those of all its frames.
+
+use std::fs::{self, File};
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use bytemuck::cast_slice;
+use serde_json::{Value, json};
+use supple::Simulation;
+
+use super::error::check_finite;
+use super::normal_transform::NormalTransform;
+use super::pc2::{self, PointCache, SampleReader};
+use super::record::{Compare, Record, Recorder};
+use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
+use super::{Format, OutputError, Sequence, Source};
+use crate::file::{part_path, write_durably};
+use crate::glb::{BodyMotion, Materials, Samples, SceneDescription, SplitSurface, read_extras, write_scene};
+use crate::space::{FileSpace, Up};
+
+/// A file that is being written.
+#[derive(Debug)]
+pub(super) struct GlbWriter {
+    sequence: Sequence,
+    cache: PointCache,
+    bodies: Vec<Body>,
+    materials: Materials,
+    /// Name of the run.
+    name: String,
+    /// Time between frames, in seconds.
+    interval: f64,
+    /// Largest error, relative to the size of a body.
+    tolerance: f64,
+    /// From the coordinates of files to those of glTF: y up, in meters.
+    space: FileSpace,
+    /// Positions and normals of the bodies of the frame that is built, and the number of these bodies.
+    sample: Vec<[f32; 3]>,
+    added: usize,
+    /// Scratch: normals of corners, and all `vn`.
+    corners: Vec<[f32; 3]>,
+    directions: Vec<[f32; 3]>,
+}
+
+#[derive(Debug)]
+struct Body {
+    name: String,
+    surface: SplitSurface,
+    /// The computation of the `vn` of the file, if the surface has them.
+    normals: Option<NormalTransform>,
+    /// Index of its first point in a sample.
+    first: usize,
+}
+
+impl GlbWriter {
+    /// Starts a file, or continues the frames of an unfinished one.
+    pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let mut materials = Materials::default();
+        let (mut bodies, mut points) = (Vec::new(), 0);
+        for (source, body) in run.sources.iter().zip(run.simulation.bodies()) {
+            let file = match source {
+                Source::Mesh(_) => None,
+                Source::Document(document, part) => Some((&***document, *part)),
+            };
+            let surface = SplitSurface::new(source.mesh(), file, &mut materials);
+            let normals = file.filter(|_| surface.has_file_normals());
+            let normals = normals.map(|(document, part)| NormalTransform::new(document, part));
+            let (first, name) = (points, body.name().to_owned());
+            points += 2 * surface.len();
+            bodies.push(Body { name, surface, normals, first });
+        }
+        let data = frames_of(&sequence);
+        let count = u32::try_from(points).map_err(|_| OutputError::Cache {
+            path: sequence.path(0),
+            reason: "its bodies have more than 2^31 vertices".to_owned(),
+        })?;
+        let cache = match run.kept {
+            None => PointCache::create(&data, count)?,
+            Some(kept) => PointCache::resume(&data, count, kept)?,
+        };
+        Ok(Self {
+            cache,
+            bodies,
+            materials,
+            name: run.name.clone(),
+            interval: sequence.every as f64 / run.fps,
+            tolerance: run.glb_error,
+            space: FileSpace::new(run.space.up(), Up::Y, run.meters_per_unit),
+            sequence,
+            sample: Vec::new(),
+            added: 0,
+            corners: Vec::new(),
+            directions: Vec::new(),
+        })
+    }
+
+    /// Writes the file of the frames.
+    fn write(&self) -> Result<Vec<String>, OutputError> {
+        let path = self.sequence.path(0);
+        let mut samples = self.cache.reader()?;
+        let hash = hash(&mut samples).map_err(OutputError::io("read", &path))?;
+        let description = SceneDescription {
+            name: &self.name,
+            interval: self.interval,
+            tolerance: self.tolerance,
+            extras: extras(samples.samples(), hash),
+        };
+        let motion = |body: &Body| body.first..body.first + body.surface.len();
+        let bodies: Vec<BodyMotion<'_>> = self
+            .bodies
+            .iter()
+            .map(|body| BodyMotion { name: &body.name, surface: &body.surface, points: motion(body) })
+            .collect();
+        let mut written = None;
+        let write = |file: &mut File| {
+            written = Some(write_scene(file, &description, &bodies, &self.materials, &mut samples)?);
+            Ok(())
+        };
+        write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+        let (motions, left_out) = written.unwrap_or_default();
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let mut lines: Vec<String> = bodies
+            .iter()
+            .zip(motions)
+            .map(|(body, motion)| {
+                let targets = crate::count::counted(motion.targets, "morph target");
+                format!("{file}: body {}: {targets}, error {:.1e} of its size", body.name, motion.error)
+            })
+            .collect();
+        lines.extend(left_out.iter().map(|image| {
+            format!("{file}: without the image {}: glTF has PNG and JPEG images", image.display())
+        }));
+        Ok(lines)
+    }
+}
+
+impl FrameSink for GlbWriter {
+    fn needs_normals(&self) -> bool {
+        self.bodies.iter().any(|body| body.normals.is_none())
+    }
+
+    fn push_body(&mut self, frame: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
+        let &BodyFrame { number, positions, normals, ref pieces, .. } = frame;
+        let Self { bodies, sample, added, corners, directions, .. } = self;
+        let body = &bodies[*added];
+        if pieces.is_some() {
+            return Err(OutputError::Broken { frame: number, body: body.name.clone(), format: Format::Glb });
+        }
+        check_finite(number, positions)?;
+        sample.truncate(body.first);
+        sample.extend(body.surface.positions(positions));
+        match &body.normals {
+            Some(transform) => {
+                transform.transform(0..transform.len(), positions, corners, directions);
+                sample.extend(body.surface.normals(directions).map(unit));
+            }
+            None => sample.extend(body.surface.normals(normals).map(unit)),
+        }
+        let (positions, normals) = sample[body.first..].split_at_mut(body.surface.len());
+        self.space.convert_positions(positions);
+        self.space.convert_directions(normals);
+        *added += 1;
+        Ok(None)
+    }
+
+    fn finish_frame(&mut self, _: &Simulation) -> Result<Option<Record>, OutputError> {
+        let swapped: Vec<u8>;
+        let bytes = if cfg!(target_endian = "little") {
+            cast_slice(&self.sample)
+        } else {
+            swapped = self.sample.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
+            &swapped
+        };
+        let record = Record::of(bytes);
+        let written = self.cache.write(bytes);
+        self.discard();
+        written.map(|()| Some(record))
+    }
+
+    fn discard(&mut self) {
+        self.sample.clear();
+        self.added = 0;
+    }
+
+    fn take_unsynced(&mut self) -> Vec<PathBuf> {
+        vec![self.cache.part_path()]
+    }
+
+    fn finish(self: Box<Self>, ending: Ending) -> Result<Vec<String>, OutputError> {
+        let lines = if self.cache.reader()?.samples() > 0 { self.write()? } else { Vec::new() };
+        if ending == Ending::Complete {
+            let data = self.cache.part_path();
+            drop(self);
+            fs::remove_file(&data).map_err(OutputError::io("remove", &data))?;
+        }
+        Ok(lines)
+    }
+}
+
+impl Samples for SampleReader {
+    fn frames(&self) -> usize {
+        self.samples()
+    }
+
+    fn read(&mut self, frame: usize, points: Range<usize>, out: &mut Vec<[f32; 3]>) -> io::Result<()> {
+        self.read(frame, points, out)
+    }
+}
+
+/// Returns a normal with length 1; a vertex whose normal is zero gets one upwards.
+fn unit(normal: [f32; 3]) -> [f32; 3] {
+    let normal = nalgebra::Vector3::from(normal);
+    normal.try_normalize(0.5).map_or([0.0, 1.0, 0.0], Into::into)
+}
+
+/// Returns the sequence of the file with the frames.
+fn frames_of(sequence: &Sequence) -> Sequence {
+    let name = format!("{}.{}", sequence.name, sequence.format);
+    Sequence { name, format: Format::Pc2, ..sequence.clone() }
+}
+
+/// Returns what a file says of its frames.
+fn extras(frames: usize, hash: u64) -> Value {
+    json!({ "frames": frames, "hash": format!("{hash:016x}") })
+}
+
+/// Adds the record of a frame to the hash of a file.
+fn add(recorder: &mut Recorder, record: &Record) {
+    recorder.append(&record.bytes.to_le_bytes());
+    recorder.append(&record.hash.to_le_bytes());
+}
+
+/// Returns the hash of all frames.
+fn hash(samples: &mut SampleReader) -> io::Result<u64> {
+    let mut recorder = Recorder::default();
+    for frame in 0..samples.samples() {
+        add(&mut recorder, &samples.record(frame)?);
+    }
+    Ok(recorder.record().hash)
+}
+
+/// Compares the frames of an unfinished file, or a finished one, with the records of the frames. Returns the problem if
+/// they differ. `continues`: whether frames are added.
+pub(super) fn check(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+    continues: bool,
+) -> Result<Option<String>, OutputError> {
+    let (frames, path) = (frames_of(sequence), sequence.path(0));
+    if records.is_empty() || part_path(&frames.path(0)).exists() {
+        return pc2::check(&frames, records, compare);
+    }
+    let name = path.display();
+    if continues {
+        return Ok(Some(format!("{name} is complete, and its frames cannot be continued")));
+    }
+    let mut recorder = Recorder::default();
+    records.iter().for_each(|record| add(&mut recorder, record));
+    let found = match File::open(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return Ok(Some(format!("{name} is missing")));
+        }
+        file => read_extras(&mut io::BufReader::new(file.map_err(OutputError::io("read", &path))?)),
+    };
+    let is_same = found == Some(extras(records.len(), recorder.record().hash));
+    Ok((!is_same).then(|| format!("{name} has other frames")))
+}
+
+/// Returns whether a file whose run has ended has its final form.
+pub(super) fn is_complete(sequence: &Sequence) -> bool {
+    !part_path(&frames_of(sequence).path(0)).exists()
+}
+
+/// Returns an error if the file with the frames is a link.
+pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    frames_of(sequence).check_continued_path()
+}

@@ -1,0 +1,21 @@
+//! Writes a run as a GLB file: glTF 2.0 (Khronos 2017, ISO/IEC 12113:2022) with one animation.
+//!
+//! ```text
+//! input -> surface: vertices of glTF, materials
+//! frames -> motion: a rigid motion of each body, and components of its deformation
+//! both -> scene: the JSON and the binary chunk of the file
+//! ```
+//!
+//! A body is a node with a mesh. The node moves rigidly; what remains of the motion are morph targets, one per component,
+//! with a weight in each frame.
+
+mod layout;
+mod materials;
+mod motion;
+mod scene;
+mod surface;
+
+pub(crate) use materials::Materials;
+pub(crate) use motion::Samples;
+pub(crate) use scene::{BodyMotion, SceneDescription, read_extras, write_scene};
+pub(crate) use surface::SplitSurface;

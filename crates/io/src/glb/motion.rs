@@ -1,0 +1,292 @@
+//! Splits the motion of a surface into that of a rigid node and components of its deformation.
+//!
+//! ```text
+//! x_f = R_f y_f + c_f         c_f: mean position; R_f: best rotation of frame 0 onto frame f (Kabsch 1976)
+//! d_f = y_f - y_0             deformation of frame f, three numbers per vertex
+//! X_fs = d_f . d_s            s: frames of the basis, all frames or MAX_BASIS of them
+//! X_ss A = A L                principal components (Sirovich 1987, method of snapshots): sum over s of A_sk d_s
+//! d_f ~ sum over k of W_fk sum over s of A_sk d_s,   W = X A / L
+//! ```
+//!
+//! The number of components is the smallest with which no vertex of any frame is further from its place than asked. Sums
+//! are in a fixed order, over blocks of vertices, so that a part of the frames is in memory.
+
+use std::io;
+use std::ops::Range;
+
+use nalgebra::{DMatrix, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+
+/// Largest number of frames of which components are combined.
+const MAX_BASIS: usize = 384;
+
+/// Number of points, of all frames, in a block.
+const BLOCK: usize = 1 << 20;
+
+/// Eigenvalue, relative to the largest one, below which rounding hides a component.
+const NOISE: f64 = 1e-12;
+
+/// Positions and normals of points in all frames.
+pub(crate) trait Samples {
+    /// Returns the number of frames.
+    fn frames(&self) -> usize;
+
+    /// Reads the vectors of a range of points in a frame.
+    fn read(&mut self, frame: usize, points: Range<usize>, out: &mut Vec<[f32; 3]>) -> io::Result<()>;
+}
+
+/// The motion of a node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose {
+    pub(super) rotation: UnitQuaternion<f64>,
+    pub(super) translation: Vector3<f64>,
+}
+
+/// The motion of a surface.
+pub(super) struct Motion {
+    /// The points of the surface among the samples: positions; as many normals follow.
+    points: Range<usize>,
+    /// The pose of each frame.
+    pub(super) poses: Vec<Pose>,
+    /// The frames of which components are combined.
+    basis: Vec<usize>,
+    /// The components, as one combination of these frames in each column.
+    combinations: DMatrix<f32>,
+    /// The weights of the components in each frame, one component per column, each in [-1, 1].
+    pub(super) weights: DMatrix<f32>,
+    /// Largest distance of a vertex of a frame from its place.
+    pub(super) error: f64,
+    /// Largest extent of the surface in frame 0 along an axis.
+    pub(super) size: f64,
+}
+
+impl Motion {
+    /// Splits the motion of `points`, the positions of a surface. `tolerance`: largest error, relative to its size.
+    pub(super) fn new(samples: &mut dyn Samples, points: Range<usize>, tolerance: f64) -> io::Result<Self> {
+        let (poses, size) = poses(samples, points.clone())?;
+        let frames = poses.len();
+        let count = frames.min(MAX_BASIS);
+        let basis: Vec<usize> = (0..count).map(|k| k * (frames - 1) / (count - 1).max(1)).collect();
+        let (combinations, weights) = (DMatrix::zeros(count, 0), DMatrix::zeros(frames, 0));
+        let mut motion = Self { points, poses, basis, combinations, weights, error: 0.0, size };
+        motion.find_components(samples, tolerance * size)?;
+        Ok(motion)
+    }
+
+    /// Returns the number of components.
+    pub(super) fn components(&self) -> usize {
+        self.weights.ncols()
+    }
+
+    /// Returns the ranges of points of blocks, counted from the first point of the surface.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let (count, block) = (self.points.len(), (BLOCK / self.poses.len()).max(64));
+        (0..count).step_by(block).map(move |start| start..count.min(start + block))
+    }
+
+    /// Returns the positions and the normals of frame 0 of a block.
+    pub(super) fn base(
+        &self,
+        samples: &mut dyn Samples,
+        block: Range<usize>,
+    ) -> io::Result<[Vec<[f32; 3]>; 2]> {
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        samples.read(0, self.placed(block.clone(), 0), &mut positions)?;
+        samples.read(0, self.placed(block, self.points.len()), &mut normals)?;
+        let center = self.poses[0].translation;
+        for position in &mut positions {
+            *position = (Vector3::from(position.map(f64::from)) - center).cast::<f32>().into();
+        }
+        Ok([positions, normals])
+    }
+
+    /// Returns the displacements of the positions and of the normals of a block in each component: one component per
+    /// row, and the numbers of the points one after another in its columns.
+    pub(super) fn displacements(
+        &self,
+        samples: &mut dyn Samples,
+        block: Range<usize>,
+    ) -> io::Result<[DMatrix<f32>; 2]> {
+        let base = self.base(samples, block.clone())?;
+        let of_basis = self.combinations.transpose();
+        let mut combined = |offset: usize, base: &[[f32; 3]]| -> io::Result<DMatrix<f32>> {
+            let deformed = self.deformed(samples, self.placed(block.clone(), offset), base, offset > 0)?;
+            Ok(&of_basis * deformed.select_rows(&self.basis))
+        };
+        Ok([combined(0, &base[0])?, combined(self.points.len(), &base[1])?])
+    }
+
+    /// Returns the points of a block among the samples.
+    fn placed(&self, block: Range<usize>, offset: usize) -> Range<usize> {
+        let first = self.points.start + offset;
+        first + block.start..first + block.end
+    }
+
+    /// Returns the deformation of points: the differences from `base` of all frames, one frame per row, and the numbers
+    /// of the points one after another in the columns.
+    fn deformed(
+        &self,
+        samples: &mut dyn Samples,
+        points: Range<usize>,
+        base: &[[f32; 3]],
+        is_normal: bool,
+    ) -> io::Result<DMatrix<f32>> {
+        let mut deformed = DMatrix::zeros(self.poses.len(), 3 * base.len());
+        let mut now = Vec::new();
+        for (frame, pose) in self.poses.iter().enumerate() {
+            samples.read(frame, points.clone(), &mut now)?;
+            let back = pose.rotation.inverse().to_rotation_matrix();
+            let center = if is_normal { Vector3::zeros() } else { pose.translation };
+            for (point, (now, base)) in now.iter().zip(base).enumerate() {
+                let local = back * (Vector3::from(now.map(f64::from)) - center);
+                for axis in 0..3 {
+                    deformed[(frame, 3 * point + axis)] = (local[axis] - f64::from(base[axis])) as f32;
+                }
+            }
+        }
+        Ok(deformed)
+    }
+
+    /// Finds as many components as keep all vertices within `tolerance` of their places, a length.
+    fn find_components(&mut self, samples: &mut dyn Samples, tolerance: f64) -> io::Result<()> {
+        let (frames, count) = (self.poses.len(), self.basis.len());
+        let mut products = DMatrix::<f64>::zeros(frames, count);
+        for block in self.blocks() {
+            let [base, _] = self.base(samples, block.clone())?;
+            let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?.cast::<f64>();
+            products.gemm(1.0, &deformed, &deformed.select_rows(&self.basis).transpose(), 1.0);
+        }
+        let of_basis = products.select_rows(&self.basis);
+        let eigen = SymmetricEigen::new((&of_basis + of_basis.transpose()) * 0.5);
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]).then(a.cmp(&b)));
+        let largest = eigen.eigenvalues[order[0]];
+        order.retain(|&k| eigen.eigenvalues[k] > NOISE * largest);
+        let combinations = eigen.eigenvectors.select_columns(&order);
+        let mut weights = products * &combinations;
+        for (mut column, &k) in weights.column_iter_mut().zip(&order) {
+            column /= eigen.eigenvalues[k];
+        }
+        self.set_components(combinations, weights);
+        let needed = self.needed_components(samples, tolerance)?;
+        if count == frames && needed + 1 >= frames {
+            // A component per frame is exact.
+            let each = DMatrix::from_fn(frames, frames - 1, |row, k| f64::from(u8::from(row == k + 1)));
+            self.set_components(each.clone(), each);
+            self.error = 0.0;
+        } else {
+            self.combinations = self.combinations.columns(0, needed).into_owned();
+            self.weights = self.weights.columns(0, needed).into_owned();
+        }
+        Ok(())
+    }
+
+    /// Sets the components. Scales them, so that the largest weight of each is 1.
+    fn set_components(&mut self, mut combinations: DMatrix<f64>, mut weights: DMatrix<f64>) {
+        for (mut combination, mut weights) in combinations.column_iter_mut().zip(weights.column_iter_mut()) {
+            let scale = weights.amax();
+            combination *= scale;
+            weights /= scale;
+        }
+        (self.combinations, self.weights) = (combinations.cast(), weights.cast());
+    }
+
+    /// Returns the number of components that keep all vertices within `tolerance`, a length; all of them if they do not.
+    /// Sets the error with this number.
+    fn needed_components(&mut self, samples: &mut dyn Samples, tolerance: f64) -> io::Result<usize> {
+        let mut needed = 0;
+        // A component that a later vertex needs can move an earlier one from its place.
+        loop {
+            let before = needed;
+            let mut error = 0.0_f32;
+            for block in self.blocks() {
+                let [base, _] = self.base(samples, block.clone())?;
+                let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
+                for point in 0..base.len() {
+                    let (number, distance) = self.needed_by(&deformed, point, needed, tolerance as f32);
+                    needed = number;
+                    error = error.max(distance);
+                }
+            }
+            self.error = f64::from(error);
+            if needed == before || needed == self.components() {
+                return Ok(needed);
+            }
+        }
+    }
+
+    /// Returns the number of components, at least `at_least`, that keep a point of a block within `tolerance`, and its
+    /// largest distance from its place with them.
+    fn needed_by(
+        &self,
+        deformed: &DMatrix<f32>,
+        point: usize,
+        at_least: usize,
+        tolerance: f32,
+    ) -> (usize, f32) {
+        let mut rest = deformed.columns(3 * point, 3).into_owned();
+        let of_basis = rest.select_rows(&self.basis);
+        for component in 0..=self.components() {
+            if component >= at_least {
+                let squared = (0..rest.nrows()).map(|frame| rest.row(frame).norm_squared());
+                let distance = squared.fold(0.0, f32::max).sqrt();
+                if distance <= tolerance || component == self.components() {
+                    return (component, distance);
+                }
+            }
+            let combination = self.combinations.column(component);
+            for axis in 0..3 {
+                let factor = combination.dot(&of_basis.column(axis));
+                rest.column_mut(axis).axpy(-factor, &self.weights.column(component), 1.0);
+            }
+        }
+        unreachable!("the last number of components is returned")
+    }
+}
+
+/// Returns the pose of points in each frame, and their largest extent in frame 0.
+fn poses(samples: &mut dyn Samples, points: Range<usize>) -> io::Result<(Vec<Pose>, f64)> {
+    let (mut first, mut now) = (Vec::new(), Vec::new());
+    samples.read(0, points.clone(), &mut first)?;
+    let wide = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+    let mean =
+        |points: &[[f32; 3]]| points.iter().map(wide).sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let (low, high) =
+        first.iter().map(wide).fold(
+            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
+            |(low, high), point| (low.inf(&point), high.sup(&point)),
+        );
+    let size = (high - low).max().max(0.0);
+    let center = mean(&first);
+    let mut poses = vec![Pose { rotation: UnitQuaternion::identity(), translation: center }];
+    for frame in 1..samples.frames() {
+        samples.read(frame, points.clone(), &mut now)?;
+        let translation = mean(&now);
+        let products = now
+            .iter()
+            .zip(&first)
+            .map(|(now, first)| (wide(now) - translation) * (wide(first) - center).transpose());
+        let before = poses[frame - 1].rotation;
+        let rotation = best_rotation(&products.sum::<Matrix3<f64>>()).unwrap_or(before);
+        // Of the two quaternions of a rotation, the one from which viewers interpolate on the short way.
+        let rotation = if rotation.coords.dot(&before.coords) < 0.0 {
+            UnitQuaternion::new_unchecked(-rotation.into_inner())
+        } else {
+            rotation
+        };
+        poses.push(Pose { rotation, translation });
+    }
+    Ok((poses, size))
+}
+
+/// Returns the rotation nearest to a matrix; `None` if rotations about an axis are equally near.
+fn best_rotation(products: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+    let svd = products.svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    let [largest, second, smallest] = svd.singular_values.into();
+    let sign = (u * v_t).determinant().signum();
+    if second + sign * smallest <= 1e-9 * largest {
+        return None;
+    }
+    let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v_t;
+    Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
+}
