@@ -1364,6 +1364,7 @@ class Recording:
         scale: float = 1.0,
         fps: float | None = None,
         meters_per_unit: float = 1.0,
+        glb_error: float = 0.001,
     ) -> Recording: ...
     def record(self) -> None:
         """Append a frame with the present state."""

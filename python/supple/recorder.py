@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
+from typing import Any, Literal
 
 from . import _core
 from ._core import Simulation
 from .notebook import page_html
 
-__all__ = ["Recorder", "save_html", "save_usd"]
+__all__ = ["Recorder", "save_glb", "save_html", "save_usd"]
 
 
 class Recorder:
-    """A USD stage (`.usd`) or a page for browsers (`.html`) that grows by a frame with each call of `record`.
+    """A USD stage (`.usd`), a page (`.html`) or an animated GLB file (`.glb`) that grows with each call of `record`.
 
         with supple.Recorder(sim, "squeeze.usd") as recorder:
             recorder.record()               # the state as it is now
@@ -27,7 +27,8 @@ class Recorder:
         Its bodies have meshes.
     path : str or os.PathLike
         The file to write; an existing one is replaced. It is complete when the recorder is closed, also by an
-        exception in the `with` block. Until then its frames are beside it, in a file with `.part` or `.data` appended.
+        exception in the `with` block. Until then its frames are beside it, in a file with `.part`, `.data` or `.pc2.part`
+        appended.
     up : "y" or "z", default that of the simulation
         Axis of the file that points up. That of the simulation is z if gravity points mainly against z, otherwise y.
     scale : float, default 1
@@ -35,7 +36,10 @@ class Recorder:
     fps : float, default that of the simulation, or one frame per step
         Frames per second at which the file is played, > 0.
     meters_per_unit : float, default 1
-        Meters per unit of length of the file, > 0, which USD stages state.
+        Meters per unit of length of the file, > 0, which USD stages state; a GLB file is in meters.
+    glb_error : float, default 0.001
+        Largest distance of a vertex of a GLB file from its place, relative to the largest extent of its body, in [0, 1].
+        0 keeps all frames exactly, with a morph target per frame.
 
     In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
 
@@ -52,10 +56,13 @@ class Recorder:
         scale: float = 1.0,
         fps: float | None = None,
         meters_per_unit: float = 1.0,
+        glb_error: float = 0.001,
     ) -> None:
         """Start the file."""
         self._path = Path(path).absolute()
-        self._recording = _core.Recording(sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
+        self._recording = _core.Recording(
+            sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit, glb_error=glb_error
+        )
 
     @property
     def frames(self) -> int | None:
@@ -118,7 +125,8 @@ def save_usd(
     For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of models, use
     `run(..., format="usd")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
     """
-    return _save(sim, path, ".usd", frames, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
+    options = {"up": up, "scale": scale, "fps": fps, "meters_per_unit": meters_per_unit}
+    return _save(sim, path, ".usd", frames, options)
 
 
 def save_html(
@@ -143,25 +151,45 @@ def save_html(
 
     Returns the closed Recorder, which shows the page in a notebook. Raises its errors, and ValueError without fps.
     """
-    return _save(sim, path, ".html", frames, up=up, scale=scale, fps=fps)
+    return _save(sim, path, ".html", frames, {"up": up, "scale": scale, "fps": fps})
+
+
+def save_glb(
+    sim: Simulation,
+    path: str | os.PathLike[str],
+    frames: int,
+    *,
+    scale: float = 1.0,
+    fps: float | None = None,
+    meters_per_unit: float = 1.0,
+    glb_error: float = 0.001,
+) -> Recorder:
+    """Advance a simulation by a number of frames and save it as an animated GLB file.
+
+    sim : Simulation
+        It needs fps. The present state becomes frame 0.
+    path : str or os.PathLike
+        The file to write, which ends in `.glb`; an existing one is replaced.
+    frames : int
+        Number of frames after frame 0, at least 0.
+    scale, fps, meters_per_unit, glb_error : optional
+        As for Recorder. The axes are those of glTF: y points up.
+
+    For runs of scenes, which are resumed and which keep texture coordinates and materials of models, use
+    `run(..., format="glb")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
+    """
+    options = {"scale": scale, "fps": fps, "meters_per_unit": meters_per_unit, "glb_error": glb_error}
+    return _save(sim, path, ".glb", frames, options)
 
 
 def _save(
-    sim: Simulation,
-    path: str | os.PathLike[str],
-    ending: str,
-    frames: int,
-    *,
-    up: Literal["y", "z"] | None,
-    scale: float,
-    fps: float | None,
-    meters_per_unit: float = 1.0,
+    sim: Simulation, path: str | os.PathLike[str], ending: str, frames: int, options: dict[str, Any]
 ) -> Recorder:
     """Record the present state and a number of further frames."""
     if not os.fspath(path).endswith(ending):
         raise ValueError(f"path is {os.fspath(path)!r}; it must end in {ending}")
     sim.advance(0)  # raises before the file is written if the simulation has no frames
-    with Recorder(sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit) as recorder:
+    with Recorder(sim, path, **options) as recorder:
         recorder.record()
         for _ in range(frames):
             sim.advance()

@@ -6,6 +6,8 @@
 //! * [`model`] reads OBJ, GLB, glTF, STL and PLY models, as OBJ documents.
 //! * `usd` writes USD stages.
 //! * `glb` writes runs as animated GLB files.
+//! * `vat` writes vertex animation textures.
+//! * `vtk` writes grids of VTK.
 //! * `html` writes and reads pages that show runs in a browser.
 //! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
@@ -31,6 +33,8 @@ pub mod saved_state;
 pub mod scene;
 mod space;
 mod usd;
+mod vat;
+mod vtk;
 
 pub use count::counted;
 pub use escape::Escaped;

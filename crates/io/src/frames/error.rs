@@ -66,13 +66,28 @@ pub enum OutputError {
         /// Index of the vertex, from 0.
         vertex: usize,
     },
-    /// The format has one file for all bodies of a run, and a [`FrameWriter`](super::FrameWriter) writes one body.
-    #[error(
-        "a frame writer writes one body, and {format} has one file for all bodies of a run: run a job instead"
-    )]
+    /// The files of the format need all bodies or all frames of a run, and a [`FrameWriter`](super::FrameWriter) writes
+    /// one frame of one body.
+    #[error("a frame writer writes obj, ply or pc2, and {format} needs a whole run: run a job instead")]
     NotPerBody {
         /// The format.
         format: Format,
+    },
+    /// The texels of the frames of a body do not fit into an image.
+    #[error(
+        "body `{}`: {vertices} vertices in {frames} frames are more texels than an image of {max} x {max} has; write \
+         fewer frames with --every or --frames, or take a mesh with fewer vertices",
+        Escaped(.body)
+    )]
+    Texels {
+        /// Name of the body.
+        body: String,
+        /// Number of vertices, with those that are split.
+        vertices: usize,
+        /// Number of frames.
+        frames: usize,
+        /// Largest width and height of an image.
+        max: usize,
     },
     /// A body can break, and the format has the same faces in all frames.
     #[error(
@@ -137,6 +152,7 @@ impl OutputError {
                 | Self::NameTooLong { .. }
                 | Self::Link { .. }
                 | Self::NotPerBody { .. }
+                | Self::Texels { .. }
                 | Self::CanBreak { .. }
                 | Self::NoRecording { .. }
                 | Self::NoMesh { .. }

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::count::alternatives;
 
-/// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `html`, `glb`.
+/// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `html`, `glb`, `vat`, `vtu`,
+/// `lattice`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -37,6 +38,16 @@ pub enum Format {
     /// A GLB file with all bodies of a run as nodes with morph targets, one file per run. [`Job`](crate::run::Job) writes
     /// it; [`FrameWriter`](super::FrameWriter), which writes one body, does not.
     Glb,
+    /// Vertex animation textures in the layout of OpenVAT, one folder per body, `NAME_vat`. [`Job`](crate::run::Job)
+    /// writes them; [`FrameWriter`](super::FrameWriter), which writes frames without knowing their number, does not.
+    Vat,
+    /// VTU, an unstructured grid of VTK with the faces and normals of the surface, one file per frame, and `NAME.pvd` with
+    /// their times.
+    Vtu,
+    /// VTU with the cells of the lattice as hexahedra, one file per frame, and `NAME.lattice.pvd` with their times. The
+    /// cells have the greatest principal strain and the ratio of their volume to that at rest, and the vertices their
+    /// velocities.
+    Lattice,
 }
 
 /// What the files of a sequence contain.
@@ -52,8 +63,9 @@ pub(super) enum Contents {
 
 /// What the names and the frames of a format are.
 struct Facts {
-    /// The name, which is also the extension of the files.
     name: &'static str,
+    /// The extension of the files, if it is not the name.
+    extension: &'static str,
     /// A line about its files.
     about: &'static str,
     contents: Contents,
@@ -66,8 +78,14 @@ struct Facts {
 impl Format {
     /// Returns the entry of the format in the table.
     const fn facts(self) -> &'static Facts {
-        const FRAME: Facts =
-            Facts { name: "", about: "", contents: Contents::Frame, has_topology_per_frame: true, data: "" };
+        const FRAME: Facts = Facts {
+            name: "",
+            extension: "",
+            about: "",
+            contents: Contents::Frame,
+            has_topology_per_frame: true,
+            data: "",
+        };
         match self {
             Self::Obj => &Facts { name: "obj", about: "One Wavefront OBJ file per frame and body", ..FRAME },
             Self::Ply => &Facts { name: "ply", about: "One binary PLY file per frame and body", ..FRAME },
@@ -99,15 +117,48 @@ impl Format {
                 data: ".pc2",
                 ..FRAME
             },
+            Self::Vat => &Facts {
+                name: "vat",
+                about: "Vertex animation textures, a folder per body",
+                contents: Contents::Body,
+                has_topology_per_frame: false,
+                data: ".pc2",
+                ..FRAME
+            },
+            Self::Vtu => {
+                &Facts { name: "vtu", about: "One VTU file per frame and body, for ParaView", ..FRAME }
+            }
+            Self::Lattice => &Facts {
+                name: "lattice",
+                extension: "lattice.vtu",
+                about: "One VTU file with the cells of the lattice per frame and body",
+                ..FRAME
+            },
         }
     }
 
     /// All formats.
-    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Pc2, Self::Usd, Self::Html, Self::Glb];
+    pub const ALL: [Self; 9] = [
+        Self::Obj,
+        Self::Ply,
+        Self::Pc2,
+        Self::Usd,
+        Self::Html,
+        Self::Glb,
+        Self::Vat,
+        Self::Vtu,
+        Self::Lattice,
+    ];
 
-    /// Returns the name, which is also the file extension.
+    /// Returns the name.
     pub const fn name(self) -> &'static str {
         self.facts().name
+    }
+
+    /// Returns the extension of the files.
+    pub(super) const fn extension(self) -> &'static str {
+        let Facts { name, extension, .. } = self.facts();
+        if extension.is_empty() { name } else { extension }
     }
 
     /// Returns a line about its files.

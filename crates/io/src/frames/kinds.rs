@@ -5,7 +5,7 @@ use super::per_frame::{Renames, check_files};
 use super::record::{Compare, Record};
 use super::sink::{FrameRun, FrameSink};
 use super::{Format, FrameWriter, OutputError, Sequence, Source};
-use super::{glb, obj, page, pc2, ply, stage};
+use super::{clip, grids, obj, page, pc2, ply, stage};
 
 /// What a run does with the files of a format.
 pub(super) struct Kind {
@@ -42,7 +42,10 @@ impl Format {
             Self::Pc2 => &PC2,
             Self::Usd => &USD,
             Self::Html => &HTML,
-            Self::Glb => &GLB,
+            Self::Glb => &CLIP,
+            Self::Vat => &CLIP,
+            Self::Vtu => &VTU,
+            Self::Lattice => &LATTICE,
         }
     }
 }
@@ -50,8 +53,8 @@ impl Format {
 impl Source<'_> {
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
     /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them;
-    /// in the page they are compressed. For GLB it is that of the frames on disk while a run writes them, without vertices
-    /// that are split; in the file they are components.
+    /// in the page they are compressed. For GLB and textures it is that of the frames on disk while a run writes them,
+    /// without vertices that are split.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         (format.kind().frame_bytes)(self)
     }
@@ -99,12 +102,27 @@ static HTML: Kind = Kind {
     ..PER_FRAME
 };
 
-static GLB: Kind = Kind {
+static CLIP: Kind = Kind {
     // Positions and normals, while the run writes them.
     frame_bytes: |source| 24 * source.mesh().vertices().len() as u64,
-    open: |sequence, _, run| Ok(Box::new(glb::GlbWriter::open(sequence, run)?)),
-    check: |found, sequence, records, compare| glb::check(sequence, records, compare, found.continues),
-    finish: |sequence, _, _| Ok(glb::is_complete(sequence)),
-    check_link: glb::check_link,
+    open: |sequence, body, run| Ok(Box::new(clip::ClipWriter::open(sequence, body, run)?)),
+    check: |found, sequence, records, compare| clip::check(sequence, records, compare, found.continues),
+    finish: |sequence, _, _| Ok(clip::is_complete(sequence)),
+    check_link: clip::check_link,
+    ..PER_FRAME
+};
+
+static VTU: Kind = Kind {
+    frame_bytes: grids::surface_bytes,
+    open: |sequence, body, run| Ok(Box::new(grids::GridWriter::open(sequence, body, run)?)),
+    finish: |sequence, _, _| Ok(grids::is_complete(sequence)),
+    ..PER_FRAME
+};
+
+static LATTICE: Kind = Kind {
+    // A surface does not tell the size of its lattice.
+    frame_bytes: |_| 0,
+    open: |sequence, body, run| Ok(Box::new(grids::GridWriter::open(sequence, body, run)?)),
+    finish: |sequence, _, _| Ok(grids::is_complete(sequence)),
     ..PER_FRAME
 };

@@ -7,6 +7,10 @@
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: positions of all frames, in input vertex order |
 //! | [`Format::Usd`] | `supple.usd` | a USD stage with all bodies and frames of a run |
 //! | [`Format::Html`] | `supple.html` | a page for browsers, with all bodies and frames of a run |
+//! | [`Format::Glb`] | `supple.glb` | glTF 2.0: nodes with morph targets, with all bodies and frames of a run |
+//! | [`Format::Vat`] | `NAME_vat/` | vertex animation textures |
+//! | [`Format::Vtu`] | `NAME_0000.vtu`, ..., `NAME.pvd` | grids of VTK: positions, normals and faces |
+//! | [`Format::Lattice`] | `NAME_0000.lattice.vtu`, ..., `NAME.lattice.pvd` | grids of VTK: the cells of the lattice |
 //!
 //! A [`Sequence`] names the files, and a [`FrameWriter`] writes them from positions and a [`Source`], the
 //! input of the body. The writer uses one of four modules:
@@ -20,8 +24,10 @@
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
 //! file of a refined mesh in the same way.
 //!
-//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of
-//! their own until the run ends. A run uses the three through the trait `FrameSink`, and `open` opens the one of a format.
+//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, and GLB files and textures by a
+//! `ClipWriter`, which keep their frames in a file of their own until the run ends. Grids are written by a `GridWriter`. A
+//! run uses them through the trait `FrameSink`; the table in `kinds` says how the files of a format are opened, checked and
+//! completed, and `format` what they are called.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`, and `single_file` for files with all
@@ -31,9 +37,10 @@
 //! file with a final name is therefore always complete.
 
 mod broken_surface;
+mod clip;
 mod error;
 mod format;
-mod glb;
+mod grids;
 mod kinds;
 mod library_path;
 mod listing;

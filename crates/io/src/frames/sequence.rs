@@ -26,15 +26,19 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache, a stage and a page have one path for all
-    /// frames: `NAME.pc2`, `NAME.usd`, `NAME.html`.
+    /// Returns the path of a frame, such as `NAME_0007.obj`. Formats with a file for all frames have one path for them, such
+    /// as `NAME.pc2`; that of textures is `NAME_vat/NAME-remap_info.json`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
+        if *format == Format::Vat {
+            // The last file of the folder.
+            return self.directory.join(format!("{name}_vat")).join(format!("{name}-remap_info.json"));
+        }
         self.directory.join(if format.is_per_sequence() {
-            format!("{name}.{format}")
+            format!("{name}.{}", format.extension())
         } else {
-            format!("{name}_{frame:0width$}.{format}")
+            format!("{name}_{frame:0width$}.{}", format.extension())
         })
     }
 
@@ -97,7 +101,7 @@ impl<'a> FileName<'a> {
         let is_part = stem.is_some();
         let stem = stem.unwrap_or(name);
         let stem = stem.strip_suffix(format.data()).unwrap_or(stem);
-        let stem = stem.strip_suffix(format.name())?.strip_suffix('.')?;
+        let stem = stem.strip_suffix(format.extension())?.strip_suffix('.')?;
         if format.is_per_sequence() {
             return Some(Self { body: stem, frame: None, is_part });
         }

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::fmt::Debug;
 use std::path::PathBuf;
 
-use supple::{Displayed, Simulation, VolumeReport};
+use supple::{Body, Displayed, Simulation, VolumeReport};
 
 use super::{OutputError, Pieces, Record, Source};
 use crate::space::FileSpace;
@@ -41,6 +41,8 @@ pub(crate) struct BodyFrame<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     /// The pieces of a broken body.
     pub(crate) pieces: Option<Pieces<'a>>,
+    /// The body, in the coordinates of the simulation.
+    pub(crate) body: &'a Body,
     /// The evaluated body, in the coordinates of the simulation.
     pub(crate) displayed: &'a Displayed<'a>,
     /// Volumes, in the coordinates of the simulation; empty until they are needed.

@@ -19,6 +19,9 @@ use nalgebra::{DMatrix, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vect
 /// Largest number of frames of which components are combined.
 const MAX_BASIS: usize = 384;
 
+/// Largest number of vertices whose deformation determines the components; the others only count in the error.
+const MAX_POINTS: usize = 1 << 14;
+
 /// Number of points, of all frames, in a block.
 const BLOCK: usize = 1 << 20;
 
@@ -49,7 +52,7 @@ pub(super) struct Motion {
     pub(super) poses: Vec<Pose>,
     /// The frames of which components are combined.
     basis: Vec<usize>,
-    /// The components, as one combination of these frames in each column.
+    /// The components, each a combination of these frames, one per column.
     combinations: DMatrix<f32>,
     /// The weights of the components in each frame, one component per column, each in [-1, 1].
     pub(super) weights: DMatrix<f32>,
@@ -100,19 +103,27 @@ impl Motion {
     }
 
     /// Returns the displacements of the positions and of the normals of a block in each component: one component per
-    /// row, and the numbers of the points one after another in its columns.
+    /// column, with the numbers of the points one after another.
     pub(super) fn displacements(
         &self,
         samples: &mut dyn Samples,
         block: Range<usize>,
     ) -> io::Result<[DMatrix<f32>; 2]> {
         let base = self.base(samples, block.clone())?;
-        let of_basis = self.combinations.transpose();
         let mut combined = |offset: usize, base: &[[f32; 3]]| -> io::Result<DMatrix<f32>> {
             let deformed = self.deformed(samples, self.placed(block.clone(), offset), base, offset > 0)?;
-            Ok(&of_basis * deformed.select_rows(&self.basis))
+            Ok(self.combined(&deformed, self.components()))
         };
         Ok([combined(0, &base[0])?, combined(self.points.len(), &base[1])?])
+    }
+
+    /// Returns the first components of the deformation of points.
+    fn combined(&self, deformed: &DMatrix<f32>, components: usize) -> DMatrix<f32> {
+        let combinations = self.combinations.columns(0, components);
+        if self.basis.len() == self.poses.len() {
+            return deformed * combinations;
+        }
+        deformed.select_columns(&self.basis) * combinations
     }
 
     /// Returns the points of a block among the samples.
@@ -121,8 +132,8 @@ impl Motion {
         first + block.start..first + block.end
     }
 
-    /// Returns the deformation of points: the differences from `base` of all frames, one frame per row, and the numbers
-    /// of the points one after another in the columns.
+    /// Returns the deformation of points: the differences from `base` of all frames, one frame per column, with the
+    /// numbers of the points one after another.
     fn deformed(
         &self,
         samples: &mut dyn Samples,
@@ -130,17 +141,16 @@ impl Motion {
         base: &[[f32; 3]],
         is_normal: bool,
     ) -> io::Result<DMatrix<f32>> {
-        let mut deformed = DMatrix::zeros(self.poses.len(), 3 * base.len());
+        let mut deformed = DMatrix::zeros(3 * base.len(), self.poses.len());
         let mut now = Vec::new();
-        for (frame, pose) in self.poses.iter().enumerate() {
+        for (mut column, (frame, pose)) in deformed.column_iter_mut().zip(self.poses.iter().enumerate()) {
             samples.read(frame, points.clone(), &mut now)?;
             let back = pose.rotation.inverse().to_rotation_matrix();
             let center = if is_normal { Vector3::zeros() } else { pose.translation };
-            for (point, (now, base)) in now.iter().zip(base).enumerate() {
+            let numbers = column.as_mut_slice().as_chunks_mut::<3>().0;
+            for (number, (now, base)) in numbers.iter_mut().zip(now.iter().zip(base)) {
                 let local = back * (Vector3::from(now.map(f64::from)) - center);
-                for axis in 0..3 {
-                    deformed[(frame, 3 * point + axis)] = (local[axis] - f64::from(base[axis])) as f32;
-                }
+                *number = std::array::from_fn(|axis| (local[axis] - f64::from(base[axis])) as f32);
             }
         }
         Ok(deformed)
@@ -149,11 +159,16 @@ impl Motion {
     /// Finds as many components as keep all vertices within `tolerance` of their places, a length.
     fn find_components(&mut self, samples: &mut dyn Samples, tolerance: f64) -> io::Result<()> {
         let (frames, count) = (self.poses.len(), self.basis.len());
+        let stride = self.points.len().div_ceil(MAX_POINTS);
         let mut products = DMatrix::<f64>::zeros(frames, count);
+        let mut numbers = 0;
         for block in self.blocks() {
             let [base, _] = self.base(samples, block.clone())?;
-            let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?.cast::<f64>();
-            products.gemm(1.0, &deformed, &deformed.select_rows(&self.basis).transpose(), 1.0);
+            let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
+            let some: Vec<usize> = (0..base.len()).step_by(stride).flat_map(|k| 3 * k..3 * k + 3).collect();
+            let deformed = deformed.select_rows(&some).cast::<f64>();
+            products += deformed.tr_mul(&deformed.select_columns(&self.basis));
+            numbers += some.len();
         }
         let of_basis = products.select_rows(&self.basis);
         let eigen = SymmetricEigen::new((&of_basis + of_basis.transpose()) * 0.5);
@@ -167,8 +182,16 @@ impl Motion {
             column /= eigen.eigenvalues[k];
         }
         self.set_components(combinations, weights);
-        let needed = self.needed_components(samples, tolerance)?;
-        if count == frames && needed + 1 >= frames {
+        // The mean square of the distances that components leave is at most the square of the largest distance.
+        let least = tolerance.powi(2) * (numbers / 3 * count) as f64;
+        let mut left: f64 = order.iter().map(|&k| eigen.eigenvalues[k]).sum();
+        let mut at_least = 0;
+        while at_least < order.len() && left > least {
+            left -= eigen.eigenvalues[order[at_least]];
+            at_least += 1;
+        }
+        let needed = self.needed_components(samples, at_least, tolerance)?;
+        if count == frames && (needed + 1 >= frames || self.error > tolerance) {
             // A component per frame is exact.
             let each = DMatrix::from_fn(frames, frames - 1, |row, k| f64::from(u8::from(row == k + 1)));
             self.set_components(each.clone(), each);
@@ -190,56 +213,55 @@ impl Motion {
         (self.combinations, self.weights) = (combinations.cast(), weights.cast());
     }
 
-    /// Returns the number of components that keep all vertices within `tolerance`, a length; all of them if they do not.
-    /// Sets the error with this number.
-    fn needed_components(&mut self, samples: &mut dyn Samples, tolerance: f64) -> io::Result<usize> {
-        let mut needed = 0;
+    /// Returns the number of components, `at_least` or more, that keep all vertices within `tolerance`, a length; all of
+    /// them if they do not. Sets the error with this number.
+    fn needed_components(
+        &mut self,
+        samples: &mut dyn Samples,
+        at_least: usize,
+        tolerance: f64,
+    ) -> io::Result<usize> {
+        let blocks: Vec<Range<usize>> = self.blocks().collect();
+        let mut distances = vec![0.0_f32; blocks.len()];
+        let mut needed = at_least;
         // A component that a later vertex needs can move an earlier one from its place.
-        loop {
-            let before = needed;
-            let mut error = 0.0_f32;
-            for block in self.blocks() {
+        let mut to_check = blocks.len();
+        while to_check > 0 {
+            let checked = to_check;
+            to_check = 0;
+            for (index, block) in blocks.iter().enumerate().take(checked) {
                 let [base, _] = self.base(samples, block.clone())?;
-                let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
-                for point in 0..base.len() {
-                    let (number, distance) = self.needed_by(&deformed, point, needed, tolerance as f32);
+                let deformed = self.deformed(samples, self.placed(block.clone(), 0), &base, false)?;
+                let (number, distance) = self.needed_by(deformed, needed, tolerance as f32);
+                distances[index] = distance;
+                if number > needed {
                     needed = number;
-                    error = error.max(distance);
+                    to_check = index + 1;
                 }
             }
-            self.error = f64::from(error);
-            if needed == before || needed == self.components() {
-                return Ok(needed);
-            }
         }
+        self.error = f64::from(distances.into_iter().fold(0.0, f32::max));
+        Ok(needed)
     }
 
-    /// Returns the number of components, at least `at_least`, that keep a point of a block within `tolerance`, and its
-    /// largest distance from its place with them.
-    fn needed_by(
-        &self,
-        deformed: &DMatrix<f32>,
-        point: usize,
-        at_least: usize,
-        tolerance: f32,
-    ) -> (usize, f32) {
-        let mut rest = deformed.columns(3 * point, 3).into_owned();
-        let of_basis = rest.select_rows(&self.basis);
-        for component in 0..=self.components() {
-            if component >= at_least {
-                let squared = (0..rest.nrows()).map(|frame| rest.row(frame).norm_squared());
-                let distance = squared.fold(0.0, f32::max).sqrt();
-                if distance <= tolerance || component == self.components() {
-                    return (component, distance);
-                }
+    /// Returns the number of components, at least `at_least`, that keep the points of a block within `tolerance`, and their
+    /// largest distance from their places with them.
+    fn needed_by(&self, deformed: DMatrix<f32>, at_least: usize, tolerance: f32) -> (usize, f32) {
+        let combined = self.combined(&deformed, self.components());
+        let mut rest = deformed;
+        let of_first = self.weights.columns(0, at_least).transpose();
+        rest.gemm(-1.0, &combined.columns(0, at_least), &of_first, 1.0);
+        let mut needed = at_least;
+        loop {
+            let points = rest.as_slice().as_chunks::<3>().0.iter();
+            let distance = points.map(|[x, y, z]| x * x + y * y + z * z).fold(0.0, f32::max).sqrt();
+            if distance <= tolerance || needed == self.components() {
+                return (needed, distance);
             }
-            let combination = self.combinations.column(component);
-            for axis in 0..3 {
-                let factor = combination.dot(&of_basis.column(axis));
-                rest.column_mut(axis).axpy(-factor, &self.weights.column(component), 1.0);
-            }
+            let weights = self.weights.column(needed);
+            rest.ger(-1.0, &combined.column(needed), &weights, 1.0);
+            needed += 1;
         }
-        unreachable!("the last number of components is returned")
     }
 }
 

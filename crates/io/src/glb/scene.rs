@@ -57,6 +57,8 @@ struct BodyArrays {
     positions: Array,
     normals: Array,
     coordinates: Option<Array>,
+    /// Second texture coordinates.
+    texels: Option<Array>,
     /// The corners of the triangles of each material.
     corners: Vec<(usize, Array)>,
     /// The displacements of positions and of normals of each morph target.
@@ -78,37 +80,103 @@ pub(crate) fn write_scene(
     let motions = bodies.iter().map(split).collect::<io::Result<Vec<Motion>>>()?;
     let mut layout = Layout::default();
     let times = (frames > 1).then(|| layout.add_bounded(Element::Scalar, frames as u64, Usage::Other));
-    let arrays: Vec<BodyArrays> = bodies
-        .iter()
-        .zip(&motions)
-        .map(|(body, motion)| BodyArrays::new(body.surface, motion, frames, &mut layout))
-        .collect();
+    let of_body = |(body, motion): (&BodyMotion<'_>, &Motion)| {
+        let mut arrays = BodyArrays::new(body.surface, motion.components(), &mut layout);
+        arrays.add_motion(motion, &mut layout);
+        arrays
+    };
+    let arrays: Vec<BodyArrays> = bodies.iter().zip(&motions).map(of_body).collect();
+    let of_bodies = || bodies.iter().zip(&motions).zip(&arrays);
+    let node = |(mesh, ((body, motion), _)): (usize, ((&BodyMotion<'_>, &Motion), &BodyArrays))| {
+        let translation = <[f32; 3]>::from(motion.poses[0].translation.cast::<f32>());
+        json!({ "name": body.name, "mesh": mesh, "translation": translation })
+    };
+    let mut root = json!({
+        "asset": { "extras": description.extras },
+        "scenes": [{ "name": description.name, "nodes": (0..bodies.len()).collect::<Vec<_>>() }],
+        "nodes": of_bodies().enumerate().map(node).collect::<Vec<_>>(),
+        "meshes": of_bodies().map(|((body, _), arrays)| arrays.mesh(body.name)).collect::<Vec<_>>(),
+    });
+    if let Some(times) = times {
+        root["animations"] = json!([animation(description.name, times, &arrays)]);
+    }
+    let left_out = write_file(out, root, layout, materials, |file| {
+        if let Some(times) = times {
+            let second = |frame: usize| (frame as f64 * description.interval) as f32;
+            file.write(times, 0, &(0..frames).map(second).collect::<Vec<f32>>())?;
+        }
+        of_bodies().try_for_each(|((body, motion), arrays)| {
+            arrays.write_surface(file, body.surface)?;
+            arrays.write_motion(file, motion, samples)
+        })
+    })?;
+    let written = motions.iter().map(|motion| WrittenMotion {
+        targets: motion.components(),
+        error: if motion.size > 0.0 { motion.error / motion.size } else { 0.0 },
+    });
+    Ok((written.collect(), left_out))
+}
+
+/// A body as it is in the first frame, with second texture coordinates.
+pub(crate) struct Still<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) surface: &'a SplitSurface,
+    /// Its points among the samples: positions; as many normals follow.
+    pub(crate) points: Range<usize>,
+    /// The second texture coordinates of each vertex, with the origin at the upper left.
+    pub(crate) texels: Vec<[f32; 2]>,
+}
+
+/// Writes a file with a body that does not move. Returns the paths of images that glTF cannot have.
+pub(crate) fn write_still(
+    out: &mut (impl Write + Seek),
+    still: &Still<'_>,
+    materials: &Materials,
+    samples: &mut dyn Samples,
+) -> io::Result<Vec<PathBuf>> {
+    let Still { name, surface, points, texels } = still;
+    let mut layout = Layout::default();
+    let mut arrays = BodyArrays::new(surface, 0, &mut layout);
+    arrays.add_texels(surface, &mut layout);
+    let root = json!({
+        "asset": {},
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "name": name, "mesh": 0 }],
+        "meshes": [arrays.mesh(name)],
+    });
+    write_file(out, root, layout, materials, |file| {
+        arrays.write_surface(file, surface)?;
+        let mut vectors = Vec::new();
+        samples.read(0, points.clone(), &mut vectors)?;
+        file.write(arrays.positions, 0, vectors.as_flattened())?;
+        samples.read(0, points.end..points.end + points.len(), &mut vectors)?;
+        file.write(arrays.normals, 0, vectors.as_flattened())?;
+        arrays.texels.map_or(Ok(()), |array| file.write(array, 0, texels.as_flattened()))
+    })
+}
+
+/// Writes a file from its JSON without arrays and materials. `write` writes the arrays. Returns the paths of images that
+/// glTF cannot have.
+fn write_file<W: Write + Seek>(
+    out: &mut W,
+    mut root: Value,
+    mut layout: Layout,
+    materials: &Materials,
+    write: impl FnOnce(&mut Binary<'_, W>) -> io::Result<()>,
+) -> io::Result<Vec<PathBuf>> {
     let images = materials.images();
     let views: Vec<(usize, u64)> =
         images.iter().map(|(_, image)| layout.add_bytes(image.bytes.len() as u64, Usage::Other)).collect();
-
-    let json = |layout: &Layout| {
-        let mut root = json!({
-            "asset": { "version": "2.0", "generator": concat!("supple ", env!("CARGO_PKG_VERSION")),
-                       "extras": description.extras },
-            "scene": 0,
-            "scenes": [{ "name": description.name, "nodes": (0..bodies.len()).collect::<Vec<_>>() }],
-            "materials": materials.json(&images),
-        });
-        let of_bodies = || bodies.iter().zip(&motions).zip(&arrays);
-        root["nodes"] =
-            of_bodies().enumerate().map(|(index, ((body, motion), _))| node(body, motion, index)).collect();
-        root["meshes"] = of_bodies().map(|((body, _), arrays)| arrays.mesh(body.name)).collect();
-        if let Some(times) = times {
-            root["animations"] = json!([animation(description.name, times, &arrays)]);
-        }
-        if !images.is_empty() {
-            root["images"] =
-                images.iter().zip(&views).map(|((_, image), (view, _))| image.json(*view)).collect();
-            root["samplers"] = json!([{ "wrapS": 10497, "wrapT": 10497 }]);
-            root["textures"] =
-                (0..images.len()).map(|image| json!({ "source": image, "sampler": 0 })).collect();
-        }
+    root["asset"]["version"] = json!("2.0");
+    root["asset"]["generator"] = json!(concat!("supple ", env!("CARGO_PKG_VERSION")));
+    root["scene"] = json!(0);
+    root["materials"] = materials.json(&images);
+    if !images.is_empty() {
+        root["images"] = images.iter().zip(&views).map(|((_, image), (view, _))| image.json(*view)).collect();
+        root["samplers"] = json!([{ "wrapS": 10497, "wrapT": 10497 }]);
+        root["textures"] = (0..images.len()).map(|image| json!({ "source": image, "sampler": 0 })).collect();
+    }
+    let mut json = |layout: &Layout| {
         layout.add_to(&mut root);
         serde_json::to_vec(&root).map_err(io::Error::from)
     };
@@ -123,14 +191,7 @@ pub(crate) fn write_scene(
     };
 
     let mut file = Binary { out, start, layout };
-    if let Some(times) = times {
-        let seconds: Vec<f32> =
-            (0..frames).map(|frame| (frame as f64 * description.interval) as f32).collect();
-        file.write(times, 0, &seconds)?;
-    }
-    for ((body, motion), arrays) in bodies.iter().zip(&motions).zip(&arrays) {
-        arrays.write(&mut file, body.surface, motion, samples)?;
-    }
+    write(&mut file)?;
     for ((_, image), (_, at)) in images.iter().zip(&views) {
         file.write_bytes(*at, &image.bytes)?;
         file.write_bytes(at + image.bytes.len() as u64, &[0; 3][..image.bytes.len().wrapping_neg() % 4])?;
@@ -147,11 +208,7 @@ pub(crate) fn write_scene(
     out.write_all(&json)?;
     out.write_all(&(layout.bytes() as u32).to_le_bytes())?;
     out.write_all(b"BIN\0")?;
-    let written = motions.iter().map(|motion| WrittenMotion {
-        targets: motion.components(),
-        error: if motion.size > 0.0 { motion.error / motion.size } else { 0.0 },
-    });
-    Ok((written.collect(), materials.left_out(&images)))
+    Ok(materials.left_out(&images))
 }
 
 /// Returns the facts for later runs of a file; `None` if it is no file of this program.
@@ -189,46 +246,70 @@ impl<W: Write + Seek> Binary<'_, W> {
 }
 
 impl BodyArrays {
-    fn new(surface: &SplitSurface, motion: &Motion, frames: usize, layout: &mut Layout) -> Self {
-        let (count, frames) = (surface.len() as u64, frames as u64);
+    /// Adds the arrays of a surface with a number of morph targets.
+    fn new(surface: &SplitSurface, targets: usize, layout: &mut Layout) -> Self {
+        let count = surface.len() as u64;
         let mut vectors = |is_bounded: bool| {
             let add = if is_bounded { Layout::add_bounded } else { Layout::add };
             add(layout, Element::Vector(3), count, Usage::Vertices)
         };
         let (positions, normals) = (vectors(true), vectors(false));
-        let targets = (0..motion.components()).map(|_| [vectors(true), vectors(false)]).collect();
+        let targets = (0..targets).map(|_| [vectors(true), vectors(false)]).collect();
         let coordinates =
             (!surface.coordinates.is_empty()).then(|| layout.add(Element::Vector(2), count, Usage::Vertices));
         let corners = surface.primitives.iter().map(|(&material, corners)| {
             (material, layout.add(Element::Index, corners.len() as u64, Usage::Corners))
         });
         let corners = corners.collect();
+        Self { positions, normals, coordinates, texels: None, corners, targets, motion: Vec::new() }
+    }
+
+    /// Adds the arrays of the frames.
+    fn add_motion(&mut self, motion: &Motion, layout: &mut Layout) {
+        let frames = motion.poses.len() as u64;
         let numbers = [
             ("translation", Element::Vector(3), frames),
             ("rotation", Element::Vector(4), frames),
             ("weights", Element::Scalar, frames * motion.components() as u64),
         ];
         let numbers = numbers.into_iter().filter(|&(_, _, count)| frames > 1 && count > 0);
-        let motion =
-            numbers.map(|(path, element, count)| (path, layout.add(element, count, Usage::Other))).collect();
-        Self { positions, normals, coordinates, corners, targets, motion }
+        let add = |(path, element, count)| (path, layout.add(element, count, Usage::Other));
+        self.motion = numbers.map(add).collect();
     }
 
-    /// Writes the arrays.
-    fn write<W: Write + Seek>(
+    /// Adds second texture coordinates. The first ones are needed too, which are then zero.
+    fn add_texels(&mut self, surface: &SplitSurface, layout: &mut Layout) {
+        let mut pairs = || layout.add(Element::Vector(2), surface.len() as u64, Usage::Vertices);
+        self.coordinates = self.coordinates.or_else(|| Some(pairs()));
+        self.texels = Some(pairs());
+    }
+
+    /// Writes the texture coordinates and the triangles.
+    fn write_surface<W: Write + Seek>(
         &self,
         file: &mut Binary<'_, W>,
         surface: &SplitSurface,
-        motion: &Motion,
-        samples: &mut dyn Samples,
     ) -> io::Result<()> {
-        if let Some(coordinates) = self.coordinates {
-            file.write(coordinates, 0, surface.coordinates.as_flattened())?;
+        if let Some(array) = self.coordinates {
+            let zeros = vec![[0.0; 2]; surface.len()];
+            let is_zero = surface.coordinates.is_empty();
+            let coordinates = if is_zero { &zeros } else { &surface.coordinates };
+            file.write(array, 0, coordinates.as_flattened())?;
         }
         for ((_, array), corners) in self.corners.iter().zip(surface.primitives.values()) {
             let bytes: Vec<u8> = corners.iter().flat_map(|corner| corner.to_le_bytes()).collect();
             file.write_bytes(array.at, &bytes)?;
         }
+        Ok(())
+    }
+
+    /// Writes the positions, the normals, the morph targets and the frames.
+    fn write_motion<W: Write + Seek>(
+        &self,
+        file: &mut Binary<'_, W>,
+        motion: &Motion,
+        samples: &mut dyn Samples,
+    ) -> io::Result<()> {
         for block in motion.blocks() {
             let offset = 12 * block.start as u64;
             let [positions, normals] = motion.base(samples, block.clone())?;
@@ -237,8 +318,7 @@ impl BodyArrays {
             let displacements = motion.displacements(samples, block)?;
             for (component, target) in self.targets.iter().enumerate() {
                 for (array, displacements) in target.iter().zip(&displacements) {
-                    let numbers: Vec<f32> = displacements.row(component).iter().copied().collect();
-                    file.write(*array, offset, &numbers)?;
+                    file.write(*array, offset, displacements.column(component).as_slice())?;
                 }
             }
         }
@@ -265,6 +345,9 @@ impl BodyArrays {
         if let Some(coordinates) = self.coordinates {
             attributes["TEXCOORD_0"] = json!(coordinates.accessor);
         }
+        if let Some(texels) = self.texels {
+            attributes["TEXCOORD_1"] = json!(texels.accessor);
+        }
         let target = |[positions, normals]: &[Array; 2]| json!({ "POSITION": positions.accessor, "NORMAL": normals.accessor });
         let targets: Vec<Value> = self.targets.iter().map(target).collect();
         let primitive = |(material, corners): &(usize, Array)| {
@@ -285,11 +368,6 @@ impl BodyArrays {
         }
         mesh
     }
-}
-
-fn node(body: &BodyMotion<'_>, motion: &Motion, mesh: usize) -> Value {
-    let translation = <[f32; 3]>::from(motion.poses[0].translation.cast::<f32>());
-    json!({ "name": body.name, "mesh": mesh, "translation": translation })
 }
 
 /// Returns the animation of all nodes.

@@ -87,7 +87,8 @@ impl Output {
             let source = inputs.get(index).map(Input::source).or(body.whole_mesh().map(Source::Mesh));
             let pieces = source.and_then(|source| Pieces::of(&body, source));
             let (displayed, volumes) = (&displayed, OnceCell::new());
-            let frame = BodyFrame { number, positions, normals, pieces, displayed, volumes };
+            let body = &*body;
+            let frame = BodyFrame { number, positions, normals, pieces, body, displayed, volumes };
             for (sequence, sink) in bodies[index].iter_mut().chain(&mut *run) {
                 records[*sequence].extend(sink.push_body(&frame)?);
             }

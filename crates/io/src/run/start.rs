@@ -16,6 +16,7 @@ use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
 use crate::frames::{Ending, FrameRun, Listing, SetAside, open_sink};
+use crate::scene::BodyData;
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -52,7 +53,9 @@ impl Job {
         if let Start::Finished(unfinished) = start {
             let mut files = Vec::new();
             for (sequence, frames) in unfinished {
-                let sink = open_sink(sequence, 0, &self.frame_run(&prepared, Some(frames)))?;
+                let of_body = |body: &BodyData| body.name == sequence.name;
+                let body = self.scene.bodies.iter().position(of_body).unwrap_or(0);
+                let sink = open_sink(sequence, body, &self.frame_run(&prepared, Some(frames)))?;
                 files.extend(sink.finish(Ending::Complete)?);
             }
             return Ok(RunReport { files, ..self.already_finished(job_start) });

@@ -1,10 +1,10 @@
-//! Writes the GLB file of a run. Its frames are kept in the point cache `NAME.glb.pc2.part` until the run ends, because the
-//! components of a motion are those of all its frames.
+//! Writes clips: files that need all frames of a motion, the GLB file of a run and the textures of a body. Until the run
+//! ends, the frames are kept in the point cache `NAME.glb.pc2.part` or `NAME.vat.pc2.part`.
 
 use std::fs::{self, File};
 use std::io;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bytemuck::cast_slice;
 use serde_json::{Value, json};
@@ -17,16 +17,19 @@ use super::record::{Compare, Record, Recorder};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence, Source};
 use crate::file::{part_path, write_durably};
-use crate::glb::{BodyMotion, Materials, Samples, SceneDescription, SplitSurface, read_extras, write_scene};
+use crate::glb::{self, BodyMotion, Materials, Samples, SceneDescription, SplitSurface, write_scene};
 use crate::space::{FileSpace, Up};
+use crate::vat::{self, BodyTexture, MAX_SIZE, TexelLayout, write_textures};
 
-/// A file that is being written.
+/// A clip that is being written.
 #[derive(Debug)]
-pub(super) struct GlbWriter {
+pub(super) struct ClipWriter {
     sequence: Sequence,
     cache: PointCache,
     bodies: Vec<Body>,
     materials: Materials,
+    /// Whether the clip has all bodies of the run, or one.
+    is_run: bool,
     /// Name of the run.
     name: String,
     /// Time between frames, in seconds.
@@ -53,12 +56,14 @@ struct Body {
     first: usize,
 }
 
-impl GlbWriter {
-    /// Starts a file, or continues the frames of an unfinished one.
-    pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+impl ClipWriter {
+    /// Starts a clip, or continues the frames of an unfinished one. `body`: the index of the body of a clip that has one.
+    pub(super) fn open(sequence: Sequence, body: usize, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        let is_run = sequence.format.is_per_run();
+        let of_clip = if is_run { 0..run.sources.len() } else { body..body + 1 };
         let mut materials = Materials::default();
         let (mut bodies, mut points) = (Vec::new(), 0);
-        for (source, body) in run.sources.iter().zip(run.simulation.bodies()) {
+        for (source, body) in run.sources[of_clip.clone()].iter().zip(&run.simulation.bodies()[of_clip]) {
             let file = match source {
                 Source::Mesh(_) => None,
                 Source::Document(document, part) => Some((&***document, *part)),
@@ -69,6 +74,9 @@ impl GlbWriter {
             let (first, name) = (points, body.name().to_owned());
             points += 2 * surface.len();
             bodies.push(Body { name, surface, normals, first });
+        }
+        if sequence.format == Format::Vat {
+            check_texels(&sequence, points / 2)?;
         }
         let data = frames_of(&sequence);
         let count = u32::try_from(points).map_err(|_| OutputError::Cache {
@@ -85,6 +93,7 @@ impl GlbWriter {
             materials,
             name: run.name.clone(),
             interval: sequence.every as f64 / run.fps,
+            is_run,
             tolerance: run.glb_error,
             space: FileSpace::new(run.space.up(), Up::Y, run.meters_per_unit),
             sequence,
@@ -95,17 +104,49 @@ impl GlbWriter {
         })
     }
 
-    /// Writes the file of the frames.
+    /// Writes the frame that is built.
+    fn write_sample(&mut self) -> Result<Record, OutputError> {
+        let swapped: Vec<u8>;
+        let bytes = if cfg!(target_endian = "little") {
+            cast_slice(&self.sample)
+        } else {
+            swapped = self.sample.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
+            &swapped
+        };
+        let record = Record::of(bytes);
+        let written = self.cache.write(bytes);
+        self.discard();
+        written.map(|()| record)
+    }
+
+    /// Writes the clip. Returns lines about it.
     fn write(&self) -> Result<Vec<String>, OutputError> {
         let path = self.sequence.path(0);
         let mut samples = self.cache.reader()?;
         let hash = hash(&mut samples).map_err(OutputError::io("read", &path))?;
-        let description = SceneDescription {
-            name: &self.name,
-            interval: self.interval,
-            tolerance: self.tolerance,
-            extras: extras(samples.samples(), hash),
-        };
+        let extras = extras(samples.samples(), hash);
+        match (self.sequence.format, &self.bodies[..]) {
+            (Format::Vat, [body]) => {
+                let (name, surface) = (&body.name, &body.surface);
+                let (points, fps) = (body.first..body.first + surface.len(), self.interval.recip());
+                let texture = BodyTexture { name, surface, points, fps, extras };
+                let written = write_textures(&path, &texture, &self.materials, &mut samples);
+                let left_out = written.map_err(OutputError::io("write", &path))?;
+                Ok(without(&format!("{name}_vat"), &left_out).collect())
+            }
+            _ => self.write_glb(&path, extras, &mut samples),
+        }
+    }
+
+    /// Writes the GLB file.
+    fn write_glb(
+        &self,
+        path: &Path,
+        extras: Value,
+        samples: &mut SampleReader,
+    ) -> Result<Vec<String>, OutputError> {
+        let description =
+            SceneDescription { name: &self.name, interval: self.interval, tolerance: self.tolerance, extras };
         let motion = |body: &Body| body.first..body.first + body.surface.len();
         let bodies: Vec<BodyMotion<'_>> = self
             .bodies
@@ -114,10 +155,10 @@ impl GlbWriter {
             .collect();
         let mut written = None;
         let write = |file: &mut File| {
-            written = Some(write_scene(file, &description, &bodies, &self.materials, &mut samples)?);
+            written = Some(write_scene(file, &description, &bodies, &self.materials, samples)?);
             Ok(())
         };
-        write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+        write_durably(path, write).map_err(OutputError::io("write", path))?;
         let (motions, left_out) = written.unwrap_or_default();
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let mut lines: Vec<String> = bodies
@@ -128,14 +169,19 @@ impl GlbWriter {
                 format!("{file}: body {}: {targets}, error {:.1e} of its size", body.name, motion.error)
             })
             .collect();
-        lines.extend(left_out.iter().map(|image| {
-            format!("{file}: without the image {}: glTF has PNG and JPEG images", image.display())
-        }));
+        lines.extend(without(&file, &left_out));
         Ok(lines)
     }
 }
 
-impl FrameSink for GlbWriter {
+/// Returns lines about images that glTF cannot have.
+fn without<'a>(file: &'a str, images: &'a [PathBuf]) -> impl Iterator<Item = String> + 'a {
+    images.iter().map(move |image| {
+        format!("{file}: without the image {}: glTF has PNG and JPEG images", image.display())
+    })
+}
+
+impl FrameSink for ClipWriter {
     fn needs_normals(&self) -> bool {
         self.bodies.iter().any(|body| body.normals.is_none())
     }
@@ -145,7 +191,11 @@ impl FrameSink for GlbWriter {
         let Self { bodies, sample, added, corners, directions, .. } = self;
         let body = &bodies[*added];
         if pieces.is_some() {
-            return Err(OutputError::Broken { frame: number, body: body.name.clone(), format: Format::Glb });
+            return Err(OutputError::Broken {
+                frame: number,
+                body: body.name.clone(),
+                format: self.sequence.format,
+            });
         }
         check_finite(number, positions)?;
         sample.truncate(body.first);
@@ -161,21 +211,11 @@ impl FrameSink for GlbWriter {
         self.space.convert_positions(positions);
         self.space.convert_directions(normals);
         *added += 1;
-        Ok(None)
+        if self.is_run { Ok(None) } else { self.write_sample().map(Some) }
     }
 
     fn finish_frame(&mut self, _: &Simulation) -> Result<Option<Record>, OutputError> {
-        let swapped: Vec<u8>;
-        let bytes = if cfg!(target_endian = "little") {
-            cast_slice(&self.sample)
-        } else {
-            swapped = self.sample.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
-            &swapped
-        };
-        let record = Record::of(bytes);
-        let written = self.cache.write(bytes);
-        self.discard();
-        written.map(|()| Some(record))
+        self.write_sample().map(Some)
     }
 
     fn discard(&mut self) {
@@ -212,6 +252,15 @@ impl Samples for SampleReader {
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     let normal = nalgebra::Vector3::from(normal);
     normal.try_normalize(0.5).map_or([0.0, 1.0, 0.0], Into::into)
+}
+
+/// Returns an error if the texels of `vertices` vertices in the frames of a sequence do not fit into an image.
+fn check_texels(sequence: &Sequence, vertices: usize) -> Result<(), OutputError> {
+    let frames = sequence.frames_before(sequence.last) as usize + 1;
+    match TexelLayout::new(vertices, frames) {
+        Some(_) => Ok(()),
+        None => Err(OutputError::Texels { body: sequence.name.clone(), vertices, frames, max: MAX_SIZE }),
+    }
 }
 
 /// Returns the sequence of the file with the frames.
@@ -262,7 +311,13 @@ pub(super) fn check(
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             return Ok(Some(format!("{name} is missing")));
         }
-        file => read_extras(&mut io::BufReader::new(file.map_err(OutputError::io("read", &path))?)),
+        file => {
+            let mut file = io::BufReader::new(file.map_err(OutputError::io("read", &path))?);
+            match sequence.format {
+                Format::Vat => vat::read_extras(&mut file),
+                _ => glb::read_extras(&mut file),
+            }
+        }
     };
     let is_same = found == Some(extras(records.len(), recorder.record().hash));
     Ok((!is_same).then(|| format!("{name} has other frames")))

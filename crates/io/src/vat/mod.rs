@@ -1,0 +1,91 @@
+//! Writes the motion of a body as a vertex animation texture, in the layout of OpenVAT: a folder `NAME_vat` with
+//!
+//! ```text
+//! NAME.glb               the mesh of the first frame; the second texture coordinates of a vertex are its texel there
+//! NAME_vat.png           offsets of the vertices from the first frame
+//! NAME_vnrm.png          normals
+//! NAME-remap_info.json   the smallest and the largest offset, and the number of frames
+//! ```
+//!
+//! An image has 16 bits per number. A vertex has a column, and the frames are its rows from the top down; if there are
+//! more vertices than columns, further blocks of as many rows follow. Offsets and normals are in the axes of Blender, z up:
+//! a player turns (x, y, z) to (x, z, -y). An offset is `Min + texel (Max - Min)`, a normal `2 texel - 1`.
+
+mod image;
+mod layout;
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::file::write_durably;
+use crate::glb::{Materials, Samples, SplitSurface, Still, write_still};
+
+pub(crate) use layout::{MAX_SIZE, TexelLayout};
+
+/// A body, and its points among the samples: positions, then as many normals.
+pub(crate) struct BodyTexture<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) surface: &'a SplitSurface,
+    /// The positions.
+    pub(crate) points: Range<usize>,
+    /// Frames per second.
+    pub(crate) fps: f64,
+    /// Facts for later runs of this program.
+    pub(crate) extras: Value,
+}
+
+/// Writes the folder of a body. Its last file, which says what the others are, is at `info`. Returns the paths of images
+/// that glTF cannot have.
+pub(crate) fn write_textures(
+    info: &Path,
+    body: &BodyTexture<'_>,
+    materials: &Materials,
+    samples: &mut dyn Samples,
+) -> io::Result<Vec<PathBuf>> {
+    let folder = info.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder)?;
+    let frames = samples.frames();
+    let layout = TexelLayout::new(body.points.len(), frames).ok_or_else(|| {
+        io::Error::other(format!("{} x {frames} texels do not fit into an image", body.points.len()))
+    })?;
+    let name = body.name;
+    let at = |suffix: &str| folder.join(format!("{name}{suffix}"));
+    let still = Still {
+        name,
+        surface: body.surface,
+        points: body.points.clone(),
+        texels: (0..body.points.len()).map(|vertex| layout.coordinates(vertex)).collect(),
+    };
+    let mut left_out = Vec::new();
+    write_durably(&at(".glb"), |file| {
+        left_out = write_still(file, &still, materials, samples)?;
+        Ok(())
+    })?;
+    let (low, high) = image::bounds(samples, &body.points)?;
+    let mut write = |suffix: &str, numbers: &image::Numbers<'_>| {
+        write_durably(&at(suffix), |file: &mut File| {
+            let mut out = BufWriter::new(file);
+            image::write(&mut out, layout, samples, numbers)?;
+            out.flush()
+        })
+    };
+    let normals = body.points.end..body.points.end + body.points.len();
+    write("_vat.png", &image::Numbers::Offsets { points: &body.points, low, high })?;
+    write("_vnrm.png", &image::Numbers::Normals { points: &normals })?;
+    let facts = json!({
+        "os-remap": { "Min": low, "Max": high, "Frames": frames },
+        "supple": { "fps": body.fps, "run": body.extras },
+    });
+    write_durably(info, |file| serde_json::to_writer_pretty(file, &facts).map_err(Into::into))?;
+    Ok(left_out)
+}
+
+/// Returns the facts for later runs of a folder; `None` if it is of another program.
+pub(crate) fn read_extras(file: &mut impl io::Read) -> Option<Value> {
+    let facts: Value = serde_json::from_reader(file).ok()?;
+    facts.pointer("/supple/run").cloned()
+}

@@ -1,0 +1,167 @@
+//! Vertex animation textures: decoded as a player does, the texels give the positions and normals of the frames.
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use gltf::Gltf;
+use supple_io::run::{Job, Outcome};
+use supple_io::scene::Scene;
+use supple_tests::grid_box;
+
+use crate::run_files::{BLOCK, CopyAfter, StopAfter};
+
+const SCENE: &str = r#"
+[simulation]
+frames = 20
+substeps = 4
+
+[output]
+format = ["ply", "vat"]
+
+[[body]]
+name = "ball"
+mesh = "grid.obj"
+rotate = [30, 20, 0]
+translate = [0, 1.5, 0]
+
+[[body]]
+name = "block"
+mesh = "block.obj"
+translate = [6, 0.2, 0]
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+"#;
+
+fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
+    let (vertices, faces) = grid_box([-0.5; 3], [0.5; 3], [5, 5, 5]);
+    let mut text: String = vertices.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    for face in faces {
+        text += &format!(
+            "f {}\n",
+            face.iter().map(|corner| (corner + 1).to_string()).collect::<Vec<_>>().join(" ")
+        );
+    }
+    fs::write(folder.join("grid.obj"), text).unwrap();
+    fs::write(folder.join("block.obj"), BLOCK).unwrap();
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Job::new(Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap(), folder.join(out))
+}
+
+/// An image with four numbers of 16 bits per texel, in [0, 1].
+struct Image {
+    width: usize,
+    height: usize,
+    texels: Vec<[f64; 4]>,
+}
+
+impl Image {
+    fn read(path: &Path) -> Self {
+        let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+        let mut reader = decoder.read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgba, png::BitDepth::Sixteen));
+        let number = |bytes: &[u8]| f64::from(u16::from_be_bytes([bytes[0], bytes[1]])) / 65535.0;
+        let texel = |bytes: &[u8; 8]| std::array::from_fn(|k| number(&bytes[2 * k..]));
+        let texels = bytes.as_chunks::<8>().0.iter().map(texel).collect();
+        Self { width: info.width as usize, height: info.height as usize, texels }
+    }
+
+    /// Returns the texel at texture coordinates, `frame` rows further down.
+    fn at(&self, [u, v]: [f32; 2], frame: usize) -> [f64; 4] {
+        let column = (f64::from(u) * self.width as f64) as usize;
+        let row = (f64::from(v) * self.height as f64) as usize + frame;
+        self.texels[row * self.width + column]
+    }
+}
+
+/// Positions and normals of a PLY frame.
+fn ply(path: &Path) -> Vec<[[f64; 3]; 2]> {
+    let bytes = fs::read(path).unwrap();
+    let start = bytes.windows(11).position(|text| text == b"end_header\n").unwrap() + 11;
+    let head = std::str::from_utf8(&bytes[..start]).unwrap();
+    let count = head.lines().find_map(|line| line.strip_prefix("element vertex ")).unwrap().parse().unwrap();
+    let number = |at: usize| f64::from(f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()));
+    let vector = |at: usize| std::array::from_fn(|axis| number(at + 4 * axis));
+    (0..count).map(|vertex| [vector(start + 24 * vertex), vector(start + 24 * vertex + 12)]).collect()
+}
+
+#[test]
+fn texels_give_the_positions_and_normals_of_the_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path(), "out", &[]);
+    job.run(&mut ()).unwrap();
+    for body in ["ball", "block"] {
+        let at = |name: String| job.directory.join(format!("{body}_vat")).join(name);
+        let gltf = Gltf::from_slice(&fs::read(at(format!("{body}.glb"))).unwrap()).unwrap();
+        let bytes = gltf.blob.clone().unwrap();
+        let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+        let reader = primitive.reader(|_| Some(&bytes[..]));
+        let first: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+        let texels: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
+        let info: serde_json::Value =
+            serde_json::from_slice(&fs::read(at(format!("{body}-remap_info.json"))).unwrap()).unwrap();
+        let remap = &info["os-remap"];
+        assert_eq!(remap["Frames"], 21);
+        let number = |key: &str, axis: usize| remap[key][axis].as_f64().unwrap();
+        let (offsets, normals) =
+            (Image::read(&at(format!("{body}_vat.png"))), Image::read(&at(format!("{body}_vnrm.png"))));
+        for frame in 0..21 {
+            let expected = ply(&job.directory.join(format!("{body}_{frame:04}.ply")));
+            assert_eq!(expected.len(), first.len());
+            for (vertex, [position, normal]) in expected.iter().enumerate() {
+                let texel = offsets.at(texels[vertex], frame);
+                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| {
+                    number("Min", axis) + texel[axis] * (number("Max", axis) - number("Min", axis))
+                });
+                let [nx, ny, nz, _] = normals.at(texels[vertex], frame).map(|number| 2.0 * number - 1.0);
+                // From Blender's axes to those of glTF.
+                for (axis, (offset, found)) in [(x, nx), (z, nz), (-y, -ny)].into_iter().enumerate() {
+                    // Half a step of 16 bits of the extent of the offsets, and the rounding of positions of 32 bits.
+                    let extent = number("Max", [0, 2, 1][axis]) - number("Min", [0, 2, 1][axis]);
+                    let error = (f64::from(first[vertex][axis]) + offset - position[axis]).abs();
+                    assert!(error <= 0.5 * extent / 65535.0 + 2e-6, "{body}, frame {frame}: {error}");
+                    assert!((found - normal[axis]).abs() <= 1.0 / 65535.0 + 1e-6);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stopped_and_killed_runs_have_the_textures_of_an_uninterrupted_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let files = |directory: &Path| -> Vec<Vec<u8>> {
+        let names = ["ball.glb", "ball_vat.png", "ball_vnrm.png", "ball-remap_info.json"];
+        names.map(|name| fs::read(directory.join("ball_vat").join(name)).unwrap()).to_vec()
+    };
+    let mut whole = job(folder.path(), "whole", &["output.format=vat"]);
+    whole.checkpoint_interval = Duration::ZERO;
+    let (from, to) = (at("whole"), at("killed"));
+    whole.run(&mut CopyAfter { frame: 9, from, to: to.clone() }).unwrap();
+    let expected = files(&at("whole"));
+    let mut resumed = whole.clone();
+    (resumed.directory, resumed.resume, resumed.verify) = (to, true, true);
+    resumed.run(&mut ()).unwrap();
+    assert!(files(&at("killed")) == expected && !at("killed/ball.vat.pc2.part").exists());
+    let mut stopped = whole.clone();
+    stopped.directory = at("stopped");
+    stopped.run(&mut StopAfter(7)).unwrap();
+    assert!(files(&stopped.directory) != expected && at("stopped/ball.vat.pc2.part").exists());
+    stopped.resume = true;
+    stopped.run(&mut ()).unwrap();
+    assert!(files(&stopped.directory) == expected);
+    assert_eq!(stopped.run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
+}
+
+#[test]
+fn more_texels_than_an_image_has_are_refused_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = job(folder.path(), "out", &["simulation.frames=9000"]).run(&mut ()).unwrap_err();
+    assert!(error.is_input(), "{error}");
+    assert!(error.to_string().contains("in 9001 frames are more texels"), "{error}");
+    assert!(!folder.path().join("out/ball_0000.ply").exists());
+}
