@@ -12,7 +12,7 @@ use supple_study as study;
 
 use crate::{interrupt, terminal};
 
-/// Prints the progress of a job or a study, and stops it after Ctrl-C.
+/// Prints the progress of a job or a study, and stops it after Ctrl-C or SIGTERM.
 pub(crate) struct Reporter {
     name: String,
     output: Output,
@@ -60,7 +60,7 @@ impl Reporter {
     }
 
     /// Prints that the fraction `done` of the work took `elapsed`. `position` names the current frame or
-    /// study point. Returns [`Flow::Stop`] after Ctrl-C.
+    /// study point. Returns [`Flow::Stop`] after Ctrl-C or SIGTERM.
     fn update(&mut self, done: f64, elapsed: Duration, position: &str) -> Flow {
         match &mut self.output {
             Output::Nothing => {}
@@ -81,7 +81,7 @@ impl Reporter {
                 }
             }
         }
-        if interrupt::requested() { Flow::Stop } else { Flow::Continue }
+        if interrupt::requested().is_some() { Flow::Stop } else { Flow::Continue }
     }
 }
 

@@ -106,7 +106,7 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
             print_warnings(&name, &report);
             if report.outcome == Outcome::Stopped {
                 terminal::print(format_args!("resume with: {}", terminal::resume_command()));
-                return Exit::Interrupted;
+                return interrupt::exit();
             }
             Exit::Done
         }
@@ -132,7 +132,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
     let mut results: Vec<(String, Result<RunReport, RunError>)> = Vec::new();
     for input in inputs {
-        if interrupt::requested() {
+        if interrupt::requested().is_some() {
             break;
         }
         let name = input_name(input);
@@ -153,7 +153,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
         terminal::print(format_args!("resume with: {}", terminal::resume_command()));
-        Exit::Interrupted
+        interrupt::exit()
     } else if results.iter().any(|(_, result)| result.is_err()) {
         Exit::Failed
     } else {
@@ -237,7 +237,7 @@ fn summary_line(name: &str, report: &RunReport, start_frame: u32) -> String {
     }
 }
 
-/// Formats the table of several inputs. `inputs` is their number; after Ctrl-C, `results` has fewer entries.
+/// Formats the table of several inputs. `inputs` is their number; after Ctrl-C or SIGTERM, `results` has fewer entries.
 fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
     let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
     let row = |cells: [&str; 5]| {

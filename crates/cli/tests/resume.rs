@@ -158,17 +158,17 @@ impl Random {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
-    for format in ["obj", "pc2", "html,obj"] {
+fn ctrl_c_and_sigterm_keep_frames_and_write_a_checkpoint() {
+    for (format, signal, code) in [("obj", "-INT", 130), ("pc2", "-TERM", 143), ("html,obj", "-TERM", 143)] {
         let workspace = Workspace::new();
-        // The default checkpoint interval is longer than this run, so only Ctrl-C writes a checkpoint.
+        // The default checkpoint interval is longer than this run, so only the signal writes a checkpoint.
         let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
         let child = start(&workspace, &arguments);
         wait_until(|| std::fs::metadata(workspace.path("s.json")).is_ok_and(|file| file.len() > 5000));
-        let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        let killed = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
         assert!(killed.unwrap().success());
         let output = ProgramOutput::new(child.wait_with_output().unwrap());
-        output.expect(130, &[]);
+        output.expect(code, &[]);
         assert!(output.out.contains("--resume"), "{output:?}");
         let text = std::fs::read_to_string(workspace.path("s.json")).unwrap();
         let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
@@ -192,6 +192,27 @@ fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
         run(&["-o", "whole"]);
         // The frame count of a run determines the number of digits, so the resumed run renames frames.
         assert!(workspace.frames("out") == workspace.frames("whole"));
+    }
+}
+
+/// The frame of this run takes so long that both signals arrive in it.
+#[cfg(unix)]
+#[test]
+fn a_second_signal_exits_with_the_code_of_the_first() {
+    for (first, second, code) in [("-TERM", "-TERM", 143), ("-INT", "-TERM", 130)] {
+        let workspace = Workspace::new();
+        let long = ["simulation.substeps=100000", "body.block.lattice_vertices=4000"];
+        let arguments = ["run", "scene.toml", "--format", "ply", "--set", long[0], "--set", long[1]];
+        let child = start(&workspace, &arguments);
+        wait_until(|| workspace.path("out/block_0000.ply").is_file());
+        for signal in [first, second] {
+            let killed = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+            assert!(killed.unwrap().success());
+            std::thread::sleep(Duration::from_millis(300));
+        }
+        let output = ProgramOutput::new(child.wait_with_output().unwrap());
+        output.expect(code, &["stopping after the current frame"]);
+        assert!(!workspace.path("out/supple.checkpoint").exists() && workspace.frames("out").len() == 1);
     }
 }
 
