@@ -38,6 +38,7 @@ Contents:
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
     ContactWarning                          bodies overlap at the start
+    ResumeWarning                           an earlier run cannot be continued, and a new one starts
     SceneWarning                            a handle jumps, or a bridge joins parts far apart
     MaterialWarning                         a body is softer than its material, because the steps are too long
 
@@ -62,6 +63,7 @@ from .errors import (
     MaterialWarning,
     MeshError,
     OutputError,
+    ResumeWarning,
     SceneError,
     SceneWarning,
     SuppleError,
@@ -96,6 +98,7 @@ __all__ = [
     "PointCache",
     "Progress",
     "Recorder",
+    "ResumeWarning",
     "RunReport",
     "SceneError",
     "SceneWarning",

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use supple_io::frames;
+use supple_io::run::Resume;
 use supple_io::scene::{self, Scene, SceneError};
 
 /// Simulates soft bodies by lattice shape matching with volume preservation.
@@ -58,10 +59,10 @@ pub(crate) struct RunArgs {
     /// FILE_INPUT.csv for each
     #[arg(long, value_name = "FILE")]
     pub(crate) stats: Option<PathBuf>,
-    /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are
-    /// removed
-    #[arg(long)]
-    pub(crate) resume: bool,
+    /// Continue an earlier run from its last checkpoint; with `=auto`, start at the first frame if the checkpoint does
+    /// not fit the scene; without this flag all existing frames of the same names are removed
+    #[arg(long, value_name = "auto", num_args = 0..=1, require_equals = true, default_missing_value = "", value_parser = resume)]
+    pub(crate) resume: Option<Resume>,
     /// With --resume: compare the contents of the frames with the hashes in the checkpoint, not only their sizes
     #[arg(long, requires = "resume")]
     pub(crate) verify: bool,
@@ -238,6 +239,15 @@ impl From<Up> for scene::Up {
 fn count<const LOW: u32, const HIGH: u32>(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (LOW..=HIGH).contains(number));
     number.ok_or_else(|| format!("it must be a whole number from {LOW} to {HIGH}"))
+}
+
+/// Parses the value of `--resume`. The argument without a value is an empty text.
+fn resume(text: &str) -> Result<Resume, String> {
+    match text {
+        "" => Ok(Resume::Yes),
+        "auto" => Ok(Resume::Auto),
+        _ => Err("it must be `auto`, or be left out".to_owned()),
+    }
 }
 
 /// Parses a non-negative number of seconds.

@@ -174,7 +174,7 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     let mut job = Job::new(scene, directory);
     job.every = args.every;
     job.start_frame = args.start_frame;
-    job.resume = args.resume;
+    job.resume = args.resume.unwrap_or_default();
     job.verify = args.verify;
     job.scene_file = Some(input.to_owned());
     job.stats = stats;

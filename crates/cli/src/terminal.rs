@@ -79,7 +79,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 /// Returns the command line of the program with `--resume` added, quoted for a shell.
 pub(crate) fn resume_command() -> String {
     let mut words: Vec<String> = ARGUMENTS.get().into_iter().flatten().map(|word| quoted(word)).collect();
-    if !words.iter().any(|word| word == "--resume") {
+    if !words.iter().any(|word| word.split('=').next() == Some("--resume")) {
         words.push("--resume".to_owned());
     }
     words.join(" ")

@@ -79,6 +79,51 @@ fn resuming_is_rejected_only_if_the_scene_changes_the_motion() {
 }
 
 #[test]
+fn resuming_automatically_starts_again_where_the_checkpoint_does_not_fit() {
+    let workspace = Workspace::new();
+    let run = |more: &[&str]| {
+        let mut arguments = vec!["run", "scene.toml", "--resume=auto", "--stats", "s.csv"];
+        arguments.extend(more);
+        let output = workspace.supple(&arguments);
+        output.expect(0, &[]);
+        output
+    };
+    let expect = |output: &ProgramOutput, words: &[&str]| {
+        output.expect(0, &["starting again from frame 0"]);
+        output.expect(0, words);
+        assert!(output.out.contains("7 frames written"), "{output:?}");
+    };
+    assert!(!run(&["--frames", "4"]).err.contains("starting again"));
+    let continued = run(&["--frames", "6"]);
+    continued.expect(0, &["resuming after frame 4"]);
+    assert!(continued.out.contains("2 frames written"), "{continued:?}");
+    assert!(run(&["--frames", "6"]).out.contains("nothing written"));
+
+    let changed = ["--frames", "6", "--set", "body.block.half_width=2"];
+    expect(&run(&changed), &["cannot resume from", "`half_width = 1` changed to `half_width = 2`"]);
+    workspace
+        .supple(&[
+            "run",
+            "scene.toml",
+            "--quiet",
+            "-o",
+            "whole",
+            changed[0],
+            changed[1],
+            changed[2],
+            changed[3],
+        ])
+        .expect(0, &[]);
+    assert!(workspace.frames("out") == workspace.frames("whole"));
+
+    workspace.write("out/supple.checkpoint", "not a checkpoint, but long enough");
+    expect(&run(&changed), &["it is not a checkpoint of supple"]);
+    std::fs::remove_file(workspace.path("s.csv")).unwrap();
+    expect(&run(&changed), &["cannot continue the statistics", "the file is missing"]);
+    workspace.supple(&["run", "scene.toml", "--resume=always"]).expect(2, &["always", "it must be `auto`"]);
+}
+
+#[test]
 fn a_damaged_checkpoint_is_rejected_with_a_message() {
     let workspace = Workspace::new();
     workspace.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);

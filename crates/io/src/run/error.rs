@@ -215,6 +215,22 @@ impl RunError {
         }
     }
 
+    /// Returns why an earlier run cannot be continued, if this is the error and a new run can start.
+    pub(super) fn restart_reason(&self) -> Option<String> {
+        match self {
+            Self::Checkpoint { path, what: problem } | Self::Differs { path, difference: problem } => {
+                Some(format!("cannot resume from {}: {problem}", path.display()))
+            }
+            Self::StatsLost { path, problem, .. } => {
+                Some(format!("cannot continue the statistics in {}: {problem}", path.display()))
+            }
+            Self::Output(OutputError::Cache { path, reason }) => {
+                Some(format!("cannot continue {}: {reason}", path.display()))
+            }
+            _ => None,
+        }
+    }
+
     /// Returns the error of a failed file operation.
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.to_owned(), source }

@@ -32,9 +32,8 @@ pub struct Job {
     /// Statistics file, `.csv` or `.json`, with one [`Row`](super::Row) per written frame and body; default
     /// `None`.
     pub stats: Option<PathBuf>,
-    /// Whether to continue an earlier run; default false. A job that does not continue replaces an existing
-    /// sequence.
-    pub resume: bool,
+    /// Whether to continue an earlier run; default [`Resume::No`].
+    pub resume: Resume,
     /// Whether a job that continues compares the contents of the frames with the hashes in the checkpoint;
     /// default false. Their sizes are always compared.
     pub verify: bool,
@@ -43,6 +42,27 @@ pub struct Job {
     pub scene_file: Option<PathBuf>,
     /// Smallest wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
+}
+
+/// Whether a job continues an earlier run in its directory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Resume {
+    /// The job starts at frame 0, and replaces an existing sequence.
+    #[default]
+    No,
+    /// The job continues after the last checkpoint. It is an error if the checkpoint belongs to other settings, or is
+    /// damaged.
+    Yes,
+    /// As [`Resume::Yes`], but where that is an error, the job starts at frame 0 as with [`Resume::No`], and
+    /// [`Note::Restarted`](super::Note::Restarted) has the reason.
+    Auto,
+}
+
+/// True is [`Resume::Yes`].
+impl From<bool> for Resume {
+    fn from(resume: bool) -> Self {
+        if resume { Self::Yes } else { Self::No }
+    }
 }
 
 impl Job {
@@ -54,7 +74,7 @@ impl Job {
             every: 1,
             start_frame: 0,
             stats: None,
-            resume: false,
+            resume: Resume::No,
             verify: false,
             scene_file: None,
             checkpoint_interval: Duration::from_secs(10),

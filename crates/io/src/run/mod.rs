@@ -37,7 +37,7 @@ pub use checkpoint::{CHECKPOINT, CHECKPOINT_VERSION};
 pub use deviation::{Crushed, Softened, UnkeptVolume, VOLUME_THRESHOLD, VolumeRemedy};
 pub use error::RunError;
 pub use fingerprint::{difference, fingerprint};
-pub use job::{Job, PAGE};
+pub use job::{Job, PAGE, Resume};
 pub use lock::LOCK;
 pub use observer::{Flow, Note, Observer, Progress};
 pub use overlap::Overlap;

@@ -3,7 +3,7 @@
 
 use super::checkpoint::{Checkpoint, Saved};
 use super::error::RunError;
-use super::job::Job;
+use super::job::{Job, Resume};
 use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
@@ -46,6 +46,30 @@ impl Job {
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Start, RunError> {
+        self.find_earlier(settings, observer).or_else(|error| self.start_again(error, observer))
+    }
+
+    /// Returns the starting point of a job whose earlier run cannot be continued: frame 0 with [`Resume::Auto`].
+    ///
+    /// # Errors
+    ///
+    /// `error`, without [`Resume::Auto`], or if a new run would fail too.
+    pub(super) fn start_again(
+        &self,
+        error: RunError,
+        observer: &mut dyn Observer,
+    ) -> Result<Start, RunError> {
+        match error.restart_reason().filter(|_| self.resume == Resume::Auto) {
+            Some(reason) => {
+                observer.note(&Note::Restarted { reason });
+                Ok(Start::Fresh)
+            }
+            None => Err(error),
+        }
+    }
+
+    /// Compares the earlier run in the directory with this one.
+    fn find_earlier(&self, settings: &Settings, observer: &mut dyn Observer) -> Result<Start, RunError> {
         let sequences = self.sequences();
         let Some(saved) = Saved::read(&self.directory, settings, sequences.len())? else {
             return Ok(Start::Fresh);

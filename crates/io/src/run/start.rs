@@ -6,7 +6,7 @@ use super::advance::{Files, Running};
 use super::checkpoint::{CHECKPOINT, Checkpoint};
 use super::error::RunError;
 use super::fingerprint::fingerprint;
-use super::job::Job;
+use super::job::{Job, Resume};
 use super::lock::Lock;
 use super::observer::{Note, Observer};
 use super::output::Output;
@@ -22,12 +22,13 @@ impl Job {
     ///
     /// A frame gets its final name only when it is complete.
     ///
-    /// With [`Job::resume`], a finished sequence is not changed. A sequence that was stopped, or that has
+    /// With [`Resume::Yes`], a finished sequence is not changed. A sequence that was stopped, or that has
     /// more frames in this job, continues after its checkpoint; its frames are bit-identical to the frames of
     /// an uninterrupted run at the same SIMD level. If there is no checkpoint, or a frame is missing or has
     /// another size than in the checkpoint, the job starts at frame 0. It is an error if the motion, the
     /// format, the numbers of the frames or the version of the program differ from the checkpoint, if
-    /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost.
+    /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost. With
+    /// [`Resume::Auto`], the job starts at frame 0 in these cases too.
     ///
     /// # Errors
     ///
@@ -39,7 +40,7 @@ impl Job {
 
         let mut lock = None;
         let mut start = Start::Fresh;
-        if self.resume && self.directory.is_dir() {
+        if self.resume != Resume::No && self.directory.is_dir() {
             lock = Some(Lock::acquire(&self.directory)?);
             start = self.choose_start(&settings, observer)?;
         }
@@ -47,7 +48,7 @@ impl Job {
             return Ok(self.already_finished(job_start));
         }
 
-        let prepared = observer.prepare(&self.scene)?;
+        let mut prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
         if let Start::Finished(unfinished) = start {
             for (sequence, frames) in unfinished {
@@ -55,6 +56,13 @@ impl Job {
             }
             return Ok(self.already_finished(job_start));
         }
+        if let Start::After(earlier) = &start
+            && let Err(error) = prepared.simulation.restore(&earlier.state)
+        {
+            let path = self.directory.join(CHECKPOINT);
+            start = self.start_again(RunError::Checkpoint { path, what: error.to_string() }, observer)?;
+        }
+        // No file is changed before this: all checks are done.
         let _lock = match lock {
             Some(lock) => lock,
             None => self.create_directory()?,
@@ -105,19 +113,14 @@ impl Job {
         Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
 
-    /// Opens the files of a run that continues after a checkpoint.
+    /// Opens the files of a run that continues after a checkpoint, whose state the simulation has.
     fn start_after(
         &self,
-        mut prepared: Prepared,
+        prepared: Prepared,
         earlier: Earlier,
         observer: &mut dyn Observer,
     ) -> Result<Running<'_>, RunError> {
-        let Earlier { mut checkpoint, state, stats, listing, renames } = earlier;
-        // No file is changed before this, the last check.
-        prepared.simulation.restore(&state).map_err(|error| RunError::Checkpoint {
-            path: self.directory.join(CHECKPOINT),
-            what: error.to_string(),
-        })?;
+        let Earlier { mut checkpoint, stats, listing, renames, .. } = earlier;
         let level = supple::simd_level().to_string();
         if checkpoint.level != level {
             let before = std::mem::replace(&mut checkpoint.level, level.clone());
