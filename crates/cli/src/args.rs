@@ -69,7 +69,10 @@ pub(crate) struct RunArgs {
     /// Seconds between checkpoints, from which --resume continues
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) checkpoint: Duration,
-    /// Print no progress; errors and the summary are still printed
+    /// Form of the progress, for users or for programs
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = ProgressForm::Bar, conflicts_with = "quiet")]
+    pub(crate) progress: ProgressForm,
+    /// Print no progress, as --progress none; errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
     /// Print the complete scene with all defaults and overrides, without running it; paths are absolute, or with -o
@@ -86,7 +89,7 @@ pub(crate) struct InspectArgs {
     /// Scene (.toml) or model (.obj, .glb, .gltf, .stl, .ply)
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// Print JSON; it always contains the plan
+    /// Print JSON; it always contains the plan, and estimates of memory and time, for which it runs a few steps
     #[arg(long)]
     pub(crate) json: bool,
     /// Print the stages of the simulation and the memory of each
@@ -153,6 +156,13 @@ pub(crate) struct SceneArgs {
     pub(crate) up: Option<Up>,
 }
 
+impl RunArgs {
+    /// Returns the form of the progress.
+    pub(crate) fn progress(&self) -> ProgressForm {
+        if self.quiet { ProgressForm::None } else { self.progress }
+    }
+}
+
 impl SceneArgs {
     /// Reads a scene file, or builds the default scene of a model, and applies the overrides.
     pub(crate) fn open(&self, input: &Path) -> Result<Scene, SceneError> {
@@ -188,6 +198,20 @@ impl Command {
 pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     let found = path.extension().unwrap_or_default();
     extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension))
+}
+
+/// Forms of the progress of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressForm {
+    /// A bar on a terminal, and a line every 10 % in a pipe
+    Bar,
+    /// A JSON object a line on standard error, for each frame, each message, and the begin and the end of each input
+    Json,
+    /// The lines of Open Job Description on standard output
+    #[value(name = "openjd")]
+    OpenJd,
+    /// No progress
+    None,
 }
 
 /// Frame formats.

@@ -33,14 +33,14 @@ impl Signal {
 /// Installs the handlers for Ctrl-C and SIGTERM.
 pub(crate) fn install_handler() {
     if let Err(error) = ctrlc::set_handler(|| stop(Signal::Interrupt)) {
-        terminal::print_to_stderr(format_args!(
-            "warning: cannot install the handler for Ctrl-C; Ctrl-C will exit without a checkpoint: {error}"
+        terminal::print_warning(format_args!(
+            "cannot install the handler for Ctrl-C; Ctrl-C will exit without a checkpoint: {error}"
         ));
     }
     #[cfg(unix)]
     if let Err(error) = handle_termination() {
-        terminal::print_to_stderr(format_args!(
-            "warning: cannot install the handler for SIGTERM; SIGTERM will exit without a checkpoint: {error}"
+        terminal::print_warning(format_args!(
+            "cannot install the handler for SIGTERM; SIGTERM will exit without a checkpoint: {error}"
         ));
     }
 }

@@ -17,7 +17,7 @@ use crate::{interrupt, terminal};
 /// Runs the study that the arguments select.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
     interrupt::install_handler();
-    let mut reporter = Reporter::new("study", args.quiet);
+    let mut reporter = Reporter::of_study(args.quiet);
     let result = match &args.input {
         Some(input) => scene(args, input, &mut reporter),
         None if args.sums => sums(args, &mut reporter),

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 use supple::Collider;
 use supple_io::run::{
-    BodyReport, Flow, Input, Job, Note, Observer, Outcome, Prepared, Progress, Resume, RunError, RunReport,
-    Softened, UnkeptVolume, prepare,
+    BodyReport, Flow, Input, Job, Note, Observer, Prepared, Progress, Resume, RunError, RunReport, Softened,
+    UnkeptVolume, prepare,
 };
 use supple_io::scene::{BodyData, OutputData, Scene, SceneError, Up};
 
@@ -220,11 +220,7 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
         report::new_report(py, "BodyReport", fields)
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
-    let outcome = match run.outcome {
-        Outcome::Finished => "finished",
-        Outcome::Stopped => "stopped",
-        Outcome::AlreadyFinished => "already finished",
-    };
+    let outcome = run.outcome.name();
     let bodies = PyTuple::new(py, bodies)?;
     let elapsed = run.elapsed.as_secs_f64();
     let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
