@@ -116,6 +116,7 @@ impl<'a> Running<'a> {
                 self.output.finish()?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
+                self.job.write_manifest(&self.checkpoint, outcome)?;
                 return Ok(self.report(&simulation, outcome, first, frame, job_start));
             }
             if last_save.elapsed() >= self.job.checkpoint_interval {

@@ -114,6 +114,24 @@ pub enum RunError {
         /// Input file.
         input: PathBuf,
     },
+    /// The statistics file has the name of the manifest.
+    #[error(
+        "the statistics file {} would be the manifest of the run, which lists its files; choose another name",
+        Escaped(path.display())
+    )]
+    StatsIsManifest {
+        /// Statistics file.
+        path: PathBuf,
+    },
+    /// A file with the name of the manifest was not written by a run.
+    #[error(
+        "{} is not the manifest of a run, which would replace it; move the file, or choose another output directory",
+        Escaped(path.display())
+    )]
+    ForeignManifest {
+        /// The file.
+        path: PathBuf,
+    },
     /// The statistics file of an earlier run cannot be continued.
     #[error(
         "cannot continue the statistics in {}: {problem}, so that the rows of frames {first} to {last} would be \

@@ -19,9 +19,13 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
-    /// All frames exist. The files of these sequences, with their numbers of frames, lack their final form, which needs
-    /// the simulation.
-    Finished(Vec<(Sequence, u64)>),
+    /// All frames exist.
+    Finished {
+        /// Checkpoint of the earlier run.
+        checkpoint: Box<Checkpoint>,
+        /// Sequences, with their numbers of frames, whose files lack their final form, which needs the simulation.
+        unfinished: Vec<(Sequence, u64)>,
+    },
 }
 
 /// An earlier run that can be continued.
@@ -100,7 +104,7 @@ impl Job {
                     unfinished.push((sequence, records.len() as u64));
                 }
             }
-            return Ok(Start::Finished(unfinished));
+            return Ok(Start::Finished { checkpoint: Box::new(saved.checkpoint), unfinished });
         }
         sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;

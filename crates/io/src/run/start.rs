@@ -8,6 +8,7 @@ use super::error::RunError;
 use super::fingerprint::fingerprint;
 use super::job::{Job, Resume};
 use super::lock::Lock;
+use super::manifest;
 use super::observer::{Note, Observer};
 use super::output::Output;
 use super::prepare::{Input, Prepared};
@@ -44,17 +45,20 @@ impl Job {
             lock = Some(Lock::acquire(&self.directory)?);
             start = self.choose_start(&settings, observer)?;
         }
-        if matches!(&start, Start::Finished(unfinished) if unfinished.is_empty()) {
-            return Ok(self.already_finished(job_start));
+        if let Start::Finished { checkpoint, unfinished } = &start
+            && unfinished.is_empty()
+        {
+            return self.already_finished(checkpoint, job_start);
         }
 
         let mut prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
-        if let Start::Finished(unfinished) = start {
+        if let Start::Finished { checkpoint, unfinished } = start {
+            manifest::remove(&self.directory)?;
             for (sequence, frames) in unfinished {
                 open_sink(sequence, 0, &self.frame_run(&prepared, Some(frames)))?.finish()?;
             }
-            return Ok(self.already_finished(job_start));
+            return self.already_finished(&checkpoint, job_start);
         }
         if let Start::After(earlier) = &start
             && let Err(error) = prepared.simulation.restore(&earlier.state)
@@ -99,6 +103,7 @@ impl Job {
         let sequences = self.sequences();
         let existing = Listing::read(&sequences)?;
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
+        manifest::remove(&self.directory)?;
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
         let aside = existing.set_aside(&sequences)?;
@@ -131,6 +136,7 @@ impl Job {
             (Some(path), Some(rows)) => Some(Stats::resume(path, rows)?),
             _ => None,
         };
+        manifest::remove(&self.directory)?;
         listing.remove_parts()?;
         renames.apply()?;
         let kept = u64::from(frame / self.every) + 1;
@@ -140,9 +146,14 @@ impl Job {
         Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
     }
 
-    /// Returns the report of a job that was finished before this run.
-    fn already_finished(&self, job_start: Instant) -> RunReport {
-        RunReport {
+    /// Returns the report of a job that was finished before this run. Writes the manifest if the earlier run was killed
+    /// before.
+    fn already_finished(&self, checkpoint: &Checkpoint, job_start: Instant) -> Result<RunReport, RunError> {
+        let is_whole = checkpoint.frame == self.scene.simulation.frames;
+        if is_whole && !manifest::exists(&self.directory) {
+            self.write_manifest(checkpoint, Outcome::Finished)?;
+        }
+        Ok(RunReport {
             directory: self.directory.clone(),
             outcome: Outcome::AlreadyFinished,
             resumed_after: None,
@@ -152,6 +163,6 @@ impl Job {
             substeps: 0,
             elapsed: job_start.elapsed(),
             bodies: Vec::new(),
-        }
+        })
     }
 }
