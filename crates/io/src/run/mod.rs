@@ -20,6 +20,7 @@ mod checkpoint;
 mod deviation;
 mod error;
 mod fingerprint;
+mod flush;
 mod job;
 mod lock;
 mod manifest;
