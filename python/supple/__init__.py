@@ -74,7 +74,7 @@ from .recorder import Recorder, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
 from .screenshots import screenshot
-from .sweeps import SweepResult, sweep
+from .sweeps import SweepProgress, SweepResult, sweep
 from .viewer import view
 
 __all__ = [
@@ -106,6 +106,7 @@ __all__ = [
     "Softened",
     "Sphere",
     "SuppleError",
+    "SweepProgress",
     "SweepResult",
     "UnkeptVolume",
     "VolumeReport",

@@ -205,7 +205,7 @@ def test_an_automatic_resume_starts_again_if_the_scene_has_changed(scene, tmp_pa
     with pytest.warns(supple.ResumeWarning, match="gravity.*starting again from frame 0"):
         report = supple.run(scene, out, frames=3, overrides=changed, resume="auto")
     assert (report.outcome, report.resumed_after) == ("finished", None)
-    with pytest.raises(ValueError, match="resume is \"always\"; it must be \"auto\""):
+    with pytest.raises(ValueError, match='resume is "always"; it must be "auto"'):
         supple.run(scene, out, resume="always")
     with pytest.raises(TypeError, match='resume must be True, False or "auto", not int'):
         supple.run(scene, out, resume=3)
