@@ -38,6 +38,7 @@ Contents:
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
     ContactWarning                          bodies overlap at the start
+    ResumeWarning                           an earlier run cannot be continued, and a new one starts
     SceneWarning                            a handle jumps, or a bridge joins parts far apart
     MaterialWarning                         a body is softer than its material, because the steps are too long
 
@@ -62,6 +63,7 @@ from .errors import (
     MaterialWarning,
     MeshError,
     OutputError,
+    ResumeWarning,
     SceneError,
     SceneWarning,
     SuppleError,
@@ -72,7 +74,7 @@ from .recorder import Recorder, save_glb, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
 from .screenshots import screenshot
-from .sweeps import SweepResult, sweep
+from .sweeps import SweepProgress, SweepResult, sweep
 from .viewer import view
 
 __all__ = [
@@ -96,6 +98,7 @@ __all__ = [
     "PointCache",
     "Progress",
     "Recorder",
+    "ResumeWarning",
     "RunReport",
     "SceneError",
     "SceneWarning",
@@ -103,6 +106,7 @@ __all__ = [
     "Softened",
     "Sphere",
     "SuppleError",
+    "SweepProgress",
     "SweepResult",
     "UnkeptVolume",
     "VolumeReport",

@@ -1388,7 +1388,7 @@ def run(
     every: int = 1,
     start_frame: int = 0,
     stats: _Path | None = None,
-    resume: bool = False,
+    resume: bool | Literal["auto"] = False,
     threads: int | None = None,
 ) -> RunReport:
     """Run a scene to frames on disk. `overrides` contains strings `KEY=VALUE`."""

@@ -6,6 +6,7 @@ __all__ = [
     "MaterialWarning",
     "MeshError",
     "OutputError",
+    "ResumeWarning",
     "SceneError",
     "SceneWarning",
     "SuppleError",
@@ -37,6 +38,10 @@ class ContactWarning(UserWarning):
 
     The message names the bodies, the depth, and the argument `ignore`, with which they pass through each other.
     """
+
+
+class ResumeWarning(UserWarning):
+    """A run that was to continue an earlier one starts at its first frame. The message has the reason."""
 
 
 class SceneWarning(UserWarning):

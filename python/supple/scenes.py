@@ -43,7 +43,7 @@ def run(
     every: int = 1,
     start_frame: int = 0,
     stats: str | os.PathLike[str] | None = None,
-    resume: bool = False,
+    resume: bool | Literal["auto"] = False,
     threads: int | None = None,
     overrides: Mapping[str, Any] | None = None,
 ) -> RunReport:
@@ -70,8 +70,10 @@ def run(
         Number of frame 0 in the file names.
     stats : str or os.PathLike, optional
         A .csv or .json file to write, with one row per frame and body.
-    resume : bool, default False
-        Whether to continue an earlier run. If False, existing frames of the same names and format are replaced.
+    resume : bool or "auto", default False
+        Whether to continue an earlier run. If False, existing frames of the same names and format are replaced. If the
+        earlier run had other settings or its checkpoint is damaged, True raises SceneError, and "auto" starts at the
+        first frame and warns with ResumeWarning.
     threads : int, default the scene's
         Number of threads; 0 means one per processor.
     overrides : dict, optional

@@ -33,17 +33,18 @@ def test_invalid_arguments_and_inputs_exit_with_2(arguments, tmp_path):
     assert ended.stderr.startswith("error: ")
 
 
-@pytest.mark.skipif(os.name == "nt", reason="sends the signal of Ctrl-C")
-def test_ctrl_c_stops_a_run_which_can_be_resumed(bust, tmp_path):
+@pytest.mark.skipif(os.name == "nt", reason="sends signals")
+@pytest.mark.parametrize(("sent", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_signals_stop_a_run_which_can_be_resumed(sent, code, bust, tmp_path):
     command = ["run", bust, "-o", "frames", "--frames", "2000", "--quiet"]
     with subprocess.Popen([PROGRAM, *command], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
         deadline = time.monotonic() + 60
         while not list(tmp_path.glob("frames/*.obj")):
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, sent))
         output = process.communicate(timeout=60)[0]
-    assert process.returncode == 130
+    assert process.returncode == code
     resume = re.search(r"^resume with: (.*)$", output, re.MULTILINE)
     assert resume is not None, output
     assert resume[1].split()[0].endswith("supple")

@@ -194,6 +194,21 @@ def test_a_run_can_be_stopped_and_resumed(scene, tmp_path):
         name = f"cube_{frame:04}.obj"
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     assert supple.run(scene, tmp_path / "out", resume=True).outcome == "already finished"
+    assert supple.run(scene, tmp_path / "out", resume="auto").outcome == "already finished"
+
+
+def test_an_automatic_resume_starts_again_if_the_scene_has_changed(scene, tmp_path):
+    out, changed = tmp_path / "out", {"simulation.gravity": [0, -1, 0]}
+    supple.run(scene, out, frames=3)
+    with pytest.raises(supple.SceneError, match="gravity"):
+        supple.run(scene, out, frames=3, overrides=changed, resume=True)
+    with pytest.warns(supple.ResumeWarning, match="gravity.*starting again from frame 0"):
+        report = supple.run(scene, out, frames=3, overrides=changed, resume="auto")
+    assert (report.outcome, report.resumed_after) == ("finished", None)
+    with pytest.raises(ValueError, match='resume is "always"; it must be "auto"'):
+        supple.run(scene, out, resume="always")
+    with pytest.raises(TypeError, match='resume must be True, False or "auto", not int'):
+        supple.run(scene, out, resume=3)
 
 
 def test_changes_by_a_callback_survive_stopping_and_resuming(scene, tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import scenes
 from .context import Case, Check, FaultError, Settings, check_limits
-from .frames import CHECKPOINT, LOCK, contents, describe_difference, rows, same_rows
+from .frames import CHECKPOINT, LOCK, MANIFEST, contents, describe_difference, rows, same_rows
 
 #: Frames before and after the run is resumed.
 BEFORE, AFTER = "6", "12"
@@ -49,7 +49,7 @@ def _case(case: Case, scene: str) -> None:
     kind = FORMATS[case.index % len(FORMATS)]
     out = case.folder / "out"
     shutil.copytree(source / f"{kind}_before", out)
-    names = sorted(path.name for path in out.iterdir() if path.name != LOCK)
+    names = sorted(path.name for path in out.iterdir() if path.name not in (LOCK, MANIFEST))
     target = CHECKPOINT if random.random() < 0.5 else str(random.choice(names))
     original = (out / target).read_bytes()
     damaged, how = _damage(original, random)

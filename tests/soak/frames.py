@@ -20,14 +20,15 @@ _PLY_TYPES = {"float": "f4", "double": "f8", "uchar": "u1", "int": "i4", "uint":
 _NOT_FINITE = re.compile(rb"^vn?\s[^#\n]*\b(nan|inf)", re.MULTILINE | re.IGNORECASE)
 
 #: Files of the program that are no frames.
-CHECKPOINT, LOCK = "supple.checkpoint", "supple.lock"
+CHECKPOINT, LOCK, MANIFEST = "supple.checkpoint", "supple.lock", "manifest.json"
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of the files in a folder, by name, without the checkpoint and the lock."""
+    """Return the bytes of the files in a folder, by name, without the checkpoint, the lock and the manifest."""
     if not folder.is_dir():
         return {}
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name not in (CHECKPOINT, LOCK)}
+    others = (CHECKPOINT, LOCK, MANIFEST)
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name not in others}
 
 
 def check_finite(files: dict[str, bytes]) -> None:

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use supple_io::frames::Format;
+use supple_io::run::Resume;
 use supple_io::scene::{self, Scene, SceneError};
 
 /// Simulates soft bodies by lattice shape matching with volume preservation.
@@ -59,17 +60,20 @@ pub(crate) struct RunArgs {
     /// FILE_INPUT.csv for each
     #[arg(long, value_name = "FILE")]
     pub(crate) stats: Option<PathBuf>,
-    /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are
-    /// removed
-    #[arg(long)]
-    pub(crate) resume: bool,
+    /// Continue an earlier run from its last checkpoint; with `=auto`, start at the first frame if the checkpoint does
+    /// not fit the scene; without this flag all existing frames of the same names are removed
+    #[arg(long, value_name = "auto", num_args = 0..=1, require_equals = true, default_missing_value = "", value_parser = resume)]
+    pub(crate) resume: Option<Resume>,
     /// With --resume: compare the contents of the frames with the hashes in the checkpoint, not only their sizes
     #[arg(long, requires = "resume")]
     pub(crate) verify: bool,
     /// Seconds between checkpoints, from which --resume continues
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) checkpoint: Duration,
-    /// Print no progress; errors and the summary are still printed
+    /// Form of the progress, for users or for programs
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = ProgressForm::Bar, conflicts_with = "quiet")]
+    pub(crate) progress: ProgressForm,
+    /// Print no progress, as --progress none; errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
     /// Print the complete scene with all defaults and overrides, without running it; paths are absolute, or with -o
@@ -86,7 +90,7 @@ pub(crate) struct InspectArgs {
     /// Scene (.toml) or model (.obj, .glb, .gltf, .stl, .ply)
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// Print JSON; it always contains the plan
+    /// Print JSON; it always contains the plan, and estimates of memory and time, for which it runs a few steps
     #[arg(long)]
     pub(crate) json: bool,
     /// Print the stages of the simulation and the memory of each
@@ -153,6 +157,13 @@ pub(crate) struct SceneArgs {
     pub(crate) up: Option<Up>,
 }
 
+impl RunArgs {
+    /// Returns the form of the progress.
+    pub(crate) fn progress(&self) -> ProgressForm {
+        if self.quiet { ProgressForm::None } else { self.progress }
+    }
+}
+
 impl SceneArgs {
     /// Reads a scene file, or builds the default scene of a model, and applies the overrides.
     pub(crate) fn open(&self, input: &Path) -> Result<Scene, SceneError> {
@@ -196,6 +207,20 @@ fn format() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(Format::ALL.map(named)).try_map(|name| name.parse::<Format>())
 }
 
+/// Forms of the progress of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressForm {
+    /// A bar on a terminal, and a line every 10 % in a pipe
+    Bar,
+    /// A JSON object a line on standard error, for each frame, each message, and the begin and the end of each input
+    Json,
+    /// The lines of Open Job Description on standard output
+    #[value(name = "openjd")]
+    OpenJd,
+    /// No progress
+    None,
+}
+
 /// Axes of a model that can point up.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Up {
@@ -218,6 +243,15 @@ impl From<Up> for scene::Up {
 fn count<const LOW: u32, const HIGH: u32>(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (LOW..=HIGH).contains(number));
     number.ok_or_else(|| format!("it must be a whole number from {LOW} to {HIGH}"))
+}
+
+/// Parses the value of `--resume`. The argument without a value is an empty text.
+fn resume(text: &str) -> Result<Resume, String> {
+    match text {
+        "" => Ok(Resume::Yes),
+        "auto" => Ok(Resume::Auto),
+        _ => Err("it must be `auto`, or be left out".to_owned()),
+    }
 }
 
 /// Parses a non-negative number of seconds.

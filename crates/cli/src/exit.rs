@@ -13,6 +13,8 @@ pub(crate) enum Exit {
     Input,
     /// The user pressed Ctrl-C.
     Interrupted,
+    /// The program received SIGTERM.
+    Terminated,
 }
 
 impl From<&RunError> for Exit {
@@ -29,6 +31,7 @@ impl Exit {
             Self::Failed => 1,
             Self::Input => 2,
             Self::Interrupted => 130,
+            Self::Terminated => 143,
         }
     }
 }

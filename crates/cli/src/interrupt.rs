@@ -1,33 +1,83 @@
-//! Handles Ctrl-C: the first press stops after the current frame or study point, and the second exits
+//! Handles Ctrl-C and SIGTERM: the first one stops after the current frame or study point, and the second one exits
 //! immediately.
 
 use std::process;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::OnceLock;
 
+use crate::exit::Exit;
 use crate::terminal;
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// The first signal that arrived.
+static REQUESTED: OnceLock<Signal> = OnceLock::new();
 
-/// Installs the handler for Ctrl-C.
-pub(crate) fn install_handler() {
-    let installed = ctrlc::set_handler(|| {
-        if REQUESTED.swap(true, Ordering::Relaxed) {
-            // Exiting here leaves no incomplete file with a final name, because a file gets its final name
-            // only when it is complete.
-            process::exit(130);
+/// A signal that stops the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Signal {
+    /// Ctrl-C, SIGINT.
+    Interrupt,
+    /// SIGTERM, which schedulers of render farms and `docker stop` send. Windows has no such signal.
+    #[cfg_attr(not(unix), expect(dead_code))]
+    Terminate,
+}
+
+impl Signal {
+    /// Returns the outcome of a command that the signal stopped.
+    pub(crate) fn exit(self) -> Exit {
+        match self {
+            Self::Interrupt => Exit::Interrupted,
+            Self::Terminate => Exit::Terminated,
         }
-        terminal::print_to_stderr(
-            "\nstopping after the current frame or study point; press Ctrl-C again to exit immediately",
-        );
-    });
-    if let Err(error) = installed {
-        terminal::print_to_stderr(format_args!(
-            "warning: cannot install the handler for Ctrl-C; Ctrl-C will exit without a checkpoint: {error}"
+    }
+}
+
+/// Installs the handlers for Ctrl-C and SIGTERM.
+pub(crate) fn install_handler() {
+    if let Err(error) = ctrlc::set_handler(|| stop(Signal::Interrupt)) {
+        terminal::print_warning(format_args!(
+            "cannot install the handler for Ctrl-C; Ctrl-C will exit without a checkpoint: {error}"
+        ));
+    }
+    #[cfg(unix)]
+    if let Err(error) = handle_termination() {
+        terminal::print_warning(format_args!(
+            "cannot install the handler for SIGTERM; SIGTERM will exit without a checkpoint: {error}"
         ));
     }
 }
 
-/// Returns whether Ctrl-C was pressed.
-pub(crate) fn requested() -> bool {
-    REQUESTED.load(Ordering::Relaxed)
+/// Installs the handler for SIGTERM. The feature `termination` of `ctrlc` does not tell the signals apart, and also
+/// takes SIGHUP, which `nohup` ignores.
+#[cfg(unix)]
+fn handle_termination() -> std::io::Result<()> {
+    use signal_hook::{consts::SIGTERM, iterator::Signals};
+    let mut signals = Signals::new([SIGTERM])?;
+    let handle = move || signals.forever().for_each(|_| stop(Signal::Terminate));
+    std::thread::Builder::new().name("sigterm".into()).spawn(handle).map(drop)
+}
+
+/// Stops after the current frame or study point; exits immediately in the second call.
+fn stop(signal: Signal) {
+    if REQUESTED.set(signal).is_err() {
+        // Exiting here leaves no incomplete file with a final name, because a file gets its final name
+        // only when it is complete.
+        process::exit(requested().unwrap_or(signal).exit().code().into());
+    }
+    terminal::print_to_stderr(match signal {
+        Signal::Interrupt => {
+            "\nstopping after the current frame or study point; press Ctrl-C again to exit immediately"
+        }
+        Signal::Terminate => {
+            "stopping after the current frame or study point because of SIGTERM; a second one exits immediately"
+        }
+    });
+}
+
+/// Returns the signal that stops the program, if there was one.
+pub(crate) fn requested() -> Option<Signal> {
+    REQUESTED.get().copied()
+}
+
+/// Returns the outcome of a command that was stopped.
+pub(crate) fn exit() -> Exit {
+    requested().map_or(Exit::Interrupted, Signal::exit)
 }

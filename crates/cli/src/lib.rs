@@ -6,7 +6,8 @@
 //! * 0: success;
 //! * 1: the run failed, one of several inputs failed, or a case of a study failed;
 //! * 2: the arguments, the scene or a mesh are invalid, and nothing was written;
-//! * 130: Ctrl-C stopped the program.
+//! * 130: Ctrl-C stopped the program;
+//! * 143: SIGTERM stopped the program.
 
 mod args;
 mod exit;
@@ -38,7 +39,7 @@ pub fn main() -> ExitCode {
 }
 
 /// Runs the program with the given arguments, the first of which is its name, and returns the exit code. It may be
-/// called once per process, because it handles Ctrl-C.
+/// called once per process, because it handles Ctrl-C and SIGTERM.
 pub fn main_with(arguments: Vec<OsString>) -> u8 {
     let code = execute(&arguments);
     // A process whose `main` is not Rust's does not flush.

@@ -9,7 +9,7 @@ use supple_io::run::{Job, Outcome, RunError, RunReport};
 use supple_io::scene::Scene;
 use supple_io::{counted, write_atomically};
 
-use crate::args::{RunArgs, has_extension};
+use crate::args::{ProgressForm, RunArgs, has_extension};
 use crate::exit::Exit;
 use crate::progress::Reporter;
 use crate::{interrupt, terminal};
@@ -18,6 +18,9 @@ use crate::{interrupt, terminal};
 pub(crate) fn run(args: &RunArgs) -> Exit {
     if args.print_scene {
         return print_scenes(args);
+    }
+    if args.progress() == ProgressForm::Json {
+        terminal::print_messages_as_json();
     }
     interrupt::install_handler();
     match args.inputs.as_slice() {
@@ -100,14 +103,14 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
 
 fn run_single(args: &RunArgs, input: &Path) -> Exit {
     let name = input_name(input);
-    match run_one(args, input, &name, false) {
+    match run_one(args, input, &name, (0, 1)) {
         Ok(report) => {
             terminal::print(summary_line(&name, &report, args.start_frame));
             print_files(&name, &report);
             print_warnings(&name, &report);
             if report.outcome == Outcome::Stopped {
                 terminal::print(format_args!("resume with: {}", terminal::resume_command()));
-                return Exit::Interrupted;
+                return interrupt::exit();
             }
             Exit::Done
         }
@@ -132,12 +135,12 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         return Exit::Input;
     }
     let mut results: Vec<(String, Result<RunReport, RunError>)> = Vec::new();
-    for input in inputs {
-        if interrupt::requested() {
+    for (index, input) in inputs.iter().enumerate() {
+        if interrupt::requested().is_some() {
             break;
         }
         let name = input_name(input);
-        let result = run_one(args, input, &name, true);
+        let result = run_one(args, input, &name, (index, inputs.len()));
         match &result {
             Ok(report) => {
                 terminal::print(summary_line(&name, report, args.start_frame));
@@ -155,7 +158,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
         terminal::print(format_args!("resume with: {}", terminal::resume_command()));
-        Exit::Interrupted
+        interrupt::exit()
     } else if results.iter().any(|(_, result)| result.is_err()) {
         Exit::Failed
     } else {
@@ -163,10 +166,21 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
 }
 
-/// Runs one input. If `several` is set, appends `name`, the name of the input, to the output directory and to
-/// the name of the stats file.
-fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
-    let scene = changed_scene(args, input)?;
+/// Runs one input, and reports its progress. `name` is the name of the input, and `place` its index and the number of
+/// inputs.
+fn run_one(args: &RunArgs, input: &Path, name: &str, place: (usize, usize)) -> Result<RunReport, RunError> {
+    let reporter = Reporter::of_job(args.progress(), name, input);
+    let mut reporter = reporter.starting_at(args.start_frame).at_place(place.0, place.1);
+    reporter.begin();
+    let job = changed_scene(args, input).map(|scene| job(args, scene, input, name, place.1 > 1));
+    let result = job.and_then(|job| job.run(&mut reporter));
+    reporter.end(&result);
+    result
+}
+
+/// Returns the job of an input. If `several` is set, `name`, the name of the input, is appended to the output directory
+/// and to the name of the stats file.
+fn job(args: &RunArgs, scene: Scene, input: &Path, name: &str, several: bool) -> Job {
     let mut directory = args.output.clone().unwrap_or_else(|| scene.output_directory());
     let mut stats = args.stats.clone();
     if several {
@@ -176,15 +190,12 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     let mut job = Job::new(scene, directory);
     job.every = args.every;
     job.start_frame = args.start_frame;
-    job.resume = args.resume;
+    job.resume = args.resume.unwrap_or_default();
     job.verify = args.verify;
     job.scene_file = Some(input.to_owned());
     job.stats = stats;
     job.checkpoint_interval = args.checkpoint;
-    let mut reporter = Reporter::new(name, args.quiet).starting_at(args.start_frame);
-    let result = job.run(&mut reporter);
-    reporter.finish();
-    result
+    job
 }
 
 /// Returns the first pair of inputs with the same [`input_name`].
@@ -217,7 +228,7 @@ fn print_files(name: &str, report: &RunReport) {
 fn print_warnings(name: &str, report: &RunReport) {
     for body in &report.bodies {
         let warn = |warning: &dyn Display| {
-            terminal::print_to_stderr(format_args!("warning: {name}: body {}: {warning}", body.name));
+            terminal::print_warning(format_args!("{name}: body {}: {warning}", body.name));
         };
         body.unkept_volume.iter().for_each(|volume| warn(volume));
         body.crushed.iter().for_each(|crushed| warn(crushed));
@@ -244,7 +255,7 @@ fn summary_line(name: &str, report: &RunReport, start_frame: u32) -> String {
     }
 }
 
-/// Formats the table of several inputs. `inputs` is their number; after Ctrl-C, `results` has fewer entries.
+/// Formats the table of several inputs. `inputs` is their number; after Ctrl-C or SIGTERM, `results` has fewer entries.
 fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
     let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
     let row = |cells: [&str; 5]| {

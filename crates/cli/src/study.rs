@@ -17,7 +17,7 @@ use crate::{interrupt, terminal};
 /// Runs the study that the arguments select.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
     interrupt::install_handler();
-    let mut reporter = Reporter::new("study", args.quiet);
+    let mut reporter = Reporter::of_study(args.quiet);
     let result = match &args.input {
         Some(input) => scene(args, input, &mut reporter),
         None if args.sums => sums(args, &mut reporter),
@@ -55,7 +55,7 @@ fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit
             let points = counted(report.points.len(), "point");
             let command = terminal::resume_command();
             terminal::print(format_args!("stopped after {points}; resume with: {command}"));
-            return Ok(Exit::Interrupted);
+            return Ok(interrupt::exit());
         }
     }
     Ok(Exit::Done)
@@ -68,7 +68,7 @@ fn sums(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     reporter.finish();
     terminal::print(report.table());
     terminal::print(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
-    Ok(if outcome == Outcome::Stopped { Exit::Interrupted } else { Exit::Done })
+    Ok(if outcome == Outcome::Stopped { interrupt::exit() } else { Exit::Done })
 }
 
 /// Runs `supple study --stability`, which runs stiff and extreme cases and checks each against its bounds.
@@ -107,7 +107,7 @@ fn material(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyErro
 /// Returns the exit code of a study of cases.
 fn exit(complete: bool, passed: bool) -> Exit {
     match (complete, passed) {
-        (false, _) => Exit::Interrupted,
+        (false, _) => interrupt::exit(),
         (true, false) => Exit::Failed,
         (true, true) => Exit::Done,
     }

@@ -7,11 +7,16 @@ use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde_json::{Value, json};
 use supple_io::Escaped;
 
 /// The command line of the program.
 static ARGUMENTS: OnceLock<Vec<String>> = OnceLock::new();
+
+/// Whether messages are printed as JSON.
+static AS_JSON: AtomicBool = AtomicBool::new(false);
 
 /// Stores the command line of the program, for messages.
 pub(crate) fn set_arguments(arguments: &[OsString]) {
@@ -31,7 +36,31 @@ pub(crate) fn print_data(lines: impl Display) {
 
 /// Prints lines to standard error. Control characters of names and paths in them are escaped.
 pub(crate) fn print_to_stderr(lines: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{}", escaped(&lines.to_string()));
+    print_message("note", "", &lines.to_string());
+}
+
+/// Prints a line to standard error: `warning: ` and the message.
+pub(crate) fn print_warning(warning: impl Display) {
+    print_message("warning", "warning: ", &warning.to_string());
+}
+
+/// Prints all later messages on standard error as JSON objects, one per line.
+pub(crate) fn print_messages_as_json() {
+    AS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// Prints a JSON object in one line to standard error.
+pub(crate) fn print_event(event: &Value) {
+    let _ = writeln!(io::stderr().lock(), "{event}");
+}
+
+/// Prints a message to standard error: as text after `prefix`, or as JSON object of the kind `event`.
+fn print_message(event: &str, prefix: &str, message: &str) {
+    if AS_JSON.load(Ordering::Relaxed) {
+        print_event(&json!({ "event": event, "message": message.trim() }));
+    } else {
+        let _ = writeln!(io::stderr().lock(), "{prefix}{}", escaped(message));
+    }
 }
 
 /// Escapes all control characters but the line ends.
@@ -41,7 +70,7 @@ fn escaped(lines: &str) -> String {
 
 /// Prints a line to standard error: `error: ` and the message.
 pub(crate) fn print_error(error: impl Display) {
-    print_to_stderr(format_args!("error: {error}"));
+    print_message("error", "error: ", &error.to_string());
 }
 
 /// Formats a number with at least four significant digits: in scientific notation from 1e5 and below 1e-3,
@@ -79,7 +108,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 /// Returns the command line of the program with `--resume` added, quoted for a shell.
 pub(crate) fn resume_command() -> String {
     let mut words: Vec<String> = ARGUMENTS.get().into_iter().flatten().map(|word| quoted(word)).collect();
-    if !words.iter().any(|word| word == "--resume") {
+    if !words.iter().any(|word| word.split('=').next() == Some("--resume")) {
         words.push("--resume".to_owned());
     }
     words.join(" ")

@@ -37,6 +37,11 @@ fn text_and_json_describe_the_scene() {
     assert!(value["plan"].as_str().is_some_and(|plan| !plan.is_empty()));
     assert!(value["bytes_on_disk"].as_u64().unwrap() > 0);
     assert!(body["memory_bytes"].as_u64().unwrap() > body["lattice"]["bytes"].as_u64().unwrap());
+    let estimate = |key: &str| value["estimate"][key].as_f64().unwrap();
+    assert!(estimate("memory_bytes") >= body["memory_bytes"].as_f64().unwrap());
+    assert!(estimate("memory_limit_bytes") > estimate("memory_bytes"));
+    assert!(estimate("seconds_per_frame") > 0.0 && estimate("seconds_per_frame") < 10.0);
+    assert_eq!(21.0 * estimate("bytes_per_frame"), value["bytes_on_disk"].as_f64().unwrap());
     assert!(!workspace.path("out").exists());
 }
 

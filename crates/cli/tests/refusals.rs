@@ -137,7 +137,7 @@ fn statistics_and_checkpoints_never_replace_an_input() {
         .supple(&["run", "scene.toml", "--stats", "mesh.csv"])
         .expect(2, &["the statistics file mesh.csv is the input", "choose another name"]);
     assert_eq!(std::fs::read_to_string(workspace.path("mesh.csv")).unwrap(), support::BLOCK);
-    for name in ["supple.checkpoint", "supple.checkpoint.part", "supple.lock"] {
+    for name in ["supple.checkpoint", "supple.checkpoint.part", "supple.lock", "manifest.json"] {
         let workspace = Workspace::with_scene(&SCENE.replace("block.obj", &format!("out/{name}")));
         std::fs::create_dir(workspace.path("out")).unwrap();
         workspace.write(&format!("out/{name}"), support::BLOCK);

@@ -79,6 +79,51 @@ fn resuming_is_rejected_only_if_the_scene_changes_the_motion() {
 }
 
 #[test]
+fn resuming_automatically_starts_again_where_the_checkpoint_does_not_fit() {
+    let workspace = Workspace::new();
+    let run = |more: &[&str]| {
+        let mut arguments = vec!["run", "scene.toml", "--resume=auto", "--stats", "s.csv"];
+        arguments.extend(more);
+        let output = workspace.supple(&arguments);
+        output.expect(0, &[]);
+        output
+    };
+    let expect = |output: &ProgramOutput, words: &[&str]| {
+        output.expect(0, &["starting again from frame 0"]);
+        output.expect(0, words);
+        assert!(output.out.contains("7 frames written"), "{output:?}");
+    };
+    assert!(!run(&["--frames", "4"]).err.contains("starting again"));
+    let continued = run(&["--frames", "6"]);
+    continued.expect(0, &["resuming after frame 4"]);
+    assert!(continued.out.contains("2 frames written"), "{continued:?}");
+    assert!(run(&["--frames", "6"]).out.contains("nothing written"));
+
+    let changed = ["--frames", "6", "--set", "body.block.half_width=2"];
+    expect(&run(&changed), &["cannot resume from", "`half_width = 1` changed to `half_width = 2`"]);
+    workspace
+        .supple(&[
+            "run",
+            "scene.toml",
+            "--quiet",
+            "-o",
+            "whole",
+            changed[0],
+            changed[1],
+            changed[2],
+            changed[3],
+        ])
+        .expect(0, &[]);
+    assert!(workspace.frames("out") == workspace.frames("whole"));
+
+    workspace.write("out/supple.checkpoint", "not a checkpoint, but long enough");
+    expect(&run(&changed), &["it is not a checkpoint of supple"]);
+    std::fs::remove_file(workspace.path("s.csv")).unwrap();
+    expect(&run(&changed), &["cannot continue the statistics", "the file is missing"]);
+    workspace.supple(&["run", "scene.toml", "--resume=always"]).expect(2, &["always", "it must be `auto`"]);
+}
+
+#[test]
 fn a_damaged_checkpoint_is_rejected_with_a_message() {
     let workspace = Workspace::new();
     workspace.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
@@ -158,17 +203,17 @@ impl Random {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
-    for format in ["obj", "pc2", "html,obj"] {
+fn ctrl_c_and_sigterm_keep_frames_and_write_a_checkpoint() {
+    for (format, signal, code) in [("obj", "-INT", 130), ("pc2", "-TERM", 143), ("html,obj", "-TERM", 143)] {
         let workspace = Workspace::new();
-        // The default checkpoint interval is longer than this run, so only Ctrl-C writes a checkpoint.
+        // The default checkpoint interval is longer than this run, so only the signal writes a checkpoint.
         let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
         let child = start(&workspace, &arguments);
         wait_until(|| std::fs::metadata(workspace.path("s.json")).is_ok_and(|file| file.len() > 5000));
-        let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        let killed = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
         assert!(killed.unwrap().success());
         let output = ProgramOutput::new(child.wait_with_output().unwrap());
-        output.expect(130, &[]);
+        output.expect(code, &[]);
         assert!(output.out.contains("--resume"), "{output:?}");
         let text = std::fs::read_to_string(workspace.path("s.json")).unwrap();
         let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
@@ -192,6 +237,27 @@ fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
         run(&["-o", "whole"]);
         // The frame count of a run determines the number of digits, so the resumed run renames frames.
         assert!(workspace.frames("out") == workspace.frames("whole"));
+    }
+}
+
+/// The frame of this run takes so long that both signals arrive in it.
+#[cfg(unix)]
+#[test]
+fn a_second_signal_exits_with_the_code_of_the_first() {
+    for (first, second, code) in [("-TERM", "-TERM", 143), ("-INT", "-TERM", 130)] {
+        let workspace = Workspace::new();
+        let long = ["simulation.substeps=100000", "body.block.lattice_vertices=4000"];
+        let arguments = ["run", "scene.toml", "--format", "ply", "--set", long[0], "--set", long[1]];
+        let child = start(&workspace, &arguments);
+        wait_until(|| workspace.path("out/block_0000.ply").is_file());
+        for signal in [first, second] {
+            let killed = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+            assert!(killed.unwrap().success());
+            std::thread::sleep(Duration::from_millis(300));
+        }
+        let output = ProgramOutput::new(child.wait_with_output().unwrap());
+        output.expect(code, &["stopping after the current frame"]);
+        assert!(!workspace.path("out/supple.checkpoint").exists() && workspace.frames("out").len() == 1);
     }
 }
 

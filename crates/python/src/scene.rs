@@ -1,12 +1,13 @@
 //! Loads scenes as live simulations, and runs them to frames on disk.
 
+use std::ffi::CString;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 use supple::Collider;
 use supple_io::run::{
-    BodyReport, Flow, Input, Job, Note, Observer, Outcome, Prepared, Progress, RunError, RunReport, Softened,
+    BodyReport, Flow, Input, Job, Note, Observer, Prepared, Progress, Resume, RunError, RunReport, Softened,
     UnkeptVolume, prepare,
 };
 use supple_io::scene::{BodyData, OutputData, Scene, SceneError, Up};
@@ -108,9 +109,15 @@ pub(crate) fn run<'py>(
     job.every = options.count_u32("every", 1)?.unwrap_or(job.every);
     job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
     job.stats = options.read("stats", argument::path)?;
-    job.resume = options.read("resume", argument::boolean)?.unwrap_or(job.resume);
+    job.resume = options.read("resume", resume)?.unwrap_or(job.resume);
     let callback = options.read("progress", argument::callable)?;
-    let mut observer = CallbackObserver { scene: &job.scene, callback, simulation: None, raised: None };
+    let mut observer = CallbackObserver {
+        scene: &job.scene,
+        start_frame: job.start_frame,
+        callback,
+        simulation: None,
+        raised: None,
+    };
     let report = py.detach(|| job.run(&mut observer));
     if let Some(raised) = observer.raised {
         return Err(raised);
@@ -118,10 +125,24 @@ pub(crate) fn run<'py>(
     run_report(py, &report.map_err(run_error)?)
 }
 
+/// Reads the argument `resume`: a boolean or "auto".
+fn resume(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Resume> {
+    match value.is_instance_of::<PyString>() {
+        true => argument::choice(value, name, &[("auto", Resume::Auto)]),
+        false => {
+            let expected = "True, False or \"auto\"";
+            let is_set = value.extract::<bool>();
+            is_set.map(Resume::from).map_err(|error| argument::conversion_error(error, value, name, expected))
+        }
+    }
+}
+
 /// Checks for Ctrl-C and calls the `progress` callback after each frame. A `KeyboardInterrupt` or an
 /// exception of the callback stops the run.
 struct CallbackObserver<'a> {
     scene: &'a Scene,
+    /// Number of frame 0 in file names.
+    start_frame: u32,
     callback: Option<Py<PyAny>>,
     /// The simulation that the callback can read and change.
     simulation: Option<Py<Simulation>>,
@@ -150,10 +171,15 @@ impl Observer for CallbackObserver<'_> {
     }
 
     fn note(&mut self, note: &Note) {
-        if let Note::Caution(caution) = note {
-            let warned = Python::attach(|py| warn(py, std::slice::from_ref(caution), CALLER));
-            self.raised = self.raised.take().or(warned.err());
-        }
+        let warned = Python::attach(|py| match note {
+            Note::Caution(caution) => warn(py, std::slice::from_ref(caution), CALLER),
+            Note::Restarted { .. } => {
+                let category = py.import("supple.errors")?.getattr("ResumeWarning")?;
+                PyErr::warn(py, &category, &CString::new(note.message(self.start_frame))?, CALLER)
+            }
+            _ => Ok(()),
+        });
+        self.raised = self.raised.take().or(warned.err());
     }
 
     fn frame(&mut self, progress: &Progress) -> Flow {
@@ -194,11 +220,7 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
         report::new_report(py, "BodyReport", fields)
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
-    let outcome = match run.outcome {
-        Outcome::Finished => "finished",
-        Outcome::Stopped => "stopped",
-        Outcome::AlreadyFinished => "already finished",
-    };
+    let outcome = run.outcome.name();
     let bodies = PyTuple::new(py, bodies)?;
     let elapsed = run.elapsed.as_secs_f64();
     let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;

@@ -204,7 +204,7 @@ fn runs_resume_in_the_middle_of_a_crack_to_the_same_page() {
 
     let resumed = |out: &str, observer: &mut dyn Observer| {
         let mut job = job(folder.path(), out, &[format]);
-        job.resume = true;
+        job.resume = true.into();
         job.verify = true;
         job.run(observer).unwrap()
     };
@@ -259,7 +259,7 @@ fn a_run_whose_data_with_pieces_are_damaged_starts_again() {
         fs::write(&data, bytes).unwrap();
         fs::write(out.join("supple.checkpoint"), &checkpoint).unwrap();
         let mut job = job(folder.path(), "out", &["output.format=html"]);
-        (job.resume, job.verify) = (true, verify);
+        (job.resume, job.verify) = (true.into(), verify);
         let mut restart = Restart::default();
         job.run(&mut restart).unwrap();
         let reason = restart.0.unwrap();

@@ -200,7 +200,7 @@ fn stopped_killed_and_extended_runs_have_the_page_of_an_uninterrupted_run() {
         let mut job = job(folder.path(), out, &[&[formats], overrides].concat());
         // The name in the page is that of the scene file, or of the directory.
         job.scene_file = Some(at("whole"));
-        job.resume = true;
+        job.resume = true.into();
         job.verify = true;
         job.run(observer).unwrap()
     };
@@ -271,7 +271,7 @@ fn a_run_whose_page_is_damaged_starts_again() {
     let whole = fs::read(&path).unwrap();
     let run = |verify: bool| {
         let mut job = job(folder.path(), "out", &[formats, "simulation.frames=6"]);
-        job.resume = true;
+        job.resume = true.into();
         job.verify = verify;
         let mut notes = Notes(Vec::new());
         job.run(&mut notes).unwrap();

@@ -509,7 +509,7 @@ fn a_job_writes_the_same_frames_before_a_cut_and_resumes_after_it() {
 
     let mut resumed = job(folder.path(), FORMATS, "resumed");
     resumed.run(&mut Cutter { cut_after: Some(3), stop_after: Some(5), ..Cutter::default() }).unwrap();
-    resumed.resume = true;
+    resumed.resume = true.into();
     let report = resumed.run(&mut ()).unwrap();
     assert_eq!((report.outcome, report.resumed_after), (Outcome::Finished, Some(5)));
     for ((name, a), (_, b)) in

@@ -48,6 +48,7 @@ pub(crate) fn copy(from: &Path, to: &Path) {
 pub(crate) fn written(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    let files = entries.filter(|path| !["supple.lock", "supple.checkpoint"].contains(&&*name(path)));
+    let files =
+        entries.filter(|path| !["supple.lock", "supple.checkpoint", "manifest.json"].contains(&&*name(path)));
     files.map(|path| (name(&path), fs::read(&path).unwrap())).collect()
 }

@@ -120,7 +120,7 @@ fn stopped_killed_and_extended_runs_have_the_stage_of_an_uninterrupted_run() {
 
     let resumed = |out: &str, overrides: &[&str], observer: &mut dyn Observer| {
         let mut job = job(folder.path(), out, &[&[formats], overrides].concat());
-        job.resume = true;
+        job.resume = true.into();
         job.verify = true;
         job.run(observer).unwrap()
     };
@@ -172,7 +172,7 @@ fn a_run_whose_stage_is_damaged_starts_again() {
     let path = folder.path().join("out/supple.usd");
     let run = |frames: &str, resume: bool, verify: bool| {
         let mut job = job(folder.path(), "out", &["output.format=usd", frames]);
-        (job.resume, job.verify) = (resume, verify);
+        (job.resume, job.verify) = (resume.into(), verify);
         let mut notes = Notes(Vec::new());
         job.run(&mut notes).unwrap();
         match &notes.0[..] {
@@ -287,7 +287,7 @@ fn other_axes_units_or_rates_are_no_continuation() {
     job(folder.path(), "out", &["output.format=usd", "simulation.frames=2"]).run(&mut ()).unwrap();
     let resumed = |change: &str| {
         let mut job = job(folder.path(), "out", &["output.format=usd", change]);
-        job.resume = true;
+        job.resume = true.into();
         job.run(&mut ())
     };
     for (change, words) in [

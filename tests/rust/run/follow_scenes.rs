@@ -156,7 +156,7 @@ fn a_run_that_continues_has_the_same_bits_and_refuses_another_animation() {
     whole.run(&mut Stop(None)).unwrap();
     let mut parts = Job::new(scene, path("parts"));
     parts.run(&mut Stop(Some(7))).unwrap();
-    parts.resume = true;
+    parts.resume = true.into();
     std::fs::write(path("walk.pc2"), cache(&CORNERS, 7)).unwrap();
     let error = parts.run(&mut Stop(None)).unwrap_err().to_string();
     assert!(error.contains("the animation file has changed"), "{error}");

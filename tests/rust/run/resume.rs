@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use supple::{RegionSize, Resolution, Selection, Simulation, StepReason, VolumeMeasure};
 use supple_io::run::{
-    CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare,
+    CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, Resume, RunError, prepare,
 };
 use supple_io::scene::{Scene, Substeps};
 
@@ -70,7 +70,7 @@ fn an_observer_is_called_for_every_frame_and_a_job_that_it_stops_can_resume() {
     assert_eq!((recorder.span, recorder.frames), (Some((0, 10)), vec![0, 1, 2, 3, 4]));
     assert!(job.directory.join(CHECKPOINT).is_file() && !job.directory.join(LOCK).exists());
 
-    job.resume = true;
+    job.resume = true.into();
     let mut recorder = Recorder::default();
     let report = job.run(&mut recorder).unwrap();
     assert_eq!((report.outcome, report.resumed_after, report.written), (Outcome::Finished, Some(4), 6));
@@ -85,6 +85,25 @@ fn an_observer_is_called_for_every_frame_and_a_job_that_it_stops_can_resume() {
 
     let report = job.run(&mut Recorder::default()).unwrap();
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
+}
+
+#[test]
+fn a_job_that_resumes_automatically_starts_again_if_the_scene_has_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = Job::new(scene(folder.path(), &[]), folder.path().join("out"));
+    job.run(&mut Recorder { stop_after: Some(4), ..Recorder::default() }).unwrap();
+    job.scene = scene(folder.path(), &["body.cube.density=500"]);
+    job.resume = Resume::Yes;
+    assert!(matches!(job.run(&mut ()), Err(RunError::Differs { .. })));
+    job.resume = Resume::Auto;
+    let mut recorder = Recorder { stop_after: Some(6), ..Recorder::default() };
+    job.run(&mut recorder).unwrap();
+    assert_eq!(recorder.span, Some((0, 10)));
+    // The cautions about the scene follow.
+    assert!(matches!(&recorder.notes[0], Note::Restarted { reason } if reason.contains("density")));
+    let mut recorder = Recorder::default();
+    job.run(&mut recorder).unwrap();
+    assert_eq!((recorder.span, recorder.notes), (Some((7, 10)), vec![Note::Resumed { frame: 6 }]));
 }
 
 /// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame whose
@@ -170,7 +189,7 @@ fn changes_by_an_observer_survive_stopping_and_resuming() {
     job.run(&mut Driver(None, 10)).unwrap();
     job.directory = folder.path().join("parts");
     job.run(&mut Driver(None, 5)).unwrap();
-    job.resume = true;
+    job.resume = true.into();
     let report = job.run(&mut Driver(None, 10)).unwrap();
     assert_eq!((report.resumed_after, report.bodies[0].volume.measure), (Some(5), VolumeMeasure::Lattice));
     assert_eq!(frame("parts"), frame("whole"));
@@ -279,7 +298,7 @@ fn many_bodies_list_the_output_directory_once() {
             &format!("[[body]]\nname = \"b{body}\"\nmesh = \"cube.obj\"\nlattice_vertices = 8\n{place}\n");
     }
     let scene = Scene::parse(&text, "scene.toml", folder.path(), &[]).unwrap();
-    let job = Job { resume: true, ..Job::new(scene, folder.path().join("out")) };
+    let job = Job { resume: true.into(), ..Job::new(scene, folder.path().join("out")) };
     job.run(&mut ()).unwrap();
     let others = |count: usize| {
         for file in 0..count {
@@ -287,7 +306,7 @@ fn many_bodies_list_the_output_directory_once() {
         }
     };
     let time = |frames: u32, resume: bool| {
-        let mut job = Job { resume, ..job.clone() };
+        let mut job = Job { resume: resume.into(), ..job.clone() };
         job.scene.simulation.frames = frames;
         let start = Instant::now();
         job.run(&mut ()).unwrap();

@@ -8,6 +8,7 @@ use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, ColliderData, Scene, Substeps};
 
 use super::contact::{ContactFacts, TouchingFacts, contact, touching};
+use super::estimate::Estimate;
 use super::material::MaterialFacts;
 use super::placed::{Placed, SelectionFacts, ZoneFacts};
 use super::warnings::warnings;
@@ -30,6 +31,9 @@ pub(super) struct Facts {
     pub(super) format: String,
     /// Size of all frames on disk, in bytes.
     pub(super) bytes_on_disk: u64,
+    /// What a run needs; `None` if it is not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) estimate: Option<Estimate>,
     pub(super) bodies: Vec<BodyFacts>,
     pub(super) colliders: usize,
     /// The colliders that are meshes.
@@ -193,6 +197,7 @@ impl Facts {
             directory: scene.output_directory().display().to_string(),
             format: scene.output.format.to_string(),
             bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
+            estimate: None,
             bodies,
             colliders: scene.colliders.len(),
             collider_meshes: collider_meshes(scene, prepared),

@@ -1,6 +1,7 @@
 //! `supple inspect`: prints facts about a scene without running it.
 
 mod contact;
+mod estimate;
 mod facts;
 mod material;
 mod placed;
@@ -12,6 +13,7 @@ use supple_io::run::{RunError, prepare};
 use crate::args::InspectArgs;
 use crate::exit::Exit;
 use crate::terminal;
+use estimate::Estimate;
 use facts::Facts;
 
 /// Prints the facts about one input.
@@ -37,6 +39,12 @@ pub(crate) fn inspect(args: &InspectArgs) -> Exit {
 /// Builds the simulation of the scene and collects the facts about both.
 fn collect(args: &InspectArgs) -> Result<Facts, RunError> {
     let scene = args.scene.open(&args.input)?;
-    let prepared = prepare(&scene)?;
-    Ok(Facts::new(&args.input.display().to_string(), &scene, &prepared))
+    let mut prepared = prepare(&scene)?;
+    let mut facts = Facts::new(&args.input.display().to_string(), &scene, &prepared);
+    if args.json {
+        let bytes_per_frame = facts.bodies.iter().map(|body| body.frame_bytes).sum();
+        let (simulation, substeps) = (&mut prepared.simulation, prepared.substeps);
+        facts.estimate = Some(Estimate::measure(simulation, substeps, bytes_per_frame));
+    }
+    Ok(facts)
 }

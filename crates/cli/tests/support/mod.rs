@@ -103,10 +103,11 @@ impl Workspace {
         ProgramOutput::new(self.command(arguments).output().unwrap())
     }
 
-    /// Returns the names and bytes of the frames and pages in a subdirectory: all files except the checkpoint and the
-    /// lock.
+    /// Returns the names and bytes of the frames and pages in a subdirectory: all files except the checkpoint, the
+    /// manifest and the lock.
     pub fn frames(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
         let mut frames = files(&self.path(directory));
+        frames.remove("manifest.json");
         frames.retain(|name, _| !name.starts_with("supple.") || name.starts_with("supple.html"));
         frames
     }

@@ -182,7 +182,7 @@ impl Format {
     }
 
     /// Returns whether a file contains all frames.
-    pub(super) const fn is_per_sequence(self) -> bool {
+    pub(crate) const fn is_per_sequence(self) -> bool {
         !matches!(self.facts().contents, Contents::Frame)
     }
 }

@@ -49,13 +49,15 @@ impl GridWriter {
             unsynced: Vec::new(),
             sequence,
         };
-        let times = times_path(&writer.sequence);
-        match fs::remove_file(&times) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                Err(OutputError::io("remove", &times)(error))
+        for times in writer.sequence.whole_files() {
+            match fs::remove_file(&times) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(OutputError::io("remove", &times)(error));
+                }
+                _ => {}
             }
-            _ => Ok(writer),
         }
+        Ok(writer)
     }
 
     /// Returns the cells of a body as it is now.
@@ -151,9 +153,11 @@ impl FrameSink for GridWriter {
             })
             .collect();
         let text = collection(files.iter().map(|(time, name)| (*time, &**name)));
-        let path = times_path(&self.sequence);
-        let written = write_durably(&path, |file| file.write_all(text.as_bytes()));
-        written.map_err(OutputError::io("write", &path)).map(|()| Vec::new())
+        for path in self.sequence.whole_files() {
+            write_durably(&path, |file| file.write_all(text.as_bytes()))
+                .map_err(OutputError::io("write", &path))?;
+        }
+        Ok(Vec::new())
     }
 }
 
@@ -164,14 +168,7 @@ pub(super) fn surface_bytes(source: &Source<'_>) -> u64 {
     (24 * mesh.vertices().len() + 8 * corners + 9 * mesh.face_count() + 1000) as u64
 }
 
-/// Returns the path of the file with the times.
-fn times_path(sequence: &Sequence) -> PathBuf {
-    let Sequence { directory, name, format, .. } = sequence;
-    let extension = if *format == Format::Lattice { "lattice.pvd" } else { "pvd" };
-    directory.join(format!("{name}.{extension}"))
-}
-
 /// Returns whether a sequence whose run has ended has its file with the times.
 pub(super) fn is_complete(sequence: &Sequence) -> bool {
-    times_path(sequence).exists()
+    sequence.whole_files().iter().all(|times| times.exists())
 }

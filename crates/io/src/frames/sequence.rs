@@ -42,6 +42,22 @@ impl Sequence {
         })
     }
 
+    /// Returns the paths of the complete files of the sequence that have more than one frame.
+    pub(crate) fn whole_files(&self) -> Vec<PathBuf> {
+        let Self { directory, name, format, .. } = self;
+        match format {
+            Format::Vat => {
+                let of_folder =
+                    |suffix| directory.join(format!("{name}_vat")).join(format!("{name}{suffix}"));
+                [".glb", "_vat.png", "_vnrm.png"].map(of_folder).into_iter().chain([self.path(0)]).collect()
+            }
+            Format::Vtu => vec![directory.join(format!("{name}.pvd"))],
+            Format::Lattice => vec![directory.join(format!("{name}.lattice.pvd"))],
+            _ if format.is_per_sequence() => vec![self.path(0)],
+            _ => Vec::new(),
+        }
+    }
+
     /// Returns the path of the file of a point cache or a stage that a run continues: of the unfinished one if there is
     /// one, or else of the finished one.
     pub(super) fn continued_path(&self) -> PathBuf {

@@ -120,8 +120,7 @@ impl<'a> Running<'a> {
                     false => (Outcome::Stopped, Ending::Stopped),
                 };
                 let files = self.output.finish(ending)?;
-                sync_directory(&self.job.directory)
-                    .map_err(|source| RunError::io("write", &self.job.directory, source))?;
+                self.job.write_manifest(&self.checkpoint, outcome)?;
                 return Ok(RunReport { files, ..self.report(&simulation, outcome, first, frame, job_start) });
             }
             if last_save.elapsed() >= self.job.checkpoint_interval {

@@ -114,6 +114,24 @@ pub enum RunError {
         /// Input file.
         input: PathBuf,
     },
+    /// The statistics file has the name of the manifest.
+    #[error(
+        "the statistics file {} would be the manifest of the run, which lists its files; choose another name",
+        Escaped(path.display())
+    )]
+    StatsIsManifest {
+        /// Statistics file.
+        path: PathBuf,
+    },
+    /// A file with the name of the manifest was not written by a run.
+    #[error(
+        "{} is not the manifest of a run, which would replace it; move the file, or choose another output directory",
+        Escaped(path.display())
+    )]
+    ForeignManifest {
+        /// The file.
+        path: PathBuf,
+    },
     /// The statistics file of an earlier run cannot be continued.
     #[error(
         "cannot continue the statistics in {}: {problem}, so that the rows of frames {first} to {last} would be \
@@ -212,6 +230,22 @@ impl RunError {
                 other,
                 Self::Io { .. } | Self::Locked { .. } | Self::NotWritable { .. } | Self::Stopped
             ),
+        }
+    }
+
+    /// Returns why an earlier run cannot be continued, if this is the error and a new run can start.
+    pub(super) fn restart_reason(&self) -> Option<String> {
+        match self {
+            Self::Checkpoint { path, what: problem } | Self::Differs { path, difference: problem } => {
+                Some(format!("cannot resume from {}: {problem}", path.display()))
+            }
+            Self::StatsLost { path, problem, .. } => {
+                Some(format!("cannot continue the statistics in {}: {problem}", path.display()))
+            }
+            Self::Output(OutputError::Cache { path, reason }) => {
+                Some(format!("cannot continue {}: {reason}", path.display()))
+            }
+            _ => None,
         }
     }
 

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::checkpoint::CHECKPOINT;
+use super::checkpoint::{CHECKPOINT, Checkpoint};
 use super::error::RunError;
 use super::lock::LOCK;
+use super::manifest::{self, MANIFEST};
+use super::report::Outcome;
 use super::settings::Settings;
 use super::stats;
 use crate::file::{is_same_file, parent};
@@ -32,9 +34,8 @@ pub struct Job {
     /// Statistics file, `.csv` or `.json`, with one [`Row`](super::Row) per written frame and body; default
     /// `None`.
     pub stats: Option<PathBuf>,
-    /// Whether to continue an earlier run; default false. A job that does not continue replaces an existing
-    /// sequence.
-    pub resume: bool,
+    /// Whether to continue an earlier run; default [`Resume::No`].
+    pub resume: Resume,
     /// Whether a job that continues compares the contents of the frames with the hashes in the checkpoint;
     /// default false. Their sizes are always compared.
     pub verify: bool,
@@ -43,6 +44,27 @@ pub struct Job {
     pub scene_file: Option<PathBuf>,
     /// Smallest wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
+}
+
+/// Whether a job continues an earlier run in its directory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Resume {
+    /// The job starts at frame 0, and replaces an existing sequence.
+    #[default]
+    No,
+    /// The job continues after the last checkpoint. It is an error if the checkpoint belongs to other settings, or is
+    /// damaged.
+    Yes,
+    /// As [`Resume::Yes`], but where that is an error, the job starts at frame 0 as with [`Resume::No`], and
+    /// [`Note::Restarted`](super::Note::Restarted) has the reason.
+    Auto,
+}
+
+/// True is [`Resume::Yes`].
+impl From<bool> for Resume {
+    fn from(resume: bool) -> Self {
+        if resume { Self::Yes } else { Self::No }
+    }
 }
 
 impl Job {
@@ -54,7 +76,7 @@ impl Job {
             every: 1,
             start_frame: 0,
             stats: None,
-            resume: false,
+            resume: Resume::No,
             verify: false,
             scene_file: None,
             checkpoint_interval: Duration::from_secs(10),
@@ -102,6 +124,17 @@ impl Job {
         self.scene.output.fps.unwrap_or(self.scene.simulation.fps)
     }
 
+    /// Writes the manifest of the job, whose files are complete. `checkpoint` is that of the last frame.
+    pub(super) fn write_manifest(&self, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
+        let files = manifest::Files {
+            directory: &self.directory,
+            sequences: self.sequences(),
+            scene_file: self.scene_file.as_deref(),
+            fps: self.fps(),
+        };
+        manifest::write(&files, checkpoint, outcome)
+    }
+
     /// Returns whether the job writes frame `frame`, counted from 0.
     pub(super) fn is_written(&self, frame: u32) -> bool {
         frame.is_multiple_of(self.every)
@@ -127,7 +160,16 @@ impl Job {
         sequences.iter().try_for_each(Sequence::check_length)?;
         let inputs: BTreeSet<PathBuf> =
             self.scene.files().into_iter().chain(self.scene_file.clone()).collect();
-        check_inputs(&sequences, &[CHECKPOINT, LOCK], inputs.iter().map(PathBuf::as_path))?;
+        check_inputs(&sequences, &[CHECKPOINT, LOCK, MANIFEST], inputs.iter().map(PathBuf::as_path))?;
+        manifest::check(&self.directory)?;
+        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        if let Some(path) = &self.stats
+            && path.file_name().is_some_and(|name| name == MANIFEST)
+            && (is_same_file(parent(path), &self.directory)
+                || absolute(parent(path)) == absolute(&self.directory))
+        {
+            return Err(RunError::StatsIsManifest { path: path.clone() });
+        }
         if let Some(path) = &self.stats
             && let Some(input) = inputs.into_iter().find(|input| is_same_file(path, input))
         {

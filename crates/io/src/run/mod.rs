@@ -6,6 +6,7 @@
 //!                    -> prepare: read the meshes, build the simulation, choose the steps per frame
 //!                    -> start: lock the output directory, open the files
 //!                    -> advance: step, write frames, statistics and checkpoints
+//!                    -> manifest: list the files
 //!                    -> report
 //! ```
 //!
@@ -19,8 +20,10 @@ mod checkpoint;
 mod deviation;
 mod error;
 mod fingerprint;
+mod flush;
 mod job;
 mod lock;
+mod manifest;
 mod observer;
 mod output;
 mod overlap;
@@ -37,8 +40,9 @@ pub use checkpoint::{CHECKPOINT, CHECKPOINT_VERSION};
 pub use deviation::{Crushed, Softened, UnkeptVolume, VOLUME_THRESHOLD, VolumeRemedy};
 pub use error::RunError;
 pub use fingerprint::{difference, fingerprint};
-pub use job::{Job, PAGE};
+pub use job::{Job, PAGE, Resume};
 pub use lock::LOCK;
+pub use manifest::MANIFEST;
 pub use observer::{Flow, Note, Observer, Progress};
 pub use overlap::Overlap;
 pub use prepare::{Input, Prepared, colliders, prepare};

@@ -77,9 +77,10 @@ pub enum Note {
         /// Frame of the checkpoint, from 0.
         frame: u32,
     },
-    /// Frames before the checkpoint are missing or cannot be continued, so the job starts at frame 0.
+    /// The earlier run cannot be continued, so the job starts at frame 0: frames before the checkpoint are missing, or,
+    /// with [`Resume::Auto`](super::Resume::Auto), the checkpoint does not fit the job.
     Restarted {
-        /// Problem, such as a missing file.
+        /// Problem, such as a missing file or a changed setting.
         reason: String,
     },
     /// The checkpoint was written at another SIMD level, so that the last bits of positions may differ.

@@ -1,13 +1,12 @@
 //! The frame files of a run: evaluates its bodies, and writes them to the sinks of each body and of all bodies.
 
 use std::cell::OnceCell;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use supple::{Display, Simulation};
 
+use super::flush::Flusher;
 use super::prepare::Input;
-use crate::file::sync_files;
 use crate::frames::{
     BodyFrame, Ending, Format, FrameRun, FrameSink, OutputError, Pieces, Record, Sequence, Source, open_sink,
 };
@@ -23,6 +22,8 @@ pub(super) struct Output {
     bodies: Vec<Vec<Sink>>,
     /// The sinks of the files with all bodies, in the order of the formats.
     run: Vec<Sink>,
+    /// The written files that are not on disk yet.
+    flusher: Flusher,
     /// Coordinates of the files.
     space: FileSpace,
     /// Evaluated surfaces, one per body.
@@ -53,6 +54,7 @@ impl Output {
         Ok(Self {
             bodies,
             run: of_run.into_iter().map(|(_, sink)| sink).collect(),
+            flusher: Flusher::default(),
             space: run.space,
             displays: Vec::new(),
             positions: Vec::new(),
@@ -71,7 +73,7 @@ impl Output {
         records: &mut [Vec<Record>],
         mut written: impl FnMut(usize, &BodyFrame<'_>, Instant),
     ) -> Result<(), OutputError> {
-        let Self { bodies, run, space, displays, positions, normals } = self;
+        let Self { bodies, run, space, displays, positions, normals, .. } = self;
         displays.resize_with(simulation.bodies().len(), Display::new);
         for (index, display) in displays.iter_mut().enumerate() {
             let body = simulation.body(index);
@@ -97,7 +99,14 @@ impl Output {
         for (sequence, sink) in run {
             records[*sequence].extend(sink.finish_frame(simulation)?);
         }
+        self.flush();
         Ok(())
+    }
+
+    /// Starts to flush the files that were written since the last call.
+    fn flush(&mut self) {
+        let sinks = self.run.iter_mut().chain(self.bodies.iter_mut().flatten());
+        self.flusher.add(sinks.flat_map(|(_, sink)| sink.take_unsynced()));
     }
 
     /// Removes the bodies of a frame that is not complete.
@@ -108,9 +117,8 @@ impl Output {
     /// Returns when the contents of all written frames are on disk. Their names are on disk when the directory is
     /// synchronized too.
     pub(super) fn sync(&mut self) -> Result<(), OutputError> {
-        let sinks = self.run.iter_mut().chain(self.bodies.iter_mut().flatten());
-        let paths: Vec<PathBuf> = sinks.flat_map(|(_, sink)| sink.take_unsynced()).collect();
-        sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
+        self.flush();
+        self.flusher.finish().map_err(|(path, error)| OutputError::io("write", &path)(error))
     }
 
     /// Gives all files their final form and names. Returns lines about them for the summary of the run.

@@ -43,6 +43,17 @@ pub enum Outcome {
     AlreadyFinished,
 }
 
+impl Outcome {
+    /// Returns the name: `finished`, `stopped` or `already finished`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Stopped => "stopped",
+            Self::AlreadyFinished => "already finished",
+        }
+    }
+}
+
 /// Report of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyReport {

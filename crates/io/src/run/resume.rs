@@ -3,7 +3,7 @@
 
 use super::checkpoint::{Checkpoint, Saved};
 use super::error::RunError;
-use super::job::Job;
+use super::job::{Job, Resume};
 use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
@@ -19,9 +19,13 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
-    /// All frames exist. The files of these sequences, with their numbers of frames, lack their final form, which needs
-    /// the simulation.
-    Finished(Vec<(Sequence, u64)>),
+    /// All frames exist.
+    Finished {
+        /// Checkpoint of the earlier run.
+        checkpoint: Box<Checkpoint>,
+        /// Sequences, with their numbers of frames, whose files lack their final form, which needs the simulation.
+        unfinished: Vec<(Sequence, u64)>,
+    },
 }
 
 /// An earlier run that can be continued.
@@ -46,6 +50,30 @@ impl Job {
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Start, RunError> {
+        self.find_earlier(settings, observer).or_else(|error| self.start_again(error, observer))
+    }
+
+    /// Returns the starting point of a job whose earlier run cannot be continued: frame 0 with [`Resume::Auto`].
+    ///
+    /// # Errors
+    ///
+    /// `error`, without [`Resume::Auto`], or if a new run would fail too.
+    pub(super) fn start_again(
+        &self,
+        error: RunError,
+        observer: &mut dyn Observer,
+    ) -> Result<Start, RunError> {
+        match error.restart_reason().filter(|_| self.resume == Resume::Auto) {
+            Some(reason) => {
+                observer.note(&Note::Restarted { reason });
+                Ok(Start::Fresh)
+            }
+            None => Err(error),
+        }
+    }
+
+    /// Compares the earlier run in the directory with this one.
+    fn find_earlier(&self, settings: &Settings, observer: &mut dyn Observer) -> Result<Start, RunError> {
         let sequences = self.sequences();
         let Some(saved) = Saved::read(&self.directory, settings, sequences.len())? else {
             return Ok(Start::Fresh);
@@ -76,7 +104,7 @@ impl Job {
                     unfinished.push((sequence, records.len() as u64));
                 }
             }
-            return Ok(Start::Finished(unfinished));
+            return Ok(Start::Finished { checkpoint: Box::new(saved.checkpoint), unfinished });
         }
         sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;

@@ -6,8 +6,9 @@ use super::advance::{Files, Running};
 use super::checkpoint::{CHECKPOINT, Checkpoint};
 use super::error::RunError;
 use super::fingerprint::fingerprint;
-use super::job::Job;
+use super::job::{Job, Resume};
 use super::lock::Lock;
+use super::manifest;
 use super::observer::{Note, Observer};
 use super::output::Output;
 use super::prepare::{Input, Prepared};
@@ -23,12 +24,13 @@ impl Job {
     ///
     /// A frame gets its final name only when it is complete.
     ///
-    /// With [`Job::resume`], a finished sequence is not changed. A sequence that was stopped, or that has
+    /// With [`Resume::Yes`], a finished sequence is not changed. A sequence that was stopped, or that has
     /// more frames in this job, continues after its checkpoint; its frames are bit-identical to the frames of
     /// an uninterrupted run at the same SIMD level. If there is no checkpoint, or a frame is missing or has
     /// another size than in the checkpoint, the job starts at frame 0. It is an error if the motion, the
     /// format, the numbers of the frames or the version of the program differ from the checkpoint, if
-    /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost.
+    /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost. With
+    /// [`Resume::Auto`], the job starts at frame 0 in these cases too.
     ///
     /// # Errors
     ///
@@ -40,17 +42,20 @@ impl Job {
 
         let mut lock = None;
         let mut start = Start::Fresh;
-        if self.resume && self.directory.is_dir() {
+        if self.resume != Resume::No && self.directory.is_dir() {
             lock = Some(Lock::acquire(&self.directory)?);
             start = self.choose_start(&settings, observer)?;
         }
-        if matches!(&start, Start::Finished(unfinished) if unfinished.is_empty()) {
-            return Ok(self.already_finished(job_start));
+        if let Start::Finished { checkpoint, unfinished } = &start
+            && unfinished.is_empty()
+        {
+            return self.already_finished(checkpoint, job_start);
         }
 
-        let prepared = observer.prepare(&self.scene)?;
+        let mut prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
-        if let Start::Finished(unfinished) = start {
+        if let Start::Finished { checkpoint, unfinished } = start {
+            manifest::remove(&self.directory)?;
             let mut files = Vec::new();
             for (sequence, frames) in unfinished {
                 let of_body = |body: &BodyData| body.name == sequence.name;
@@ -58,8 +63,15 @@ impl Job {
                 let sink = open_sink(sequence, body, &self.frame_run(&prepared, Some(frames)))?;
                 files.extend(sink.finish(Ending::Complete)?);
             }
-            return Ok(RunReport { files, ..self.already_finished(job_start) });
+            return Ok(RunReport { files, ..self.already_finished(&checkpoint, job_start)? });
         }
+        if let Start::After(earlier) = &start
+            && let Err(error) = prepared.simulation.restore(&earlier.state)
+        {
+            let path = self.directory.join(CHECKPOINT);
+            start = self.start_again(RunError::Checkpoint { path, what: error.to_string() }, observer)?;
+        }
+        // No file is changed before this: all checks are done.
         let _lock = match lock {
             Some(lock) => lock,
             None => self.create_directory()?,
@@ -97,6 +109,7 @@ impl Job {
         let sequences = self.sequences();
         let existing = Listing::read(&sequences)?;
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
+        manifest::remove(&self.directory)?;
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
         let aside = existing.set_aside(&sequences)?;
@@ -111,19 +124,14 @@ impl Job {
         Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
 
-    /// Opens the files of a run that continues after a checkpoint.
+    /// Opens the files of a run that continues after a checkpoint, whose state the simulation has.
     fn start_after(
         &self,
-        mut prepared: Prepared,
+        prepared: Prepared,
         earlier: Earlier,
         observer: &mut dyn Observer,
     ) -> Result<Running<'_>, RunError> {
-        let Earlier { mut checkpoint, state, stats, listing, renames } = earlier;
-        // No file is changed before this, the last check.
-        prepared.simulation.restore(&state).map_err(|error| RunError::Checkpoint {
-            path: self.directory.join(CHECKPOINT),
-            what: error.to_string(),
-        })?;
+        let Earlier { mut checkpoint, stats, listing, renames, .. } = earlier;
         let level = supple::simd_level().to_string();
         if checkpoint.level != level {
             let before = std::mem::replace(&mut checkpoint.level, level.clone());
@@ -134,6 +142,7 @@ impl Job {
             (Some(path), Some(rows)) => Some(Stats::resume(path, rows)?),
             _ => None,
         };
+        manifest::remove(&self.directory)?;
         listing.remove_parts()?;
         renames.apply()?;
         let kept = u64::from(frame / self.every) + 1;
@@ -143,9 +152,14 @@ impl Job {
         Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
     }
 
-    /// Returns the report of a job that was finished before this run.
-    fn already_finished(&self, job_start: Instant) -> RunReport {
-        RunReport {
+    /// Returns the report of a job that was finished before this run. Writes the manifest if the earlier run was killed
+    /// before.
+    fn already_finished(&self, checkpoint: &Checkpoint, job_start: Instant) -> Result<RunReport, RunError> {
+        let is_whole = checkpoint.frame == self.scene.simulation.frames;
+        if is_whole && !manifest::exists(&self.directory) {
+            self.write_manifest(checkpoint, Outcome::Finished)?;
+        }
+        Ok(RunReport {
             directory: self.directory.clone(),
             outcome: Outcome::AlreadyFinished,
             resumed_after: None,
@@ -156,6 +170,6 @@ impl Job {
             elapsed: job_start.elapsed(),
             bodies: Vec::new(),
             files: Vec::new(),
-        }
+        })
     }
 }

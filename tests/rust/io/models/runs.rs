@@ -118,7 +118,7 @@ fn a_changed_buffer_beside_the_model_is_a_changed_mesh() {
     let scene = Scene::open(folder.path().join("a.gltf"), Up::Y, &[]).unwrap();
     let mut job = Job::new(scene, folder.path().join("out"));
     job.run(&mut StopAfter(2)).unwrap();
-    job.resume = true;
+    job.resume = true.into();
     let mut changed = gltf.buffer.clone();
     changed[0] ^= 1;
     std::fs::write(&buffer, changed).unwrap();

@@ -1,0 +1,146 @@
+//! Writes the manifest of a run: a JSON file beside the frames that lists them, for programs that copy or check them.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, ErrorKind, Read, Write};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::checkpoint::Checkpoint;
+use super::error::RunError;
+use super::report::Outcome;
+use crate::file::write_durably;
+use crate::frames::{Record, Sequence};
+
+/// Name of the manifest, which is in the directory of the frames.
+pub const MANIFEST: &str = "manifest.json";
+
+/// First characters of every manifest, without spaces and line ends.
+const HEAD: &str = r#"{"program":"supple","#;
+
+/// A finished or stopped run. The order of the fields is that of the file; `program` is the first one, see [`HEAD`].
+#[derive(Debug, Serialize)]
+struct Manifest<'a> {
+    program: &'a str,
+    version: &'a str,
+    /// Name of the scene file.
+    scene: Option<String>,
+    /// XXH3 hash of the [fingerprint](super::fingerprint()) of the scene.
+    fingerprint: String,
+    outcome: &'a str,
+    /// Rate at which the files are played, in frames per second.
+    fps: f64,
+    /// Number of the first frame.
+    first: u64,
+    /// Number of the last completed frame.
+    last: u64,
+    /// Interval between written frames.
+    every: u32,
+    files: Vec<ListedFile>,
+}
+
+/// A file of frames.
+#[derive(Debug, Serialize)]
+struct ListedFile {
+    name: String,
+    bytes: u64,
+    /// XXH3 hash of a file with one frame. A file with all frames would have to be read again for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    xxh3: Option<String>,
+}
+
+/// The complete files of a run.
+#[derive(Debug)]
+pub(super) struct Files<'a> {
+    pub(super) directory: &'a Path,
+    pub(super) sequences: Vec<Sequence>,
+    pub(super) scene_file: Option<&'a Path>,
+    /// Rate at which the files are played, in frames per second.
+    pub(super) fps: f64,
+}
+
+/// Writes the manifest of the files of a run, and replaces an existing one. `checkpoint` is that of the last frame.
+pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
+    let listed = run.sequences.iter().zip(&checkpoint.frames);
+    let listed = listed.map(|(sequence, records)| files(sequence, records));
+    let settings = &checkpoint.settings;
+    let scene = run.scene_file.and_then(Path::file_name);
+    let first = u64::from(settings.start_frame);
+    let manifest = Manifest {
+        program: "supple",
+        version: &settings.version,
+        scene: scene.map(|name| name.to_string_lossy().into_owned()),
+        fingerprint: hexadecimal(&Record::of(settings.fingerprint.as_bytes())),
+        outcome: outcome.name(),
+        fps: run.fps,
+        first,
+        last: first + u64::from(checkpoint.frame),
+        every: settings.every,
+        files: listed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect(),
+    };
+    let path = run.directory.join(MANIFEST);
+    let write = |file: &mut File| {
+        let mut out = BufWriter::new(file);
+        serde_json::to_writer_pretty(&mut out, &manifest)?;
+        out.write_all(b"\n")?;
+        out.flush()
+    };
+    write_durably(&path, write).map_err(|source| RunError::io("write", &path, source))
+}
+
+/// Returns the files of a sequence whose frames have these records.
+fn files(sequence: &Sequence, records: &[Record]) -> Result<Vec<ListedFile>, RunError> {
+    // Relative to the directory, with slashes on all systems.
+    let name = |path: &Path| {
+        let parts = path.strip_prefix(&sequence.directory).unwrap_or(path).components();
+        parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+    };
+    let mut files = Vec::new();
+    if !sequence.format.is_per_sequence() {
+        let numbers = (0_u64..).map(|index| sequence.first + index * sequence.every);
+        files.extend(numbers.zip(records).map(|(frame, record)| ListedFile {
+            name: name(&sequence.path(frame)),
+            bytes: record.bytes,
+            xxh3: Some(hexadecimal(record)),
+        }));
+    }
+    for path in sequence.whole_files() {
+        let metadata = fs::metadata(&path).map_err(|source| RunError::io("read", &path, source))?;
+        files.push(ListedFile { name: name(&path), bytes: metadata.len(), xxh3: None });
+    }
+    Ok(files)
+}
+
+/// Formats a hash as `xxhsum -H3` does.
+fn hexadecimal(record: &Record) -> String {
+    format!("{:016x}", record.hash)
+}
+
+/// Returns whether a directory has a manifest.
+pub(super) fn exists(directory: &Path) -> bool {
+    directory.join(MANIFEST).symlink_metadata().is_ok()
+}
+
+/// Removes the manifest of a directory, if there is one, because it does not describe the frames of the next run.
+pub(super) fn remove(directory: &Path) -> Result<(), RunError> {
+    let path = directory.join(MANIFEST);
+    match fs::remove_file(&path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", &path, error)),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that a run may replace the file with the name of the manifest in a directory: there is none, or it is a
+/// manifest of a run. Other programs use this name too.
+pub(super) fn check(directory: &Path) -> Result<(), RunError> {
+    let path = directory.join(MANIFEST);
+    if !exists(directory) {
+        return Ok(());
+    }
+    let mut head = String::new();
+    let is_file = fs::metadata(&path).is_ok_and(|metadata| metadata.is_file());
+    let read = || File::open(&path)?.take(2 * HEAD.len() as u64).read_to_string(&mut head);
+    let is_read = is_file && { read }().is_ok();
+    head.retain(|character| !character.is_whitespace());
+    if is_read && head.starts_with(HEAD) { Ok(()) } else { Err(RunError::ForeignManifest { path }) }
+}
