@@ -34,6 +34,8 @@ pub(crate) struct Clearance {
     found: Found,
     colliders: ColliderSearch,
     gaps: GapSearch,
+    /// Displacement of each vertex in cells up to which limits at bodies are searched.
+    reach: Vec<f32>,
 }
 
 impl Clearance {
@@ -57,6 +59,10 @@ impl Clearance {
         let near = body.context().and_then(|context| context.near).filter(|near| near.is_any());
         let is_free = obstacles.is_none() && near.is_none();
         self.found.limits.list_mut().clear();
+        self.reach.clear();
+        if near.is_some() {
+            self.reach.resize(start.len(), distance as f32);
+        }
         if distance > 0.0 && !is_free {
             self.find(body, obstacles.as_ref(), near, start, distance);
         }
@@ -68,8 +74,11 @@ impl Clearance {
         let curved = obstacles.as_ref().filter(|obstacles| obstacles.is_any_curved());
         for _ in 0..ROUNDS {
             let greatest = factor * greatest_displacement(start, moved);
-            let has_more = if greatest > distance {
-                distance = MARGIN * greatest;
+            let must_reach = self.extend_reach(start, moved);
+            let has_more = if greatest > distance || must_reach {
+                if greatest > distance {
+                    distance = MARGIN * greatest;
+                }
                 self.find(body, obstacles.as_ref(), near, start, distance)
             } else {
                 curved.is_some_and(|obstacles| {
@@ -85,7 +94,22 @@ impl Clearance {
         false
     }
 
-    /// Replaces the limits by those of displacements of up to `distance`. Returns whether there are any.
+    /// Increases the distances up to which limits at bodies are searched, where vertices moved farther. Returns whether any
+    /// did.
+    fn extend_reach(&mut self, start: &[[f32; 3]], moved: &[[f32; 3]]) -> bool {
+        let mut has_extended = false;
+        for (reach, ends) in self.reach.iter_mut().zip(start.iter().zip(moved)) {
+            let displacement = squared_displacement(ends).sqrt();
+            if displacement > *reach {
+                *reach = MARGIN as f32 * displacement;
+                has_extended = true;
+            }
+        }
+        has_extended
+    }
+
+    /// Replaces the limits by those of displacements of up to `distance`, at bodies of up to `reach`. Returns whether there
+    /// are any.
     fn find(
         &mut self,
         body: BodyRef<'_>,
@@ -94,13 +118,13 @@ impl Clearance {
         start: &[[f32; 3]],
         distance: f64,
     ) -> bool {
-        let Self { found, colliders, gaps } = self;
+        let Self { found, colliders, gaps, reach } = self;
         found.limits.list_mut().clear();
         if let Some(obstacles) = obstacles {
             colliders.find(obstacles, start, distance, found);
         }
         if let Some(near) = near {
-            bodies::find(gaps, body, near, start, distance, found);
+            bodies::find(gaps, body, near, (start, reach), found);
         }
         found.limits.sort();
         !found.limits.list().is_empty()
@@ -108,12 +132,16 @@ impl Clearance {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.found.bytes() + self.colliders.bytes() + self.gaps.bytes()
+        self.found.bytes() + self.colliders.bytes() + self.gaps.bytes() + size_of_val(&*self.reach)
     }
 }
 
 /// Returns the greatest displacement of a vertex from its start, in cells.
 fn greatest_displacement(start: &[[f32; 3]], moved: &[[f32; 3]]) -> f64 {
-    let squared = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|k| (b[k] - a[k]).powi(2)).sum();
-    f64::from(start.iter().zip(moved).map(squared).fold(0.0_f32, f32::max).sqrt())
+    f64::from(start.iter().zip(moved).map(squared_displacement).fold(0.0_f32, f32::max).sqrt())
+}
+
+/// Returns the squared displacement of a vertex from its start to its moved position, in cells.
+fn squared_displacement((start, moved): (&[f32; 3], &[f32; 3])) -> f32 {
+    (0..3).map(|k| (moved[k] - start[k]).powi(2)).sum()
 }

@@ -33,6 +33,11 @@ impl Bounds {
         })
     }
 
+    /// Returns the length of the longest side.
+    pub(crate) fn longest_side(&self) -> f64 {
+        (self.high - self.low).max()
+    }
+
     /// Returns the box enlarged by `margin` on all sides.
     pub(crate) fn enlarged(self, margin: f64) -> Self {
         let margin = Vector3::repeat(margin);
