@@ -4,7 +4,7 @@
 //! samples of two surfaces, along the normal of the other one. Positions and distances are in cells of the body, from its
 //! origin.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
@@ -63,8 +63,9 @@ pub(crate) struct GapSearch {
     grid: Grid,
     /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// The `cells` near the present cell of the body, as ranges of `blocks`.
-    near: Vec<(u32, u32)>,
+    /// The `cells` near the present cell of the body, in increasing order of the distance of the boxes: the distance, and
+    /// the range of `blocks`.
+    near: Vec<(f32, (u32, u32))>,
 }
 
 /// A cell of the body with samples.
@@ -73,7 +74,8 @@ struct OwnCell {
     cell: DeformedCell,
     /// Greatest clearance that counts.
     distance: f32,
-    /// Its box, enlarged by the greatest gap.
+    /// Its box, and this box enlarged by the greatest gap.
+    cell_bounds: Bounds,
     bounds: Bounds,
     /// Its samples, as a range of `GapSearch::own_samples`; `None` until another surface is near.
     samples: Option<(u32, u32)>,
@@ -103,9 +105,19 @@ struct OtherCell {
     found_for: Option<u32>,
 }
 
-/// Eight samples of a deformed surface, as rows of numbers: positions, unit normals, and distances up to which a sample
-/// is opposite.
-type Block = [[f32; 8]; 7];
+/// Eight samples of a deformed surface.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    /// Rows of numbers: positions, unit normals, and distances up to which a sample is opposite.
+    rows: [[f32; 8]; 7],
+    /// The greatest of these distances.
+    opposite: f32,
+    /// The [`side`]s of the normals, one bit each.
+    sides: u8,
+    /// A sphere that contains the samples.
+    center: Vector3<f32>,
+    radius: f32,
+}
 
 /// A body, and its surface.
 type Surfaced<'a> = (BodyView<'a>, &'a ContactSurface);
@@ -156,8 +168,10 @@ impl GapSearch {
             let vertices = surface.corners[group.cell as usize];
             let corners = vertices.map(|vertex| self.positions[vertex as usize]);
             let distance = vertices.into_iter().map(&distance).fold(0.0, f64::max);
-            let bounds = Bounds::of(corners).enlarged(2.0 * distance);
-            OwnCell { cell: DeformedCell::new(&corners), distance: distance as f32, bounds, samples: None }
+            let cell_bounds = Bounds::of(corners);
+            let bounds = cell_bounds.enlarged(2.0 * distance);
+            let cell = DeformedCell::new(&corners);
+            OwnCell { cell, distance: distance as f32, cell_bounds, bounds, samples: None }
         }));
     }
 
@@ -208,16 +222,18 @@ impl GapSearch {
                         && boxes[index as usize].1.intersects(&own.bounds);
                     if is_new {
                         found.found_for = Some(group.cell);
-                        near.push(*found.blocks.get_or_insert_with(|| {
+                        let range = *found.blocks.get_or_insert_with(|| {
                             let samples = sampled.samples.start as usize..sampled.samples.end as usize;
                             add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
-                        }));
+                        });
+                        near.push((own.cell_bounds.distance(&boxes[index as usize].1) as f32, range));
                     }
                 }
             }
             if near.is_empty() {
                 continue;
             }
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let (first, end) = *own.samples.get_or_insert_with(|| {
                 let first = own_samples.len() as u32;
                 own_samples.extend(group.samples.clone().map(|index| {
@@ -227,7 +243,7 @@ impl GapSearch {
                 (first, own_samples.len() as u32)
             });
             for sample in &mut own_samples[first as usize..end as usize] {
-                let blocks = near.iter().flat_map(|&(first, end)| &blocks[first as usize..end as usize]);
+                let blocks = near.iter().flat_map(|&(_, (first, end))| &blocks[first as usize..end as usize]);
                 dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, own.distance));
             }
         }
@@ -244,17 +260,23 @@ pub(crate) fn side(normal: &Vector3<f64>) -> usize {
 fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], opposite: f32) -> (u32, u32) {
     let first = blocks.len() as u32;
     for eight in samples.chunks(8) {
-        let mut block = Block::default();
+        let mut block = Block { opposite, ..Block::default() };
         // Samples without a normal, and those that fill up a block, are opposite to none.
-        block[6] = [f32::NEG_INFINITY; 8];
+        block.rows[6] = [f32::NEG_INFINITY; 8];
+        let mut bounds = Bounds::EMPTY;
         for (lane, sample) in eight.iter().enumerate() {
             if let ([x, y, z], Some([a, b, c])) = pose(cell, sample) {
-                for (row, value) in block.iter_mut().zip([x, y, z, a, b, c, opposite]) {
+                for (row, value) in block.rows.iter_mut().zip([x, y, z, a, b, c, opposite]) {
                     row[lane] = value;
                 }
+                block.sides |= 1 << side(&Vector3::new(a, b, c).map(f64::from));
+                bounds = bounds.union(&Bounds::of([Point3::new(x, y, z).map(f64::from)]));
             }
         }
-        blocks.push(block);
+        if block.sides != 0 {
+            (block.center, block.radius) = bounds.sphere();
+            blocks.push(block);
+        }
     }
     (first, blocks.len() as u32)
 }
@@ -267,6 +289,21 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
 }
 
 impl OwnSample {
+    /// Returns whether no sample of a block has a gap with less clearance than the gaps that are found, or than `distance`.
+    fn is_beyond(&self, block: &Block, distance: f32) -> bool {
+        let nearest = (Vector3::from(self.position) - block.center).norm() - block.radius;
+        let Block { opposite, sides, .. } = *block;
+        if nearest <= opposite {
+            return false;
+        }
+        // Of samples at a distance r, the clearance is least either straight ahead, up to the distance at which they are
+        // opposite, or sideways.
+        let least = (nearest - opposite).min(0.5 * (nearest * nearest - opposite * opposite).sqrt());
+        let is_farther = |gap: &Option<Gap>| gap.is_some_and(|gap| gap.clearance <= f64::from(least));
+        let mut of_block = self.gaps.iter().enumerate().filter(|(side, _)| sides >> side & 1 != 0);
+        least >= distance || of_block.all(|(_, gap)| is_farther(gap))
+    }
+
     /// Adds the gaps to the samples in some blocks.
     #[inline(always)]
     fn add_gaps<'a, S: Simd>(
@@ -277,8 +314,12 @@ impl OwnSample {
         distance: f32,
     ) {
         let zero = f32x8::splat(simd, 0.0);
+        let none = f32x8::splat(simd, f32::INFINITY);
         for block in blocks {
-            let row = |k: usize| f32x8::load_array_ref(simd, &block[k]);
+            if self.is_beyond(block, distance) {
+                continue;
+            }
+            let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
             let (a, b, c) = (row(3), row(4), row(5));
             let [x, y, z] = [0, 1, 2].map(|k| f32x8::splat(simd, self.position[k]) - row(k));
             let facing = a * self.normal[0] + b * self.normal[1] + c * self.normal[2];
@@ -288,13 +329,14 @@ impl OwnSample {
             let beside = gap * facing - (x * self.normal[0] + y * self.normal[1] + z * self.normal[2]);
             let growth = ((facing - FACING).max(zero) + beside.max(zero)) * GROWTH;
             let clearance = gap.max(zero) * 0.5 + excess + growth;
-            let counts = (clearance.simd_lt(distance) & gap.simd_ge(-MAX_OVERLAP)).to_bitmask();
+            let clearance = gap.simd_ge(-MAX_OVERLAP).select(clearance, none);
+            let counts = clearance.simd_lt(distance).to_bitmask();
             if counts == 0 {
                 continue;
             }
             let clearances: [f32; 8] = clearance.into();
             for lane in (0..8).filter(|lane| counts >> lane & 1 != 0) {
-                let normal = Vector3::from([3, 4, 5].map(|k: usize| f64::from(block[k][lane])));
+                let normal = Vector3::from([3, 4, 5].map(|k: usize| f64::from(block.rows[k][lane])));
                 let (found, clearance) = (&mut self.gaps[side(&normal)], f64::from(clearances[lane]));
                 if found.is_none_or(|found| clearance < found.clearance) {
                     *found = Some(Gap { sample: self.index, normal, clearance, is_own });
