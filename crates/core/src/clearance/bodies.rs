@@ -48,8 +48,8 @@ impl<'a> NearBodies<'a> {
 }
 
 /// Finds the limits of a body, as far as they limit displacements from `start` of up to `reach` in cells, both with one entry
-/// per lattice vertex. With them, the displayed surface takes at most half of a gap between the bodies of the dynamics, and does not move towards a body
-/// that it touches.
+/// per lattice vertex. With them, the displayed surface takes at most half of a gap between the bodies of the dynamics, and
+/// does not move towards a body that it touches.
 pub(super) fn find(
     gaps: &mut GapSearch,
     body: BodyRef<'_>,

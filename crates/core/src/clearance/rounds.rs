@@ -17,6 +17,10 @@ const ROUNDS: usize = 16;
 /// if the displacements grow in a later round.
 const MARGIN: f64 = 2.0;
 
+/// Search distance for limits of a vertex at bodies, as a multiple of its displacement. A second search is only one of the
+/// vertices that move farther, so the margin is small.
+const REACH_MARGIN: f32 = 1.25;
+
 /// Moves the vertices of a body from their start, as far as limits allow.
 pub(crate) trait Mover {
     /// Moves the vertices from their start within limits. Returns the moved positions, one per lattice vertex.
@@ -39,6 +43,12 @@ pub(crate) struct Clearance {
 }
 
 impl Clearance {
+    /// Begins a frame of a body: forgets what was found in the frame before. Within a frame, gaps to other bodies are kept
+    /// from one displacement to the next.
+    pub(crate) fn begin(&mut self) {
+        self.gaps.begin();
+    }
+
     /// Moves the vertices of a body such that no sample of its surface moves into a collider or deeper into it, and that
     /// the surface takes at most half of a gap to another body.
     ///
@@ -75,15 +85,17 @@ impl Clearance {
         for _ in 0..ROUNDS {
             let greatest = factor * greatest_displacement(start, moved);
             let must_reach = self.extend_reach(start, moved);
-            let has_more = if greatest > distance || must_reach {
-                if greatest > distance {
-                    distance = MARGIN * greatest;
-                }
+            let has_more = if greatest > distance {
+                distance = MARGIN * greatest;
                 self.find(body, obstacles.as_ref(), near, start, distance)
             } else {
-                curved.is_some_and(|obstacles| {
-                    distance > 0.0 && self.colliders.add_entered(obstacles, moved, &mut self.found)
-                })
+                let is_exceeded = must_reach
+                    && self.find(body, obstacles.as_ref(), near, start, distance)
+                    && self.found.limits.are_exceeded(start, moved);
+                is_exceeded
+                    || curved.is_some_and(|obstacles| {
+                        distance > 0.0 && self.colliders.add_entered(obstacles, moved, &mut self.found)
+                    })
             };
             if !has_more && !mover.remove_soft(&mut self.found.limits) {
                 return true;
@@ -101,7 +113,7 @@ impl Clearance {
         for (reach, ends) in self.reach.iter_mut().zip(start.iter().zip(moved)) {
             let displacement = squared_displacement(ends).sqrt();
             if displacement > *reach {
-                *reach = MARGIN as f32 * displacement;
+                *reach = REACH_MARGIN * displacement;
                 has_extended = true;
             }
         }

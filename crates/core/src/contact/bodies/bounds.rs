@@ -49,11 +49,6 @@ impl Bounds {
         (self.high - other.low).sup(&(other.high - self.low)).norm()
     }
 
-    /// Returns the distance between the boxes.
-    pub(super) fn distance(&self, other: &Self) -> f64 {
-        (self.low - other.high).sup(&(other.low - self.high)).sup(&Vector3::zeros()).norm()
-    }
-
     /// Returns the center and the radius of the sphere through the corners.
     pub(super) fn sphere(&self) -> (Vector3<f32>, f32) {
         let (center, half) = (nalgebra::center(&self.low, &self.high), (self.high - self.low) * 0.5);

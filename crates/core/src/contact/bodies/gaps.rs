@@ -4,6 +4,8 @@
 //! samples of two surfaces, along the normal of the other one. Positions and distances are in cells of the body, from its
 //! origin.
 
+use std::ops::Range;
+
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 use nalgebra::{Point3, Vector3};
 
@@ -49,12 +51,14 @@ pub(crate) struct Gap {
 /// The search for the gaps of one body after another. Its buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GapSearch {
-    /// Positions of the lattice vertices of a body.
-    positions: Vec<Point3<f64>>,
-    /// The cells of the body with samples.
+    /// Positions of the lattice vertices of the body.
+    own_positions: Vec<Point3<f64>>,
+    /// The cells of the body with samples. Empty before the first search of a body.
     own: Vec<OwnCell>,
     /// The samples of the body.
     own_samples: Vec<OwnSample>,
+    /// Positions of the lattice vertices of another body.
+    positions: Vec<Point3<f64>>,
     /// Cells with samples of the other surface that are near the body.
     cells: Vec<OtherCell>,
     /// The box of each of `cells`.
@@ -63,22 +67,20 @@ pub(crate) struct GapSearch {
     grid: Grid,
     /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// The `cells` near the present cell of the body, in increasing order of the distance of the boxes: the distance, and
-    /// the range of `blocks`.
-    near: Vec<(f32, (u32, u32))>,
+    /// The `blocks` near the present cell of the body, in increasing order of a lower bound of the clearance: the bound,
+    /// and the index.
+    near: Vec<(f32, u32)>,
 }
 
 /// A cell of the body with samples.
 #[derive(Clone, Debug)]
 struct OwnCell {
-    cell: DeformedCell,
-    /// Greatest clearance that counts.
+    /// Greatest clearance that counts, as far as gaps were searched.
     distance: f32,
-    /// Its box, and this box enlarged by the greatest gap.
-    cell_bounds: Bounds,
+    /// Its box enlarged by the greatest gap in the present search; empty if its gaps are known.
     bounds: Bounds,
-    /// Its samples, as a range of `GapSearch::own_samples`; `None` until another surface is near.
-    samples: Option<(u32, u32)>,
+    /// Its samples, as a range of `GapSearch::own_samples`, and their patch; `None` until another surface is near.
+    samples: Option<((u32, u32), Patch)>,
 }
 
 /// A sample of the body.
@@ -105,18 +107,24 @@ struct OtherCell {
     found_for: Option<u32>,
 }
 
-/// Eight samples of a deformed surface.
+/// Up to eight samples of a deformed surface, whose normals have one [`side`].
 #[derive(Clone, Debug, Default)]
 struct Block {
-    /// Rows of numbers: positions, unit normals, and distances up to which a sample is opposite.
+    /// Rows of numbers: positions, unit normals, and distances up to which a sample is opposite. These are negative and
+    /// infinite for samples that fill up a block.
     rows: [[f32; 8]; 7],
-    /// The greatest of these distances.
-    opposite: f32,
-    /// The [`side`]s of the normals, one bit each.
-    sides: u8,
-    /// A sphere that contains the samples.
+    count: u8,
+    side: u8,
+    patch: Patch,
+}
+
+/// A sphere that contains samples, and another one that contains their normals.
+#[derive(Clone, Copy, Debug, Default)]
+struct Patch {
     center: Vector3<f32>,
     radius: f32,
+    normal: Vector3<f32>,
+    spread: f32,
 }
 
 /// A body, and its surface.
@@ -125,15 +133,24 @@ type Surfaced<'a> = (BodyView<'a>, &'a ContactSurface);
 impl GapSearch {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { own, own_samples, positions, cells, boxes, grid, blocks, near } = self;
-        let own = buffer_bytes(own) + buffer_bytes(own_samples);
+        let Self { own_positions, own, own_samples, positions, cells, boxes, grid, blocks, near } = self;
+        let own = buffer_bytes(own_positions) + buffer_bytes(own) + buffer_bytes(own_samples);
         let others = buffer_bytes(positions) + buffer_bytes(cells) + buffer_bytes(boxes) + grid.bytes();
         own + others + buffer_bytes(blocks) + buffer_bytes(near)
     }
 
-    /// Calls `visit` for the gaps of a body to another body, or to the body itself if `touches_itself`: for each sample
+    /// Begins the search of a body: forgets the gaps that were found.
+    pub(crate) fn begin(&mut self) {
+        self.own.clear();
+        self.own_samples.clear();
+    }
+
+    /// Calls `visit` for the gaps of a body to other bodies, and to the body itself if `touches_itself`: for each sample
     /// and [`side`] the one with the least clearance, if it is less than the greatest `distance` of a corner of the sample's
     /// cell. Surfaces that are not closed have no gaps.
+    ///
+    /// After [`begin`](Self::begin), it may be called several times for a body, while no body moves. Only cells with a greater
+    /// distance than before are searched again.
     ///
     /// * `distance`: returns the greatest clearance that counts at a lattice vertex.
     pub(crate) fn find<'a>(
@@ -147,72 +164,74 @@ impl GapSearch {
         if !body.1.is_closed {
             return;
         }
-        self.begin(&body, distance);
-        for other in others.filter(|(_, surface)| surface.is_closed) {
-            self.set_positions(&other.0, &body.0);
-            self.find_near(&body, &other, false);
+        if self.own.is_empty() {
+            set_positions(&mut self.own_positions, &body.0, &body.0);
+            let cell = OwnCell { distance: 0.0, bounds: Bounds::EMPTY, samples: None };
+            self.own.resize(body.1.cells.len(), cell);
         }
-        if touches_itself {
-            self.set_positions(&body.0, &body.0);
-            self.find_near(&body, &body, true);
+        let all = self.extend(body.1, distance);
+        if !all.is_empty() {
+            for other in others.filter(|(_, surface)| surface.is_closed) {
+                set_positions(&mut self.positions, &other.0, &body.0);
+                self.find_near(&body, &other, &all, false);
+            }
+            if touches_itself {
+                self.positions.clone_from(&self.own_positions);
+                self.find_near(&body, &body, &all, true);
+            }
         }
         self.own_samples.iter().flat_map(|sample| sample.gaps).flatten().for_each(visit);
     }
 
-    /// Begins the search of a body for clearances of at most `distance`.
-    fn begin(&mut self, (body, surface): &Surfaced<'_>, distance: impl Fn(u32) -> f64) {
-        self.set_positions(body, body);
-        self.own_samples.clear();
-        self.own.clear();
-        self.own.extend(surface.cells.iter().map(|group| {
+    /// Increases the greatest clearances that count. Returns the box of all cells that must be searched again.
+    fn extend(&mut self, surface: &ContactSurface, distance: impl Fn(u32) -> f64) -> Bounds {
+        let mut all = Bounds::EMPTY;
+        for (own, group) in self.own.iter_mut().zip(&surface.cells) {
             let vertices = surface.corners[group.cell as usize];
-            let corners = vertices.map(|vertex| self.positions[vertex as usize]);
             let distance = vertices.into_iter().map(&distance).fold(0.0, f64::max);
-            let cell_bounds = Bounds::of(corners);
-            let bounds = cell_bounds.enlarged(2.0 * distance);
-            let cell = DeformedCell::new(&corners);
-            OwnCell { cell, distance: distance as f32, cell_bounds, bounds, samples: None }
-        }));
+            own.bounds = Bounds::EMPTY;
+            if distance as f32 > own.distance {
+                own.distance = distance as f32;
+                let corners = vertices.map(|vertex| self.own_positions[vertex as usize]);
+                own.bounds = Bounds::of(corners).enlarged(2.0 * distance);
+                all = all.union(&own.bounds);
+            }
+        }
+        all
     }
 
-    /// Sets the positions of the vertices of a body in the frame of another one.
-    fn set_positions(&mut self, body: &BodyView<'_>, own: &BodyView<'_>) {
-        let vertices = 0..body.lattice.len() as u32;
-        self.positions.clear();
-        self.positions
-            .extend(vertices.map(|vertex| Point3::from(own.state.frame.to_local(body.position(vertex)))));
-    }
-
-    /// Lists the cells of a surface that are near the body.
-    fn add_cells(&mut self, surface: &ContactSurface) {
-        let Self { own, positions, cells, boxes, grid, blocks, .. } = self;
-        let all = own.iter().fold(Bounds::EMPTY, |all, cell| all.union(&cell.bounds));
+    /// Lists the cells of a surface that have points in a box.
+    fn add_cells(&mut self, surface: &ContactSurface, all: &Bounds) {
+        let Self { positions, cells, boxes, grid, blocks, .. } = self;
         cells.clear();
         boxes.clear();
         blocks.clear();
         for (group, sampled) in (0..).zip(&surface.cells) {
             let corners = surface.corners[sampled.cell as usize].map(|vertex| positions[vertex as usize]);
             let bounds = Bounds::of(corners);
-            if bounds.intersects(&all) {
+            if bounds.intersects(all) {
                 let cell = DeformedCell::new(&corners);
                 boxes.push((cells.len() as u32, bounds));
                 cells.push(OtherCell { cell, group, blocks: None, found_for: None });
             }
         }
-        grid.fill(boxes, &all, 1.0);
+        grid.fill(boxes, all, 1.0);
     }
 
-    /// Finds the clearances to another body, or to the body itself.
-    fn find_near(&mut self, body: &Surfaced<'_>, other: &Surfaced<'_>, is_own: bool) {
-        self.add_cells(other.1);
+    /// Finds the gaps to another body, or to the body itself, of the cells that must be searched.
+    fn find_near(&mut self, body: &Surfaced<'_>, other: &Surfaced<'_>, all: &Bounds, is_own: bool) {
+        self.add_cells(other.1, all);
+        if self.cells.is_empty() {
+            return;
+        }
         let opposite = (OPPOSITE * other.0.lattice.cell_size() / body.0.lattice.cell_size()) as f32;
-        let Self { own, own_samples, cells, boxes, grid, blocks, near, .. } = self;
+        let Self { own, own_positions, own_samples, cells, boxes, grid, blocks, near, .. } = self;
         let touch = |cells| body.1.cells_touch(body.0.lattice, body.0.touches_itself, cells);
         for (own, group) in own.iter_mut().zip(&body.1.cells) {
-            near.clear();
-            if own.distance <= 0.0 {
+            if own.bounds.is_empty() {
                 continue;
             }
+            near.clear();
             for bin in grid.bins(&own.bounds) {
                 for &index in grid.cells_of(bin) {
                     let found = &mut cells[index as usize];
@@ -222,32 +241,38 @@ impl GapSearch {
                         && boxes[index as usize].1.intersects(&own.bounds);
                     if is_new {
                         found.found_for = Some(group.cell);
-                        let range = *found.blocks.get_or_insert_with(|| {
+                        let (first, end) = *found.blocks.get_or_insert_with(|| {
                             let samples = sampled.samples.start as usize..sampled.samples.end as usize;
                             add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
                         });
-                        near.push((own.cell_bounds.distance(&boxes[index as usize].1) as f32, range));
+                        let (_, patch) = own.samples.get_or_insert_with(|| {
+                            let corners = body.1.corners[group.cell as usize];
+                            let cell =
+                                DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
+                            add_own_samples(own_samples, &cell, body.1, group.samples.clone())
+                        });
+                        near.extend((first..end).filter_map(|block| {
+                            let least = patch.least_clearance(&blocks[block as usize].patch, opposite);
+                            (least < own.distance).then_some((least, block))
+                        }));
                     }
                 }
             }
-            if near.is_empty() {
-                continue;
-            }
+            let Some(((first, end), _)) = own.samples else { continue };
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let (first, end) = *own.samples.get_or_insert_with(|| {
-                let first = own_samples.len() as u32;
-                own_samples.extend(group.samples.clone().map(|index| {
-                    let (position, normal) = pose(&own.cell, &body.1.samples[index as usize]);
-                    OwnSample { index, position, normal: normal.unwrap_or_default(), gaps: [None; SIDES] }
-                }));
-                (first, own_samples.len() as u32)
-            });
             for sample in &mut own_samples[first as usize..end as usize] {
-                let blocks = near.iter().flat_map(|&(_, (first, end))| &blocks[first as usize..end as usize]);
-                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, own.distance));
+                let blocks = near.iter().map(|&(least, block)| (least, &blocks[block as usize]));
+                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, opposite)));
             }
         }
     }
+}
+
+/// Sets the positions of the vertices of a body in the frame of another one.
+fn set_positions(positions: &mut Vec<Point3<f64>>, body: &BodyView<'_>, own: &BodyView<'_>) {
+    let vertices = 0..body.lattice.len() as u32;
+    positions.clear();
+    positions.extend(vertices.map(|vertex| Point3::from(own.state.frame.to_local(body.position(vertex)))));
 }
 
 /// Returns the side of a unit normal: its dominant axis and the sign along it.
@@ -256,29 +281,48 @@ pub(crate) fn side(normal: &Vector3<f64>) -> usize {
     axis + if normal[axis] < 0.0 { 3 } else { 0 }
 }
 
-/// Adds the samples of a deformed cell. Returns the range of their blocks.
+/// Adds the samples of a cell of the body. Returns their range, and their patch.
+fn add_own_samples(
+    own_samples: &mut Vec<OwnSample>,
+    cell: &DeformedCell,
+    surface: &ContactSurface,
+    samples: Range<u32>,
+) -> ((u32, u32), Patch) {
+    let first = own_samples.len();
+    own_samples.extend(samples.map(|index| {
+        let (position, normal) = pose(cell, &surface.samples[index as usize]);
+        OwnSample { index, position, normal: normal.unwrap_or_default(), gaps: [None; SIDES] }
+    }));
+    let added = own_samples[first..].iter().map(|sample| (sample.position, sample.normal));
+    ((first as u32, own_samples.len() as u32), Patch::of(added))
+}
+
+/// Adds the samples of a deformed cell, except those without a normal. Returns the range of their blocks.
 fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], opposite: f32) -> (u32, u32) {
-    let first = blocks.len() as u32;
-    for eight in samples.chunks(8) {
-        let mut block = Block { opposite, ..Block::default() };
-        // Samples without a normal, and those that fill up a block, are opposite to none.
-        block.rows[6] = [f32::NEG_INFINITY; 8];
-        let mut bounds = Bounds::EMPTY;
-        for (lane, sample) in eight.iter().enumerate() {
-            if let ([x, y, z], Some([a, b, c])) = pose(cell, sample) {
-                for (row, value) in block.rows.iter_mut().zip([x, y, z, a, b, c, opposite]) {
-                    row[lane] = value;
-                }
-                block.sides |= 1 << side(&Vector3::new(a, b, c).map(f64::from));
-                bounds = bounds.union(&Bounds::of([Point3::new(x, y, z).map(f64::from)]));
-            }
+    let first = blocks.len();
+    let mut block_of_side = [None; SIDES];
+    for sample in samples {
+        let ([x, y, z], Some([a, b, c])) = pose(cell, sample) else { continue };
+        let side = side(&Vector3::new(a, b, c).map(f64::from));
+        let index =
+            block_of_side[side].filter(|&index: &usize| blocks[index].count < 8).unwrap_or_else(|| {
+                let mut block = Block { side: side as u8, ..Block::default() };
+                block.rows[6] = [f32::NEG_INFINITY; 8];
+                blocks.push(block);
+                blocks.len() - 1
+            });
+        block_of_side[side] = Some(index);
+        let block = &mut blocks[index];
+        for (row, value) in block.rows.iter_mut().zip([x, y, z, a, b, c, opposite]) {
+            row[block.count as usize] = value;
         }
-        if block.sides != 0 {
-            (block.center, block.radius) = bounds.sphere();
-            blocks.push(block);
-        }
+        block.count += 1;
     }
-    (first, blocks.len() as u32)
+    for block in &mut blocks[first..] {
+        let column = |first: usize, lane: usize| [0, 1, 2].map(|k| block.rows[first + k][lane]);
+        block.patch = Patch::of((0..block.count as usize).map(|lane| (column(0, lane), column(3, lane))));
+    }
+    (first as u32, blocks.len() as u32)
 }
 
 /// Returns the position and the unit normal of a sample; no normal where its cell is flat or inside out.
@@ -288,35 +332,56 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
     (cell.position(local).map(|x| x as f32).into(), normal.map(|normal| normal.map(|x| x as f32).into()))
 }
 
-impl OwnSample {
-    /// Returns whether no sample of a block has a gap with less clearance than the gaps that are found, or than `distance`.
-    fn is_beyond(&self, block: &Block, distance: f32) -> bool {
-        let nearest = (Vector3::from(self.position) - block.center).norm() - block.radius;
-        let Block { opposite, sides, .. } = *block;
-        if nearest <= opposite {
-            return false;
+impl Patch {
+    /// Returns the patch of samples with these positions and normals.
+    fn of(samples: impl Iterator<Item = ([f32; 3], [f32; 3])> + Clone) -> Self {
+        let (mut bounds, mut sum) = (Bounds::EMPTY, Vector3::zeros());
+        for (position, normal) in samples.clone() {
+            bounds = bounds.union(&Bounds::of([Point3::from(position).map(f64::from)]));
+            sum += Vector3::from(normal);
         }
-        // Of samples at a distance r, the clearance is least either straight ahead, up to the distance at which they are
-        // opposite, or sideways.
-        let least = (nearest - opposite).min(0.5 * (nearest * nearest - opposite * opposite).sqrt());
-        let is_farther = |gap: &Option<Gap>| gap.is_some_and(|gap| gap.clearance <= f64::from(least));
-        let mut of_block = self.gaps.iter().enumerate().filter(|(side, _)| sides >> side & 1 != 0);
-        least >= distance || of_block.all(|(_, gap)| is_farther(gap))
+        let (center, radius) = bounds.sphere();
+        let normal = sum.try_normalize(0.0).unwrap_or_default();
+        let spread = samples.map(|(_, other)| (Vector3::from(other) - normal).norm()).fold(0.0, f32::max);
+        Self { center, radius, normal, spread }
     }
 
-    /// Adds the gaps to the samples in some blocks.
+    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface.
+    fn least_clearance(&self, other: &Self, opposite: f32) -> f32 {
+        // The clearance of the centers, less the most by which positions and normals within the spheres change each term.
+        let offset = self.center - other.center;
+        let (gap, facing) = (offset.dot(&other.normal), self.normal.dot(&other.normal));
+        let aside = (offset.norm_squared() - gap * gap).max(0.0).sqrt();
+        let radius = self.radius + other.radius;
+        let length = gap.abs() + aside + radius;
+        let tilt = other.spread * length;
+        if gap + radius + tilt < -MAX_OVERLAP {
+            return f32::INFINITY;
+        }
+        let excess = (aside - radius - 2.0 * tilt - opposite).max(0.0);
+        let beside = gap * facing - offset.dot(&self.normal) - radius - 2.0 * (tilt + self.spread * length);
+        let turned = facing - self.spread - other.spread - FACING;
+        0.5 * (gap - radius - tilt).max(0.0) + excess + GROWTH * (turned.max(0.0) + beside.max(0.0))
+    }
+}
+
+impl OwnSample {
+    /// Adds the gaps to the samples in some blocks, each with a lower bound of the clearance.
     #[inline(always)]
     fn add_gaps<'a, S: Simd>(
         &mut self,
         simd: S,
-        blocks: impl Iterator<Item = &'a Block>,
+        blocks: impl Iterator<Item = (f32, &'a Block)>,
         is_own: bool,
-        distance: f32,
+        (distance, opposite): (f32, f32),
     ) {
         let zero = f32x8::splat(simd, 0.0);
         let none = f32x8::splat(simd, f32::INFINITY);
-        for block in blocks {
-            if self.is_beyond(block, distance) {
+        let patch =
+            Patch { center: self.position.into(), normal: self.normal.into(), radius: 0.0, spread: 0.0 };
+        for (least, block) in blocks {
+            let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
+            if least >= known || patch.least_clearance(&block.patch, opposite) >= known {
                 continue;
             }
             let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
@@ -330,15 +395,16 @@ impl OwnSample {
             let growth = ((facing - FACING).max(zero) + beside.max(zero)) * GROWTH;
             let clearance = gap.max(zero) * 0.5 + excess + growth;
             let clearance = gap.simd_ge(-MAX_OVERLAP).select(clearance, none);
-            let counts = clearance.simd_lt(distance).to_bitmask();
+            let counts = clearance.simd_lt(known).to_bitmask();
             if counts == 0 {
                 continue;
             }
             let clearances: [f32; 8] = clearance.into();
+            let found = &mut self.gaps[usize::from(block.side)];
             for lane in (0..8).filter(|lane| counts >> lane & 1 != 0) {
-                let normal = Vector3::from([3, 4, 5].map(|k: usize| f64::from(block.rows[k][lane])));
-                let (found, clearance) = (&mut self.gaps[side(&normal)], f64::from(clearances[lane]));
+                let clearance = f64::from(clearances[lane]);
                 if found.is_none_or(|found| clearance < found.clearance) {
+                    let normal = Vector3::from([3, 4, 5].map(|k: usize| f64::from(block.rows[k][lane])));
                     *found = Some(Gap { sample: self.index, normal, clearance, is_own });
                 }
             }
