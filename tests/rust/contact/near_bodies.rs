@@ -4,7 +4,7 @@
 use nalgebra::Point3;
 use supple::{
     Body, Collider, Handle, Key, Mesh, Pin, Selection, Simulation, SimulationBuilder, StepReason, Substeps,
-    TimeWindow,
+    TimeWindow, VolumeOptions,
 };
 
 use supple_tests::{block, surface_of};
@@ -68,6 +68,55 @@ fn displayed_surfaces_take_half_of_a_gap_each_and_keep_their_volumes() {
             let report = sim.body(k).volume_report();
             assert!((report.after / report.rest - 1.0).abs() < 1e-6, "gap {gap}: {report:?}");
         }
+    }
+}
+
+/// Returns the greatest depth of a vertex of a displayed surface in the surface of another body.
+fn greatest_depth(sim: &Simulation, bodies: [usize; 2]) -> f64 {
+    let [points, other] = bodies.map(|k| sim.body(k).surface().positions);
+    let other = other.into_iter().map(|p: Point3<f64>| p.into()).collect::<Vec<[f64; 3]>>();
+    let other = Collider::mesh(Mesh::new(other, sim.body(bodies[1]).mesh().unwrap().triangles()).unwrap());
+    let collider = other.unwrap();
+    let distance = collider.signed_distance_at(0.0).unwrap();
+    points.into_iter().map(|point| -distance(point.into())).fold(0.0, f64::max)
+}
+
+/// A cube, pressed to 0.4 of its height between two plates, with a body beside it that nothing holds.
+fn pressed_between_plates(gap: f64, volume: VolumeOptions) -> Simulation {
+    let whole = || Selection::Box { min: [-100.0; 3], max: [100.0; 3] };
+    let plate = |y: f64| resting([8, 1, 8], [-CELL, y * CELL, -CELL], 1e7);
+    let (mut low, mut high) = (plate(-1.01), plate(6.01));
+    low.pin(&Pin { selection: whole(), window: TimeWindow::default() }).unwrap();
+    let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -3.6 * CELL, 0.0], ..Key::default() }];
+    high.handle(&Handle { selection: whole(), motion: keys.into(), window: TimeWindow::default() }).unwrap();
+    let mut bodies = [
+        resting([6; 3], [0.0; 3], 3e5),
+        resting([6, 2, 6], [(6.0 + gap) * CELL, 0.2 * CELL, 0.0], 3e5),
+        low,
+        high,
+    ];
+    bodies.iter_mut().for_each(|body| body.set_volume(volume).unwrap());
+    let builder = with_bodies(bodies).gravity([0.0; 3]).fps(60.0).substeps(Substeps::Fixed(4));
+    let mut sim = builder.build().unwrap();
+    sim.advance(60);
+    sim
+}
+
+#[test]
+fn a_pressed_body_is_displayed_outside_the_bodies_around_it() {
+    for gap in [0.8, 2.4] {
+        let [sim, plain] = [VolumeOptions::default(), VolumeOptions::off()]
+            .map(|volume| pressed_between_plates(gap, volume));
+        for other in 1..4 {
+            for bodies in [[0, other], [other, 0]] {
+                let [depth, of_lattices] = [&sim, &plain].map(|sim| greatest_depth(sim, bodies) / CELL);
+                assert!(depth < of_lattices + 0.1, "gap {gap}, {bodies:?}: {depth} {of_lattices}");
+            }
+        }
+        // The free sides have enough space for the volume, or the report says that they have not.
+        let component = sim.body(0).volume_report();
+        let residual = component.after / component.rest - 1.0;
+        assert!(residual.abs() < 1e-5 || component.capped, "gap {gap}: {component:?}");
     }
 }
 

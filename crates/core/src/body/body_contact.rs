@@ -114,11 +114,6 @@ impl Body {
         self.contact.body_contact.as_ref().map(BodyContact::bounds)
     }
 
-    /// Returns whether parts of the body touch each other that are connected.
-    pub(crate) fn has_self_contact(&self) -> bool {
-        self.settings.has_self_contact
-    }
-
     /// Returns the number of samples of the surface at which the body touches other bodies or itself, or `None` if it
     /// can touch none. A simulation creates the samples when another body is near for the first time; before, this
     /// function creates them each time.

@@ -4,17 +4,14 @@ use nalgebra::Vector3;
 
 use super::found::Found;
 use crate::body::{Body, BodyRef, NearBodies};
-use crate::contact::bodies::{BodyView, ContactSurface, GapBody, GapSearch, TouchingBody};
+use crate::contact::bodies::{BodyView, ContactSurface, Gap, GapSearch, SIDES, TouchingBody, side};
 use crate::volume::Limit;
-
-/// Greatest gap in cells to another body that limits the displayed surface.
-const GREATEST_GAP: f64 = 1.5;
 
 /// Distance in cells by which a body may have moved since its box was measured.
 const BOX_MARGIN: f64 = 1.0;
 
-/// Number of keys of a vertex: one for each dominant axis and sign of the normal of a limit, and six more for soft limits.
-const KEYS: u32 = 12;
+/// Number of keys of a vertex: one for each side of the normal of a limit, and as many for soft limits.
+const KEYS: usize = 2 * SIDES;
 
 impl<'a> NearBodies<'a> {
     /// Iterates over the bodies that the body may touch and that may be within a distance of it in cells.
@@ -41,51 +38,54 @@ impl<'a> NearBodies<'a> {
         self.contacts.may_touch(self.index, self.index)
     }
 
-    /// Returns whether another body, or the body itself, may limit its displayed surface.
+    /// Returns whether another body, or the body itself, may limit its displayed surface, which moves less than the size
+    /// of the body.
     pub(super) fn is_any(self) -> bool {
-        self.touches_itself() || self.near(GREATEST_GAP).next().is_some()
+        let own = &self.bodies[self.index as usize];
+        let size = own.contact_bounds().map_or(0.0, |bounds| bounds.longest_side());
+        self.touches_itself() || self.near(2.0 * size / own.lattice().cell_size()).next().is_some()
     }
 }
 
-/// Finds the limits of a body for one set of positions, as far as they limit displacements of up to a distance in cells.
-/// With them, the displayed surface takes at most half of a gap to another body, and does not move towards a body that it
-/// touches.
+/// Finds the limits of a body, as far as they limit displacements from `start` of up to `reach` in cells, both with one entry
+/// per lattice vertex. With them, the displayed surface takes at most half of a gap between the bodies of the dynamics, and
+/// does not move towards a body that it touches.
 pub(super) fn find(
     gaps: &mut GapSearch,
     body: BodyRef<'_>,
     near: NearBodies<'_>,
-    positions: &[[f32; 3]],
-    distance: f64,
+    (start, reach): (&[[f32; 3]], &[f32]),
     found: &mut Found,
 ) {
-    let Some(surface) = body.get().surface_of_contact() else { return };
-    found.begin(KEYS as usize * positions.len());
+    let (state, slots) = (body.state(), body.get().matching().layout.slots());
     let is_in_pieces = body.get().is_in_pieces();
-    let mut add = |sample: u32, normal: Vector3<f64>, clearance: f64, is_own: bool| {
-        let axis = normal.iamax() as u32;
-        let side = axis + if normal[axis as usize] < 0.0 { 3 } else { 0 };
+    // Clearances are measured from the positions of the dynamics, from which the start differs in a tangled frame.
+    let moved = |vertex: u32| {
+        let (from, to) = (state.positions.get(slots[vertex as usize]), start[vertex as usize]);
+        Vector3::from_fn(|k, _| f64::from(to[k] - from[k]))
+    };
+    let distance = |vertex: u32| f64::from(reach[vertex as usize]) + moved(vertex).norm();
+    let farthest = (0..start.len() as u32).map(distance).fold(0.0, f64::max);
+    if !near.touches_itself() && near.near(2.0 * farthest).next().is_none() {
+        return;
+    }
+    let (Some(surface), Some(view)) = (body.get().surface_of_contact(), body.get().contact_view()) else {
+        return;
+    };
+    found.begin(KEYS * start.len());
+    let mut add = |Gap { sample, normal, clearance, is_own }: Gap| {
         // Where a body breaks, its pieces overlap. Their volume is more important.
         let is_soft = is_own && is_in_pieces;
-        let key = side + if is_soft { KEYS / 2 } else { 0 };
+        let key = side(&normal) + if is_soft { SIDES } else { 0 };
         for vertex in surface.vertices_of(sample) {
-            found.add(KEYS * vertex + key, Limit { vertex, normal, clearance, is_soft });
+            let clearance = clearance + normal.dot(&moved(vertex));
+            found.add(KEYS as u32 * vertex + key as u32, Limit { vertex, normal, clearance, is_soft });
         }
     };
-    for touch in body.state().touches.samples() {
+    for touch in state.touches.samples() {
         let normal = Vector3::from(touch.normal.map(f64::from));
-        add(touch.sample, normal, 0.0, near.index == touch.other);
+        add(Gap { sample: touch.sample, normal, clearance: 0.0, is_own: near.index == touch.other });
     }
-    let own = GapBody {
-        surface,
-        lattice: body.get().lattice(),
-        positions,
-        frame: body.frame(),
-        connected_parts_touch: body.get().has_self_contact(),
-        touches_itself: near.touches_itself(),
-    };
-    let distance = distance.min(GREATEST_GAP / 2.0);
-    gaps.find(&own, near.surfaces(2.0 * distance), distance, |gap| {
-        add(gap.sample, gap.normal, gap.clearance, gap.is_own)
-    });
+    gaps.find((view, surface), near.surfaces(2.0 * farthest), near.touches_itself(), distance, add);
     found.end();
 }

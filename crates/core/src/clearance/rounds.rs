@@ -17,6 +17,10 @@ const ROUNDS: usize = 16;
 /// if the displacements grow in a later round.
 const MARGIN: f64 = 2.0;
 
+/// Search distance for limits of a vertex at bodies, as a multiple of its displacement. A second search is only one of the
+/// vertices that move farther, so the margin is small.
+const REACH_MARGIN: f32 = 1.25;
+
 /// Moves the vertices of a body from their start, as far as limits allow.
 pub(crate) trait Mover {
     /// Moves the vertices from their start within limits. Returns the moved positions, one per lattice vertex.
@@ -34,9 +38,17 @@ pub(crate) struct Clearance {
     found: Found,
     colliders: ColliderSearch,
     gaps: GapSearch,
+    /// Displacement of each vertex in cells up to which limits at bodies are searched.
+    reach: Vec<f32>,
 }
 
 impl Clearance {
+    /// Begins a frame of a body: forgets what was found in the frame before. Within a frame, gaps to other bodies are kept
+    /// from one displacement to the next.
+    pub(crate) fn begin(&mut self) {
+        self.gaps.begin();
+    }
+
     /// Moves the vertices of a body such that no sample of its surface moves into a collider or deeper into it, and that
     /// the surface takes at most half of a gap to another body.
     ///
@@ -57,6 +69,10 @@ impl Clearance {
         let near = body.context().and_then(|context| context.near).filter(|near| near.is_any());
         let is_free = obstacles.is_none() && near.is_none();
         self.found.limits.list_mut().clear();
+        self.reach.clear();
+        if near.is_some() {
+            self.reach.resize(start.len(), distance as f32);
+        }
         if distance > 0.0 && !is_free {
             self.find(body, obstacles.as_ref(), near, start, distance);
         }
@@ -68,13 +84,18 @@ impl Clearance {
         let curved = obstacles.as_ref().filter(|obstacles| obstacles.is_any_curved());
         for _ in 0..ROUNDS {
             let greatest = factor * greatest_displacement(start, moved);
+            let must_reach = self.extend_reach(start, moved);
             let has_more = if greatest > distance {
                 distance = MARGIN * greatest;
                 self.find(body, obstacles.as_ref(), near, start, distance)
             } else {
-                curved.is_some_and(|obstacles| {
-                    distance > 0.0 && self.colliders.add_entered(obstacles, moved, &mut self.found)
-                })
+                let is_exceeded = must_reach
+                    && self.find(body, obstacles.as_ref(), near, start, distance)
+                    && self.found.limits.are_exceeded(start, moved);
+                is_exceeded
+                    || curved.is_some_and(|obstacles| {
+                        distance > 0.0 && self.colliders.add_entered(obstacles, moved, &mut self.found)
+                    })
             };
             if !has_more && !mover.remove_soft(&mut self.found.limits) {
                 return true;
@@ -85,7 +106,22 @@ impl Clearance {
         false
     }
 
-    /// Replaces the limits by those of displacements of up to `distance`. Returns whether there are any.
+    /// Increases the distances up to which limits at bodies are searched, where vertices moved farther. Returns whether any
+    /// did.
+    fn extend_reach(&mut self, start: &[[f32; 3]], moved: &[[f32; 3]]) -> bool {
+        let mut has_extended = false;
+        for (reach, ends) in self.reach.iter_mut().zip(start.iter().zip(moved)) {
+            let displacement = squared_displacement(ends).sqrt();
+            if displacement > *reach {
+                *reach = REACH_MARGIN * displacement;
+                has_extended = true;
+            }
+        }
+        has_extended
+    }
+
+    /// Replaces the limits by those of displacements of up to `distance`, at bodies of up to `reach`. Returns whether there
+    /// are any.
     fn find(
         &mut self,
         body: BodyRef<'_>,
@@ -94,13 +130,13 @@ impl Clearance {
         start: &[[f32; 3]],
         distance: f64,
     ) -> bool {
-        let Self { found, colliders, gaps } = self;
+        let Self { found, colliders, gaps, reach } = self;
         found.limits.list_mut().clear();
         if let Some(obstacles) = obstacles {
             colliders.find(obstacles, start, distance, found);
         }
         if let Some(near) = near {
-            bodies::find(gaps, body, near, start, distance, found);
+            bodies::find(gaps, body, near, (start, reach), found);
         }
         found.limits.sort();
         !found.limits.list().is_empty()
@@ -108,12 +144,16 @@ impl Clearance {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.found.bytes() + self.colliders.bytes() + self.gaps.bytes()
+        self.found.bytes() + self.colliders.bytes() + self.gaps.bytes() + size_of_val(&*self.reach)
     }
 }
 
 /// Returns the greatest displacement of a vertex from its start, in cells.
 fn greatest_displacement(start: &[[f32; 3]], moved: &[[f32; 3]]) -> f64 {
-    let squared = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|k| (b[k] - a[k]).powi(2)).sum();
-    f64::from(start.iter().zip(moved).map(squared).fold(0.0_f32, f32::max).sqrt())
+    f64::from(start.iter().zip(moved).map(squared_displacement).fold(0.0_f32, f32::max).sqrt())
+}
+
+/// Returns the squared displacement of a vertex from its start to its moved position, in cells.
+fn squared_displacement((start, moved): (&[f32; 3], &[f32; 3])) -> f32 {
+    (0..3).map(|k| (moved[k] - start[k]).powi(2)).sum()
 }

@@ -53,6 +53,7 @@ impl Display {
         let frame = Frame::new(body.into());
         let body = frame.body.get();
         self.lattice.begin(body);
+        self.clearance.begin();
         self.times = DisplayTimes::default();
         if let Some(correction) = body.correction() {
             body.set_rest_volumes(correction, &mut self.correcting.workspace);

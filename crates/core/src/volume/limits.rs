@@ -2,6 +2,9 @@
 
 use nalgebra::Vector3;
 
+/// Distance in cells by which a vertex must exceed a limit to be moved again.
+const NOTICEABLE: f64 = 1e-3;
+
 /// Limit of a lattice vertex: a half space in which the vertex must stay, so that the surface does not enter
 /// an obstacle: a collider, or the surface of another body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +30,8 @@ pub(crate) enum Motion {
     Free,
     /// Slides along the plane of one limit, with this normal.
     Sliding(Vector3<f64>),
+    /// Slides along the line at which the planes of two limits meet, with this unit vector along it.
+    Along(Vector3<f64>),
     /// Is stopped by several limits.
     Stopped,
 }
@@ -54,6 +59,15 @@ impl Limits {
         &limits[..limits.iter().take_while(|limit| limit.vertex == vertex).count()]
     }
 
+    /// Returns whether a vertex that moved from its start exceeds a limit noticeably.
+    pub(crate) fn are_exceeded(&self, start: &[[f32; 3]], moved: &[[f32; 3]]) -> bool {
+        self.0.iter().any(|limit| {
+            let [from, to] = [start, moved].map(|positions| positions[limit.vertex as usize]);
+            let displacement = Vector3::from_fn(|k, _| f64::from(to[k] - from[k]));
+            -limit.normal.dot(&displacement) > limit.clearance + NOTICEABLE
+        })
+    }
+
     /// Iterates over the limits of each vertex that has any, in the order of the vertices.
     pub(super) fn by_vertex(&self) -> impl Iterator<Item = &[Limit]> {
         self.0.chunk_by(|a, b| a.vertex == b.vertex)
@@ -65,11 +79,15 @@ impl Limits {
     }
 }
 
+/// Squared sine of the angle between two planes up to which they count as parallel, so that they meet at no line: where they
+/// meet is farther than 30 times the excess.
+const PARALLEL: f64 = 1e-3;
+
 /// Projects a step of a vertex to its limits. Returns the step within the limits, and how the limits change it.
 ///
-/// The step is projected to the plane of each limit that it exceeds, one limit after another. A projection can move it
-/// beyond another limit, for example between obstacles at an acute angle. It is then shortened until it satisfies this
-/// other limit.
+/// The step is projected to the plane of the first limit that it exceeds, then, if it exceeds another one, to the line at
+/// which both planes meet, and then to the point at which this line meets a third plane. Limits that it exceeds afterwards
+/// shorten it.
 ///
 /// * `limits`: the limits of the vertex.
 /// * `from`: the displacement before the step, within the limits.
@@ -86,9 +104,31 @@ pub(crate) fn project(
     let mut motion = Motion::Free;
     for limit in limits {
         let excess = excess(limit, &step);
-        if excess > 0.0 {
-            step += limit.normal * excess;
-            motion = if motion == Motion::Free { Motion::Sliding(limit.normal) } else { Motion::Stopped };
+        if excess <= rounding {
+            continue;
+        }
+        match motion {
+            Motion::Free => {
+                step += limit.normal * excess;
+                motion = Motion::Sliding(limit.normal);
+            }
+            Motion::Sliding(first) => {
+                // Within the plane of the first limit, so that this one stays satisfied.
+                let within = limit.normal - first * first.dot(&limit.normal);
+                let squared = within.norm_squared();
+                if squared > PARALLEL {
+                    step += within * (excess / squared);
+                    motion = Motion::Along(first.cross(&limit.normal).normalize());
+                }
+            }
+            Motion::Along(axis) => {
+                let along = axis.dot(&limit.normal);
+                if along * along > PARALLEL {
+                    step += axis * (excess / along);
+                    motion = Motion::Stopped;
+                }
+            }
+            Motion::Stopped => {}
         }
     }
     for limit in limits {
@@ -135,7 +175,11 @@ mod tests {
     fn several_limits_are_all_satisfied() {
         let step = [1.2, -1.6, 0.0];
         let floor_and_wall = [limit(FLOOR, 0.5), limit(WALL, 0.1)];
-        assert_projected(&floor_and_wall, [[0.0; 3], step, [0.1, -0.5, 0.0]], Motion::Stopped);
+        let along = Motion::Along(Vector3::z());
+        assert_projected(&floor_and_wall, [[0.0; 3], step, [0.1, -0.5, 0.0]], along);
+        // Along the line at which the floor and the wall meet, nothing stops the vertex.
+        let step_along = [1.2, -1.6, 3.0];
+        assert_projected(&floor_and_wall, [[0.0; 3], step_along, [0.1, -0.5, 3.0]], along);
         let two_floors = [limit(FLOOR, 0.2), limit(FLOOR, 0.5)];
         assert_projected(&two_floors, [[0.0; 3], step, [1.2, -0.2, 0.0]], Motion::Sliding(FLOOR.into()));
         // A narrow wedge: after the projection to one side, the vertex must not be beyond the other side.

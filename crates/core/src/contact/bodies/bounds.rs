@@ -33,6 +33,11 @@ impl Bounds {
         })
     }
 
+    /// Returns the length of the longest side.
+    pub(crate) fn longest_side(&self) -> f64 {
+        (self.high - self.low).max()
+    }
+
     /// Returns the box enlarged by `margin` on all sides.
     pub(crate) fn enlarged(self, margin: f64) -> Self {
         let margin = Vector3::repeat(margin);
@@ -42,6 +47,12 @@ impl Bounds {
     /// Returns the greatest distance between a point of this box and one of the other.
     pub(super) fn greatest_difference(&self, other: &Self) -> f64 {
         (self.high - other.low).sup(&(other.high - self.low)).norm()
+    }
+
+    /// Returns the center and the radius of the sphere through the corners.
+    pub(super) fn sphere(&self) -> (Vector3<f32>, f32) {
+        let (center, half) = (nalgebra::center(&self.low, &self.high), (self.high - self.low) * 0.5);
+        (center.coords.map(|x| x as f32), half.norm() as f32)
     }
 
     /// Returns the intersection, which may be empty.

@@ -1,8 +1,10 @@
 //! Finds the gaps between the surfaces of a body and of the bodies around it.
 //!
 //! The volume correction moves both surfaces at a gap, so each of them may take half of it. A gap is measured between
-//! samples of two surfaces that face each other, along the normal of the own one. Positions and distances are in cells
-//! of the body, from its origin.
+//! samples of two surfaces, along the normal of the other one. Positions and distances are in cells of the body, from its
+//! origin.
+
+use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 use nalgebra::{Point3, Vector3};
@@ -13,24 +15,26 @@ use super::grid::Grid;
 use super::surface::{ContactSurface, Sample};
 use super::view::BodyView;
 use crate::contact::memory::buffer_bytes;
-use crate::lattice::Lattice;
 use crate::simd::level;
-use crate::state::BodyFrame;
 
 /// Distance along the surface, in cells of the other body, up to which a sample is opposite to one of the other body,
 /// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
 /// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
 
-/// Product of two normals above which the clearance grows, for the same reason, by [`FACING_GROWTH`] times the
-/// difference. Surfaces whose product is 0 or more do not face each other.
-const FACING: f32 = -0.5;
+/// Product of two normals above which the clearance grows, for the same reason, by [`GROWTH`] times the difference. A
+/// surface at a right angle to the other one can move into it sideways.
+const FACING: f32 = 0.25;
 
-/// See [`FACING`].
-const FACING_GROWTH: f32 = 4.0;
+/// Growth of the clearance with the product of the normals, and with the distance by which a sample of the other surface
+/// lies in front of the own one sideways: the gap there is one to another side of the other body.
+const GROWTH: f32 = 4.0;
 
 /// Greatest overlap. Samples that are deeper face each other through a thin body.
 const MAX_OVERLAP: f32 = 0.25;
+
+/// Number of sides of normals.
+pub(crate) const SIDES: usize = 6;
 
 /// A gap at a sample of a body.
 #[derive(Clone, Copy, Debug)]
@@ -44,28 +48,16 @@ pub(crate) struct Gap {
     pub(crate) is_own: bool,
 }
 
-/// A body whose gaps are searched.
-#[derive(Clone, Copy)]
-pub(crate) struct GapBody<'a> {
-    pub(crate) surface: &'a ContactSurface,
-    pub(crate) lattice: &'a Lattice,
-    /// Position of each lattice vertex.
-    pub(crate) positions: &'a [[f32; 3]],
-    pub(crate) frame: BodyFrame,
-    /// Whether parts of the body touch each other.
-    pub(crate) touches_itself: bool,
-    /// Whether connected parts of the body touch each other.
-    pub(crate) connected_parts_touch: bool,
-}
-
 /// The search for the gaps of one body after another. Its buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GapSearch {
-    /// The cells of the body with samples.
+    /// Positions of the lattice vertices of the body.
+    own_positions: Vec<Point3<f64>>,
+    /// The cells of the body with samples. Empty before the first search of a body.
     own: Vec<OwnCell>,
-    /// The samples of the cells in `own` that are near another surface.
+    /// The samples of the body.
     own_samples: Vec<OwnSample>,
-    /// Positions of the lattice vertices of the other body.
+    /// Positions of the lattice vertices of another body.
     positions: Vec<Point3<f64>>,
     /// Cells with samples of the other surface that are near the body.
     cells: Vec<OtherCell>,
@@ -75,17 +67,20 @@ pub(crate) struct GapSearch {
     grid: Grid,
     /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// The `cells` near the present cell of the body, as ranges of `blocks`.
-    near: Vec<(u32, u32)>,
+    /// The `blocks` near the present cell of the body, in increasing order of a lower bound of the clearance: the bound,
+    /// and the index.
+    near: Vec<(f32, u32)>,
 }
 
 /// A cell of the body with samples.
 #[derive(Clone, Debug)]
 struct OwnCell {
-    /// Its box, enlarged by the greatest gap.
+    /// Greatest clearance that counts, as far as gaps were searched.
+    distance: f32,
+    /// Its box enlarged by the greatest gap in the present search; empty if its gaps are known.
     bounds: Bounds,
-    /// Its samples, as a range of `GapSearch::own_samples`; `None` until another surface is near.
-    samples: Option<(u32, u32)>,
+    /// Its samples, as a range of `GapSearch::own_samples`, and their patch; `None` until another surface is near.
+    samples: Option<((u32, u32), Patch)>,
 }
 
 /// A sample of the body.
@@ -94,12 +89,10 @@ struct OwnSample {
     /// Index in `ContactSurface::samples`.
     index: u32,
     position: [f32; 3],
-    /// Unit normal.
+    /// Unit normal; zero where the cell is flat or inside out.
     normal: [f32; 3],
-    /// The least clearance found, or the greatest that counts.
-    clearance: f32,
-    /// As `clearance`, to other bodies only.
-    to_others: f32,
+    /// The gap of least clearance for each [`side`] of its normal; `None` if its clearance is too great.
+    gaps: [Option<Gap>; SIDES],
 }
 
 /// A cell with samples of another surface.
@@ -114,70 +107,100 @@ struct OtherCell {
     found_for: Option<u32>,
 }
 
-/// Eight samples of a deformed surface, as rows of numbers: positions, unit normals, and distances up to which a sample
-/// is opposite. Those that fill up a block have no normal.
-type Block = [[f32; 8]; 7];
+/// Up to eight samples of a deformed surface, whose normals have one [`side`].
+#[derive(Clone, Debug, Default)]
+struct Block {
+    /// Rows of numbers: positions, unit normals, and distances up to which a sample is opposite. These are negative and
+    /// infinite for samples that fill up a block.
+    rows: [[f32; 8]; 7],
+    count: u8,
+    side: u8,
+    patch: Patch,
+}
+
+/// A sphere that contains samples, and another one that contains their normals.
+#[derive(Clone, Copy, Debug, Default)]
+struct Patch {
+    center: Vector3<f32>,
+    radius: f32,
+    normal: Vector3<f32>,
+    spread: f32,
+}
+
+/// A body, and its surface.
+type Surfaced<'a> = (BodyView<'a>, &'a ContactSurface);
 
 impl GapSearch {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { own, own_samples, positions, cells, boxes, grid, blocks, near } = self;
-        let own = buffer_bytes(own) + buffer_bytes(own_samples);
+        let Self { own_positions, own, own_samples, positions, cells, boxes, grid, blocks, near } = self;
+        let own = buffer_bytes(own_positions) + buffer_bytes(own) + buffer_bytes(own_samples);
         let others = buffer_bytes(positions) + buffer_bytes(cells) + buffer_bytes(boxes) + grid.bytes();
         own + others + buffer_bytes(blocks) + buffer_bytes(near)
     }
 
-    /// Calls `visit` for the samples of a body that have a clearance of less than `distance` to another body, or to the
-    /// body itself. Surfaces that are not closed have no side that faces another one, and so no gaps.
+    /// Begins the search of a body: forgets the gaps that were found.
+    pub(crate) fn begin(&mut self) {
+        self.own.clear();
+        self.own_samples.clear();
+    }
+
+    /// Calls `visit` for the gaps of a body to other bodies, and to the body itself if `touches_itself`: for each sample
+    /// and [`side`] the one with the least clearance, if it is less than the greatest `distance` of a corner of the sample's
+    /// cell. Surfaces that are not closed have no gaps.
+    ///
+    /// After [`begin`](Self::begin), it may be called several times for a body, while no body moves. Only cells with a greater
+    /// distance than before are searched again.
+    ///
+    /// * `distance`: returns the greatest clearance that counts at a lattice vertex.
     pub(crate) fn find<'a>(
         &mut self,
-        body: &GapBody<'_>,
-        others: impl Iterator<Item = (BodyView<'a>, &'a ContactSurface)>,
-        distance: f64,
-        mut visit: impl FnMut(Gap),
+        body: Surfaced<'a>,
+        others: impl Iterator<Item = Surfaced<'a>>,
+        touches_itself: bool,
+        distance: impl Fn(u32) -> f64,
+        visit: impl FnMut(Gap),
     ) {
-        if !body.surface.is_closed {
+        if !body.1.is_closed {
             return;
         }
-        let all = self.begin(body, 2.0 * distance);
-        for (other, surface) in others.filter(|(_, surface)| surface.is_closed) {
-            let opposite = OPPOSITE * other.lattice.cell_size() / body.lattice.cell_size();
-            self.positions.clear();
-            let vertices = 0..other.lattice.len() as u32;
-            self.positions
-                .extend(vertices.map(|vertex| Point3::from(body.frame.to_local(&other.position(vertex)))));
-            self.add_cells(surface, &all);
-            self.find_near(body, surface, opposite, false, distance);
+        if self.own.is_empty() {
+            set_positions(&mut self.own_positions, &body.0, &body.0);
+            let cell = OwnCell { distance: 0.0, bounds: Bounds::EMPTY, samples: None };
+            self.own.resize(body.1.cells.len(), cell);
         }
-        self.own_samples.iter_mut().for_each(|sample| sample.to_others = sample.clearance);
-        if body.touches_itself {
-            self.positions.clear();
-            self.positions.extend(body.positions.iter().map(point));
-            self.add_cells(body.surface, &all);
-            self.find_near(body, body.surface, OPPOSITE, true, distance);
+        let all = self.extend(body.1, distance);
+        if !all.is_empty() {
+            for other in others.filter(|(_, surface)| surface.is_closed) {
+                set_positions(&mut self.positions, &other.0, &body.0);
+                self.find_near(&body, &other, &all, false);
+            }
+            if touches_itself {
+                self.positions.clone_from(&self.own_positions);
+                self.find_near(&body, &body, &all, true);
+            }
         }
-        let greatest = distance as f32;
-        for sample in self.own_samples.iter().filter(|sample| sample.clearance < greatest) {
-            let normal = -Vector3::from(sample.normal).map(f64::from);
-            let is_own = sample.clearance < sample.to_others;
-            visit(Gap { sample: sample.index, normal, clearance: sample.clearance.into(), is_own });
-        }
+        self.own_samples.iter().flat_map(|sample| sample.gaps).flatten().for_each(visit);
     }
 
-    /// Begins the search of a body for gaps of at most `greatest`. Returns the box within which other surfaces are
-    /// near.
-    fn begin(&mut self, body: &GapBody<'_>, greatest: f64) -> Bounds {
-        let Self { own, own_samples, .. } = self;
-        own_samples.clear();
-        own.clear();
-        own.extend(body.surface.cells.iter().map(|group| OwnCell {
-            bounds: Bounds::of(body.corners(group.cell)).enlarged(greatest),
-            samples: None,
-        }));
-        own.iter().fold(Bounds::EMPTY, |all, cell| all.union(&cell.bounds))
+    /// Increases the greatest clearances that count. Returns the box of all cells that must be searched again.
+    fn extend(&mut self, surface: &ContactSurface, distance: impl Fn(u32) -> f64) -> Bounds {
+        let mut all = Bounds::EMPTY;
+        for (own, group) in self.own.iter_mut().zip(&surface.cells) {
+            let vertices = surface.corners[group.cell as usize];
+            let distance = vertices.into_iter().map(&distance).fold(0.0, f64::max);
+            own.bounds = Bounds::EMPTY;
+            if distance as f32 > own.distance {
+                own.distance = distance as f32;
+                let corners = vertices.map(|vertex| self.own_positions[vertex as usize]);
+                own.bounds = Bounds::of(corners).enlarged(2.0 * distance);
+                all = all.union(&own.bounds);
+            }
+        }
+        all
     }
 
-    /// Replaces the cells by the cells in a box of a surface with the vertices `positions`.
+    /// Lists the cells of a surface that have points in a box.
     fn add_cells(&mut self, surface: &ContactSurface, all: &Bounds) {
         let Self { positions, cells, boxes, grid, blocks, .. } = self;
         cells.clear();
@@ -195,130 +218,196 @@ impl GapSearch {
         grid.fill(boxes, all, 1.0);
     }
 
-    /// Finds the clearances to the cells of a surface, of another body or of the body itself.
-    fn find_near(
-        &mut self,
-        body: &GapBody<'_>,
-        surface: &ContactSurface,
-        opposite: f64,
-        is_own: bool,
-        distance: f64,
-    ) {
-        let Self { own, own_samples, cells, boxes, grid, blocks, near, .. } = self;
-        let all = boxes.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(bounds));
-        for (own, group) in own.iter_mut().zip(&body.surface.cells) {
-            let bounds = own.bounds;
-            if !bounds.intersects(&all) {
+    /// Finds the gaps to another body, or to the body itself, of the cells that must be searched.
+    fn find_near(&mut self, body: &Surfaced<'_>, other: &Surfaced<'_>, all: &Bounds, is_own: bool) {
+        self.add_cells(other.1, all);
+        if self.cells.is_empty() {
+            return;
+        }
+        let opposite = (OPPOSITE * other.0.lattice.cell_size() / body.0.lattice.cell_size()) as f32;
+        let Self { own, own_positions, own_samples, cells, boxes, grid, blocks, near, .. } = self;
+        let touch = |cells| body.1.cells_touch(body.0.lattice, body.0.touches_itself, cells);
+        for (own, group) in own.iter_mut().zip(&body.1.cells) {
+            if own.bounds.is_empty() {
                 continue;
             }
             near.clear();
-            for bin in grid.bins(&bounds) {
+            for bin in grid.bins(&own.bounds) {
                 for &index in grid.cells_of(bin) {
-                    let OtherCell { cell, group: other, blocks: range, found_for } =
-                        &mut cells[index as usize];
-                    let sampled = &surface.cells[*other as usize];
-                    let is_new = *found_for != Some(group.cell)
-                        && (!is_own || body.cells_touch([group.cell, sampled.cell]))
-                        && boxes[index as usize].1.intersects(&bounds);
-                    if !is_new {
-                        continue;
+                    let found = &mut cells[index as usize];
+                    let sampled = &other.1.cells[found.group as usize];
+                    let is_new = found.found_for != Some(group.cell)
+                        && (!is_own || touch([group.cell, sampled.cell]))
+                        && boxes[index as usize].1.intersects(&own.bounds);
+                    if is_new {
+                        found.found_for = Some(group.cell);
+                        let (first, end) = *found.blocks.get_or_insert_with(|| {
+                            let samples = sampled.samples.start as usize..sampled.samples.end as usize;
+                            add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
+                        });
+                        let (_, patch) = own.samples.get_or_insert_with(|| {
+                            let corners = body.1.corners[group.cell as usize];
+                            let cell =
+                                DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
+                            add_own_samples(own_samples, &cell, body.1, group.samples.clone())
+                        });
+                        near.extend((first..end).filter_map(|block| {
+                            let least = patch.least_clearance(&blocks[block as usize].patch, opposite);
+                            (least < own.distance).then_some((least, block))
+                        }));
                     }
-                    *found_for = Some(group.cell);
-                    near.push(*range.get_or_insert_with(|| {
-                        let samples =
-                            &surface.samples[sampled.samples.start as usize..sampled.samples.end as usize];
-                        add_blocks(blocks, cell, samples, opposite as f32)
-                    }));
                 }
             }
-            if near.is_empty() {
+            let Some(((first, end), _)) = own.samples else { continue };
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            for sample in &mut own_samples[first as usize..end as usize] {
+                let blocks = near.iter().map(|&(least, block)| (least, &blocks[block as usize]));
+                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, opposite)));
+            }
+        }
+    }
+}
+
+/// Sets the positions of the vertices of a body in the frame of another one.
+fn set_positions(positions: &mut Vec<Point3<f64>>, body: &BodyView<'_>, own: &BodyView<'_>) {
+    let vertices = 0..body.lattice.len() as u32;
+    positions.clear();
+    positions.extend(vertices.map(|vertex| Point3::from(own.state.frame.to_local(body.position(vertex)))));
+}
+
+/// Returns the side of a unit normal: its dominant axis and the sign along it.
+pub(crate) fn side(normal: &Vector3<f64>) -> usize {
+    let axis = normal.iamax();
+    axis + if normal[axis] < 0.0 { 3 } else { 0 }
+}
+
+/// Adds the samples of a cell of the body. Returns their range, and their patch.
+fn add_own_samples(
+    own_samples: &mut Vec<OwnSample>,
+    cell: &DeformedCell,
+    surface: &ContactSurface,
+    samples: Range<u32>,
+) -> ((u32, u32), Patch) {
+    let first = own_samples.len();
+    own_samples.extend(samples.map(|index| {
+        let (position, normal) = pose(cell, &surface.samples[index as usize]);
+        OwnSample { index, position, normal: normal.unwrap_or_default(), gaps: [None; SIDES] }
+    }));
+    let added = own_samples[first..].iter().map(|sample| (sample.position, sample.normal));
+    ((first as u32, own_samples.len() as u32), Patch::of(added))
+}
+
+/// Adds the samples of a deformed cell, except those without a normal. Returns the range of their blocks.
+fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], opposite: f32) -> (u32, u32) {
+    let first = blocks.len();
+    let mut block_of_side = [None; SIDES];
+    for sample in samples {
+        let ([x, y, z], Some([a, b, c])) = pose(cell, sample) else { continue };
+        let side = side(&Vector3::new(a, b, c).map(f64::from));
+        let index =
+            block_of_side[side].filter(|&index: &usize| blocks[index].count < 8).unwrap_or_else(|| {
+                let mut block = Block { side: side as u8, ..Block::default() };
+                block.rows[6] = [f32::NEG_INFINITY; 8];
+                blocks.push(block);
+                blocks.len() - 1
+            });
+        block_of_side[side] = Some(index);
+        let block = &mut blocks[index];
+        for (row, value) in block.rows.iter_mut().zip([x, y, z, a, b, c, opposite]) {
+            row[block.count as usize] = value;
+        }
+        block.count += 1;
+    }
+    for block in &mut blocks[first..] {
+        let column = |first: usize, lane: usize| [0, 1, 2].map(|k| block.rows[first + k][lane]);
+        block.patch = Patch::of((0..block.count as usize).map(|lane| (column(0, lane), column(3, lane))));
+    }
+    (first as u32, blocks.len() as u32)
+}
+
+/// Returns the position and the unit normal of a sample; no normal where its cell is flat or inside out.
+fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
+    let local = sample.local.map(f64::from);
+    let normal = cell.gradient(local).normal(&Vector3::from(sample.normal.map(f64::from)));
+    (cell.position(local).map(|x| x as f32).into(), normal.map(|normal| normal.map(|x| x as f32).into()))
+}
+
+impl Patch {
+    /// Returns the patch of samples with these positions and normals.
+    fn of(samples: impl Iterator<Item = ([f32; 3], [f32; 3])> + Clone) -> Self {
+        let (mut bounds, mut sum) = (Bounds::EMPTY, Vector3::zeros());
+        for (position, normal) in samples.clone() {
+            bounds = bounds.union(&Bounds::of([Point3::from(position).map(f64::from)]));
+            sum += Vector3::from(normal);
+        }
+        let (center, radius) = bounds.sphere();
+        let normal = sum.try_normalize(0.0).unwrap_or_default();
+        let spread = samples.map(|(_, other)| (Vector3::from(other) - normal).norm()).fold(0.0, f32::max);
+        Self { center, radius, normal, spread }
+    }
+
+    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface.
+    fn least_clearance(&self, other: &Self, opposite: f32) -> f32 {
+        // The clearance of the centers, less the most by which positions and normals within the spheres change each term.
+        let offset = self.center - other.center;
+        let (gap, facing) = (offset.dot(&other.normal), self.normal.dot(&other.normal));
+        let aside = (offset.norm_squared() - gap * gap).max(0.0).sqrt();
+        let radius = self.radius + other.radius;
+        let length = gap.abs() + aside + radius;
+        let tilt = other.spread * length;
+        if gap + radius + tilt < -MAX_OVERLAP {
+            return f32::INFINITY;
+        }
+        let excess = (aside - radius - 2.0 * tilt - opposite).max(0.0);
+        let beside = gap * facing - offset.dot(&self.normal) - radius - 2.0 * (tilt + self.spread * length);
+        let turned = facing - self.spread - other.spread - FACING;
+        0.5 * (gap - radius - tilt).max(0.0) + excess + GROWTH * (turned.max(0.0) + beside.max(0.0))
+    }
+}
+
+impl OwnSample {
+    /// Adds the gaps to the samples in some blocks, each with a lower bound of the clearance.
+    #[inline(always)]
+    fn add_gaps<'a, S: Simd>(
+        &mut self,
+        simd: S,
+        blocks: impl Iterator<Item = (f32, &'a Block)>,
+        is_own: bool,
+        (distance, opposite): (f32, f32),
+    ) {
+        let zero = f32x8::splat(simd, 0.0);
+        let none = f32x8::splat(simd, f32::INFINITY);
+        let patch =
+            Patch { center: self.position.into(), normal: self.normal.into(), radius: 0.0, spread: 0.0 };
+        for (least, block) in blocks {
+            let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
+            if least >= known || patch.least_clearance(&block.patch, opposite) >= known {
                 continue;
             }
-            let (first, end) = *own.samples.get_or_insert_with(|| {
-                let cell = DeformedCell::new(&body.corners(group.cell));
-                let first = own_samples.len() as u32;
-                own_samples.extend(group.samples.clone().filter_map(|index| {
-                    let (position, normal) = pose(&cell, &body.surface.samples[index as usize])?;
-                    let clearance = distance as f32;
-                    Some(OwnSample { index, position, normal, clearance, to_others: clearance })
-                }));
-                (first, own_samples.len() as u32)
-            });
-            let samples = &mut own_samples[first as usize..end as usize];
-            dispatch!(level(), simd => find_clearances(simd, samples, blocks, near));
-        }
-    }
-}
-
-impl GapBody<'_> {
-    /// Returns the positions of the corners of a cell.
-    fn corners(&self, cell: u32) -> [Point3<f64>; 8] {
-        self.surface.corners[cell as usize].map(|vertex| point(&self.positions[vertex as usize]))
-    }
-
-    /// Returns whether two cells touch each other.
-    fn cells_touch(&self, cells: [u32; 2]) -> bool {
-        self.surface.cells_touch(self.lattice, self.connected_parts_touch, cells)
-    }
-}
-
-fn point(position: &[f32; 3]) -> Point3<f64> {
-    Point3::from(position.map(f64::from))
-}
-
-/// Adds the samples of a deformed cell. Returns the range of their blocks.
-fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], opposite: f32) -> (u32, u32) {
-    let first = blocks.len() as u32;
-    for eight in samples.chunks(8) {
-        let mut block = Block::default();
-        for (lane, sample) in eight.iter().enumerate() {
-            let Some(([x, y, z], [a, b, c])) = pose(cell, sample) else { continue };
-            for (row, value) in block.iter_mut().zip([x, y, z, a, b, c, opposite]) {
-                row[lane] = value;
+            let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
+            let (a, b, c) = (row(3), row(4), row(5));
+            let [x, y, z] = [0, 1, 2].map(|k| f32x8::splat(simd, self.position[k]) - row(k));
+            let facing = a * self.normal[0] + b * self.normal[1] + c * self.normal[2];
+            let gap = x * a + y * b + z * c;
+            let aside = (x * x + y * y + z * z - gap * gap).max(zero).sqrt();
+            let excess = (aside - row(6)).max(zero);
+            let beside = gap * facing - (x * self.normal[0] + y * self.normal[1] + z * self.normal[2]);
+            let growth = ((facing - FACING).max(zero) + beside.max(zero)) * GROWTH;
+            let clearance = gap.max(zero) * 0.5 + excess + growth;
+            let clearance = gap.simd_ge(-MAX_OVERLAP).select(clearance, none);
+            let counts = clearance.simd_lt(known).to_bitmask();
+            if counts == 0 {
+                continue;
             }
-        }
-        blocks.push(block);
-    }
-    (first, blocks.len() as u32)
-}
-
-/// Returns the position and the unit normal of a sample, or `None` where its cell is flat or inside out.
-fn pose(cell: &DeformedCell, sample: &Sample) -> Option<([f32; 3], [f32; 3])> {
-    let local = sample.local.map(f64::from);
-    let normal = cell.gradient(local).normal(&Vector3::from(sample.normal.map(f64::from)))?;
-    Some((cell.position(local).map(|x| x as f32).into(), normal.map(|x| x as f32).into()))
-}
-
-/// Reduces the clearances of samples to those to the samples in some blocks. `near` has ranges of `blocks`.
-#[inline(always)]
-fn find_clearances<S: Simd>(simd: S, samples: &mut [OwnSample], blocks: &[Block], near: &[(u32, u32)]) {
-    let zero = f32x8::splat(simd, 0.0);
-    for OwnSample { position, normal, clearance: least_clearance, .. } in samples {
-        let mut least = f32x8::splat(simd, *least_clearance);
-        for &(first, end) in near {
-            for block in &blocks[first as usize..end as usize] {
-                let a = f32x8::load_array_ref(simd, &block[3]);
-                let b = f32x8::load_array_ref(simd, &block[4]);
-                let c = f32x8::load_array_ref(simd, &block[5]);
-                let facing = a * normal[0] + b * normal[1] + c * normal[2];
-                let faces = facing.simd_lt(zero);
-                if !faces.any_true() {
-                    continue;
+            let clearances: [f32; 8] = clearance.into();
+            let found = &mut self.gaps[usize::from(block.side)];
+            for lane in (0..8).filter(|lane| counts >> lane & 1 != 0) {
+                let clearance = f64::from(clearances[lane]);
+                if found.is_none_or(|found| clearance < found.clearance) {
+                    let normal = Vector3::from([3, 4, 5].map(|k: usize| f64::from(block.rows[k][lane])));
+                    *found = Some(Gap { sample: self.index, normal, clearance, is_own });
                 }
-                let x = f32x8::load_array_ref(simd, &block[0]) - position[0];
-                let y = f32x8::load_array_ref(simd, &block[1]) - position[1];
-                let z = f32x8::load_array_ref(simd, &block[2]) - position[2];
-                let gap = x * normal[0] + y * normal[1] + z * normal[2];
-                let aside = (x * x + y * y + z * z - gap * gap).max(zero).sqrt();
-                let excess = (aside - f32x8::load_array_ref(simd, &block[6])).max(zero);
-                let clearance = gap.max(zero) * 0.5 + excess + (facing - FACING).max(zero) * FACING_GROWTH;
-                let counts = faces & gap.simd_ge(f32x8::splat(simd, -MAX_OVERLAP));
-                least = counts.select(clearance.min(least), least);
             }
-        }
-        let lanes: [f32; 8] = least.into();
-        for clearance in lanes {
-            *least_clearance = least_clearance.min(clearance);
         }
     }
 }

@@ -44,7 +44,7 @@ mod view;
 pub(crate) use self::bounds::Bounds;
 pub(crate) use self::contacts::{BodyContactPart, BodyContacts, TouchingBody};
 pub(crate) use self::filter::ContactFilter;
-pub(crate) use self::gaps::{GapBody, GapSearch};
+pub(crate) use self::gaps::{Gap, GapSearch, SIDES, side};
 pub(crate) use self::island::Island;
 pub(crate) use self::motion::PartVertices;
 pub(crate) use self::pair_contacts::mean_friction;

@@ -14,8 +14,8 @@ const PASSES: usize = 8;
 impl Correction {
     /// Solves again within limits, by an active-set iteration. Without any limit the solution stays as it is.
     ///
-    /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
-    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
+    /// A vertex at its limits slides along an obstacle, or between two of them, or stops, and the other vertices restore
+    /// the volume. In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
     ///
     /// Must be called after [`Correction::solve`].
     pub(crate) fn solve_within(
@@ -75,6 +75,7 @@ impl Correction {
             let direction = match motion {
                 Motion::Free => along,
                 Motion::Sliding(normal) => along - normal * normal.dot(&along),
+                Motion::Along(axis) => axis * axis.dot(&along),
                 Motion::Stopped => Vector3::zeros(),
             };
             // The point reaches the displacement at the current `lambda`.
