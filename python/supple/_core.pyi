@@ -1371,8 +1371,10 @@ class Recording:
     @property
     def frames(self) -> int | None:
         """Number of frames so far; None when the recording has ended."""
-    def close(self) -> None:
-        """Complete the file. Does nothing when the recording has ended."""
+    def close(self) -> list[str]:
+        """Complete the file. Returns lines about what it holds approximately or not at all. Does nothing when the recording
+        has ended.
+        """
 
 def load_scene(path: _Path, overrides: list[str]) -> Simulation:
     """Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`."""

@@ -44,7 +44,7 @@ class Recorder:
     In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
 
     Raises ValueError for another extension, a number out of range, or a body without a mesh, and OutputError if the
-    file cannot be written.
+    file cannot be written. A GLB file needs at least one frame.
     """
 
     def __init__(
@@ -60,6 +60,8 @@ class Recorder:
     ) -> None:
         """Start the file."""
         self._path = Path(path).absolute()
+        #: Lines about what the closed file holds approximately: the error of a GLB file.
+        self.files: tuple[str, ...] = ()
         self._recording = _core.Recording(
             sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit, glb_error=glb_error
         )
@@ -75,7 +77,7 @@ class Recorder:
 
     def close(self) -> None:
         """Complete the file. Closing twice does nothing."""
-        self._recording.close()
+        self.files += tuple(self._recording.close())
 
     def __repr__(self) -> str:
         """Return a line with the file and the number of frames."""

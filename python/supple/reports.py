@@ -167,3 +167,6 @@ class RunReport:
     elapsed: float
     #: One report per body, in the order of the scene.
     bodies: tuple[BodyReport, ...]
+    #: Lines about files that hold the frames approximately or incompletely: the error of a GLB file, and images that it
+    #: cannot have.
+    files: tuple[str, ...] = ()

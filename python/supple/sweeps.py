@@ -88,8 +88,8 @@ class _Job:
     measure: Callable[[Simulation], Any] | None
     resume: bool
     retries: int
-    #: The result of `measure` in an earlier sweep, in a tuple; empty if it is not known.
-    measured: tuple[Any, ...] = ()
+    #: The result of `measure` in an earlier sweep, and the scene and the last frame of this run; None if it is not known.
+    measured: tuple[Any, dict[str, Any]] | None = None
 
 
 def sweep(
@@ -246,6 +246,11 @@ def _run(job: _Job) -> SweepResult:
         except Exception as error:
             if attempt > job.retries or isinstance(error, (ValueError, TypeError)):
                 return _failed(job, error, attempt)
+        except BaseException as error:
+            # An error in the compiled module, which is no Exception, so that programs do not catch it by chance.
+            if type(error).__name__ != "PanicException":
+                raise
+            return _failed(job, RuntimeError(f"an error in supple; please report it: {error}"), attempt)
         else:
             return SweepResult(job.parameters, report, job.index, None, measured, attempt)
     raise AssertionError("unreachable")
@@ -279,10 +284,20 @@ def _attempt(job: _Job, *, resume: bool) -> tuple[RunReport, Any]:
     else:
         report = start(job.directory, resume=resume)
         if job.measure is not None and report.outcome == "already finished":
-            measured.extend(job.measured)
-            if not measured:
+            if job.measured is not None and job.measured[1] == _identity(job.directory, report.last):
+                measured.append(job.measured[0])
+            else:
                 report = start(job.directory, resume=False)
     return report, measured[-1] if measured else None
+
+
+def _identity(directory: str, last: int) -> dict[str, Any]:
+    """Return what a measurement in a directory of frames depends on: the scene, by its fingerprint, and the frame."""
+    try:
+        fingerprint = json.loads(Path(directory, "manifest.json").read_text())["fingerprint"]
+    except (OSError, ValueError, KeyError, TypeError):
+        fingerprint = None
+    return {"fingerprint": fingerprint, "last": last}
 
 
 def _failed(job: _Job, error: Exception, attempts: int) -> SweepResult:
@@ -306,20 +321,21 @@ class _Manifest:
         for entry in self._runs:
             before = earlier.get(entry["index"], {})
             if before.get("parameters") == entry["parameters"] and "measured" in before:
-                entry["measured"] = before["measured"]
+                entry.update({key: before[key] for key in ("measured", "measured_in") if key in before})
         self._written = 0.0
         output.mkdir(parents=True, exist_ok=True)
         self.write()
 
-    def measured(self, job: _Job) -> tuple[Any, ...]:
-        """Return what an earlier sweep measured in a run with the same parameters, in a tuple; empty without it."""
+    def measured(self, job: _Job) -> tuple[Any, dict[str, Any]] | None:
+        """Return what an earlier sweep measured in a run with the same parameters, and in which run; None without it."""
         entry = self._runs[job.index]
-        return (entry["measured"],) if "measured" in entry else ()
+        return (entry["measured"], entry.get("measured_in", {})) if "measured" in entry else None
 
     def add(self, result: SweepResult) -> None:
         """Add a result."""
         entry = self._runs[result.index]
         entry.pop("measured", None)
+        entry.pop("measured_in", None)
         if result.error is not None:
             entry.update(outcome="failed", error=f"{type(result.error).__name__}: {result.error}")
         else:
@@ -328,6 +344,7 @@ class _Manifest:
             if result.measured is not None:
                 with contextlib.suppress(TypeError, ValueError):  # of values that JSON does not have
                     entry["measured"] = json.loads(json.dumps(result.measured, default=_convert, allow_nan=False))
+                    entry["measured_in"] = _identity(str(self._path.parent / entry["directory"]), result.report.last)
         if time.monotonic() - self._written >= _MANIFEST_INTERVAL:
             self.write()
 

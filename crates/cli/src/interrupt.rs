@@ -1,4 +1,4 @@
-//! Handles Ctrl-C and SIGTERM: the first one stops after the current frame or study point, and the second one exits
+//! Handles Ctrl-C and SIGTERM: the first one stops after the current frame or study point, and a second Ctrl-C exits
 //! immediately.
 
 use std::process;
@@ -55,9 +55,14 @@ fn handle_termination() -> std::io::Result<()> {
     std::thread::Builder::new().name("sigterm".into()).spawn(handle).map(drop)
 }
 
-/// Stops after the current frame or study point; exits immediately in the second call.
+/// Stops after the current frame or study point; exits immediately at a second Ctrl-C.
 fn stop(signal: Signal) {
     if REQUESTED.set(signal).is_err() {
+        // A scheduler that signals all programs of a task, and a script that passes its signal on, send two SIGTERM at
+        // once. They have SIGKILL for programs that do not end.
+        if signal == Signal::Terminate {
+            return;
+        }
         // Exiting here leaves no incomplete file with a final name, because a file gets its final name
         // only when it is complete.
         process::exit(requested().unwrap_or(signal).exit().code().into());
@@ -66,9 +71,7 @@ fn stop(signal: Signal) {
         Signal::Interrupt => {
             "\nstopping after the current frame or study point; press Ctrl-C again to exit immediately"
         }
-        Signal::Terminate => {
-            "stopping after the current frame or study point because of SIGTERM; a second one exits immediately"
-        }
+        Signal::Terminate => "stopping after the current frame or study point because of SIGTERM",
     });
 }
 

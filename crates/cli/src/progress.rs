@@ -114,6 +114,8 @@ impl Reporter {
                 terminal::print(format_args!("openjd_status: {status}"));
             }
             (Output::OpenJd(_), Ok(report)) => {
+                // The last frame may have printed the percentage, but not the outcome.
+                self.output = Output::OpenJd(None);
                 let (outcome, frame) = (report.outcome.name(), self.number(report.last));
                 self.print_openjd(1.0, &format!("{}: {outcome}, frame {frame}", self.name));
             }

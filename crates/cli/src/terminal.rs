@@ -51,7 +51,8 @@ pub(crate) fn print_messages_as_json() {
 
 /// Prints a JSON object in one line to standard error.
 pub(crate) fn print_event(event: &Value) {
-    let _ = writeln!(io::stderr().lock(), "{event}");
+    // In one piece, so that lines of several programs in a log do not mix.
+    let _ = io::stderr().lock().write_all(format!("{event}\n").as_bytes());
 }
 
 /// Prints a message to standard error: as text after `prefix`, or as JSON object of the kind `event`.

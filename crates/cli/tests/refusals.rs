@@ -111,7 +111,11 @@ fn point_caches_of_bodies_that_can_break_are_rejected() {
     const PC2: &str = "pc2 has the same faces in all frames";
     const FRACTURE: &str = "body.block.fracture.strain=0.1";
     let with_table = SCENE.replacen("region_damping", "fracture.strain = 0.1\nregion_damping", 1);
-    check_rejected(&with_table, &["--format", "pc2"], &["`block` can break", PC2, "obj, ply, usd or html"]);
+    check_rejected(
+        &with_table,
+        &["--format", "pc2"],
+        &["`block` can break", PC2, "obj, ply, usd, html, vtu or lattice"],
+    );
     check_rejected(SCENE, &["--format", "pc2", "--set", FRACTURE], &[PC2]);
     check_rejected(SCENE, &["--set", "output.format=[\"obj\", \"pc2\"]", "--set", FRACTURE], &[PC2]);
 

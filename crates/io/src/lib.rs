@@ -9,7 +9,7 @@
 //! * `vat` writes vertex animation textures.
 //! * `vtk` writes grids of VTK.
 //! * `html` writes and reads pages that show runs in a browser.
-//! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
+//! * [`frames`] writes frame sequences in all formats.
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //! * [`pages`] joins the pages of several runs.

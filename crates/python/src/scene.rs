@@ -224,7 +224,9 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
     let bodies = PyTuple::new(py, bodies)?;
     let elapsed = run.elapsed.as_secs_f64();
     let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
-    let values = (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies);
+    let files = PyTuple::new(py, &run.files)?;
+    let values =
+        (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies, files);
     report::new_report(py, "RunReport", values)
 }
 

@@ -89,8 +89,7 @@ impl File {
     fn primitive(&self, node: &str) -> Primitive<'_> {
         let mut nodes = self.gltf.nodes();
         let node = nodes.find(|found| found.name() == Some(node)).unwrap();
-        let primitive = node.mesh().unwrap().primitives().next().unwrap();
-        primitive
+        node.mesh().unwrap().primitives().next().unwrap()
     }
 
     /// Plays a node: base, targets and weights, then rotation and translation.
@@ -249,7 +248,7 @@ fn stopped_and_killed_runs_have_the_file_of_an_uninterrupted_run() {
     let expected = written(&at("whole"));
     assert_eq!(expected.keys().collect::<Vec<_>>(), ["supple.glb"]);
     let mut resumed = whole.clone();
-    resumed.resume = true;
+    resumed.resume = true.into();
     resumed.verify = true;
     for frame in [0, 5] {
         resumed.directory = at(&format!("killed{frame}"));
@@ -261,7 +260,7 @@ fn stopped_and_killed_runs_have_the_file_of_an_uninterrupted_run() {
     stopped.directory = at("stopped");
     stopped.run(&mut StopAfter(7)).unwrap();
     assert_eq!(File::read(&at("stopped/supple.glb")).play("bar").times.len(), 8);
-    stopped.resume = true;
+    stopped.resume = true.into();
     stopped.run(&mut ()).unwrap();
     assert!(written(&stopped.directory) == expected);
     let report: RunReport = stopped.run(&mut ()).unwrap();
@@ -277,13 +276,61 @@ fn stopped_and_killed_runs_have_the_file_of_an_uninterrupted_run() {
         }
     }
     let mut longer = job(folder.path(), "stopped", &[format, "simulation.frames=14"]);
-    longer.resume = true;
+    longer.resume = true.into();
     let mut reasons = Reasons(Vec::new());
     longer.run(&mut reasons).unwrap();
     assert!(reasons.0.len() == 1 && reasons.0[0].contains("is complete"), "{:?}", reasons.0);
     fs::copy(at("whole/supple.glb"), at("stopped/supple.glb")).unwrap();
     longer.run(&mut reasons).unwrap();
     assert!(reasons.0.len() == 2 && reasons.0[1].contains("has other frames"), "{:?}", reasons.0);
+}
+
+#[test]
+fn a_run_with_fewer_frames_keeps_the_file_and_the_frames_of_a_longer_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let formats = "output.format=[\"obj\", \"glb\"]";
+    let of = |frames: u32, resume: bool| {
+        let mut job = job(folder.path(), "out", &[formats, &format!("simulation.frames={frames}")]);
+        job.resume = resume.into();
+        job
+    };
+    of(12, false).run(&mut StopAfter(7)).unwrap();
+    let stopped = written(&folder.path().join("out"));
+    assert_eq!(of(5, true).run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
+    assert!(written(&folder.path().join("out")) == stopped);
+    assert_eq!(of(12, true).run(&mut ()).unwrap().resumed_after, Some(7));
+    let finished = written(&folder.path().join("out"));
+    assert_eq!(of(5, true).run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
+    assert!(written(&folder.path().join("out")) == finished);
+    // A damaged file is not taken for a whole one.
+    fs::write(folder.path().join("out/supple.glb"), &finished["supple.glb"][..1000]).unwrap();
+    of(12, true).run(&mut ()).unwrap();
+    assert!(written(&folder.path().join("out")) == finished);
+    let mut other = job(folder.path(), "out", &[formats, "simulation.frames=12", "output.glb_error=0.1"]);
+    other.resume = true.into();
+    let error = other.run(&mut ()).unwrap_err().to_string();
+    assert!(error.contains("`output.glb_error` of the files changed from 0.001 to 0.1"), "{error}");
+}
+
+#[test]
+fn long_runs_keep_the_error_too() {
+    let folder = tempfile::tempdir().unwrap();
+    // More frames than components are combined of at first, and more than one block of points.
+    for error in ["0", "1e-5"] {
+        let set = [
+            "output.format=[\"obj\", \"glb\"]",
+            "simulation.frames=420",
+            "simulation.fps=100",
+            "simulation.substeps=1",
+            &format!("output.glb_error={error}"),
+        ];
+        let job = job(folder.path(), "out", &set);
+        job.run(&mut ()).unwrap();
+        let (largest, targets) = difference(&job.directory, &["bar", "cube"], 420);
+        let tolerance = error.parse::<f64>().unwrap();
+        assert!(largest <= 2.01 * tolerance + 1e-5, "{largest} for {error}");
+        assert!((targets == 420) == (error == "0"), "{targets}");
+    }
 }
 
 #[test]
@@ -337,9 +384,25 @@ fn materials_images_and_texture_coordinates_are_those_of_the_model() {
         let nearest = last.iter().map(|point| (point - expected).norm()).fold(f64::INFINITY, f64::min);
         assert!(nearest <= 2e-5, "{nearest}");
     }
-    for (normals, expected) in [(&played.normals[0], 1.0), (&played.normals[3], 1.0)] {
-        assert!(normals.iter().all(|normal| (normal.norm() - expected).abs() < 1e-3));
-    }
+    let normals = primitives[0].reader(|_| Some(&file.bytes[..])).read_normals().unwrap();
+    assert!(normals.map(Vector3::from).all(|normal| (normal.norm() - 1.0).abs() < 1e-6));
+}
+
+#[test]
+fn a_material_with_an_image_has_its_color_where_faces_have_no_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("skin.png"), [0x89, b'P', b'N', b'G']).unwrap();
+    fs::write(folder.path().join("skin.mtl"), "newmtl skin\nKd 1 0 0\nmap_Kd skin.png\n").unwrap();
+    let mut job = job(folder.path(), "out", &["output.format=glb", "simulation.frames=1"]);
+    let text = fs::read_to_string(folder.path().join("cube.obj")).unwrap();
+    fs::write(folder.path().join("cube.obj"), format!("mtllib skin.mtl\nusemtl skin\n{text}")).unwrap();
+    job.every = 1;
+    job.run(&mut ()).unwrap();
+    let file = File::read(&job.directory.join("supple.glb"));
+    let skin = file.gltf.materials().find(|material| material.name() == Some("skin")).unwrap();
+    let skin = skin.pbr_metallic_roughness();
+    assert!(skin.base_color_texture().is_none() && file.gltf.images().count() == 0);
+    assert_eq!(skin.base_color_factor(), [1.0, 0.0, 0.0, 1.0]);
 }
 
 #[test]
@@ -348,6 +411,10 @@ fn a_recording_has_the_frames_of_a_simulation_and_a_single_frame_is_no_animation
     let mesh = supple_tests::mesh_of(supple_tests::unit_cube());
     let body = supple::Body::builder(mesh).name("cube").cell_size(0.5).build().unwrap();
     let mut simulation = supple::Simulation::builder().body(body).build().unwrap();
+    let none =
+        Recording::create(&folder.path().join("0.glb"), &simulation, &RecordingOptions::default()).unwrap();
+    assert!(none.finish().unwrap_err().to_string().contains("it has no frames"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     for frames in [1, 2, 20] {
         let path = folder.path().join(format!("{frames}.glb"));
         let mut recording = Recording::create(&path, &simulation, &RecordingOptions::default()).unwrap();

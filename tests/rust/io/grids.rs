@@ -169,7 +169,7 @@ fn a_killed_run_has_the_files_of_an_uninterrupted_run() {
     let (from, to) = (at("whole"), at("killed"));
     whole.run(&mut CopyAfter { frame: 5, from, to: to.clone() }).unwrap();
     let mut resumed = whole.clone();
-    (resumed.directory, resumed.resume, resumed.verify) = (to, true, true);
+    (resumed.directory, resumed.resume, resumed.verify) = (to, true.into(), true);
     resumed.run(&mut ()).unwrap();
     assert!(written(&at("killed")) == written(&at("whole")));
     assert_eq!(written(&at("whole")).len(), 20);

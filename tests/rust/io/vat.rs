@@ -9,7 +9,7 @@ use supple_io::run::{Job, Outcome};
 use supple_io::scene::Scene;
 use supple_tests::grid_box;
 
-use crate::run_files::{BLOCK, CopyAfter, StopAfter};
+use crate::run_files::{BLOCK, CopyAfter, StopAfter, written};
 
 const SCENE: &str = r#"
 [simulation]
@@ -144,24 +144,63 @@ fn stopped_and_killed_runs_have_the_textures_of_an_uninterrupted_run() {
     whole.run(&mut CopyAfter { frame: 9, from, to: to.clone() }).unwrap();
     let expected = files(&at("whole"));
     let mut resumed = whole.clone();
-    (resumed.directory, resumed.resume, resumed.verify) = (to, true, true);
+    (resumed.directory, resumed.resume, resumed.verify) = (to, true.into(), true);
     resumed.run(&mut ()).unwrap();
     assert!(files(&at("killed")) == expected && !at("killed/ball.vat.pc2.part").exists());
     let mut stopped = whole.clone();
     stopped.directory = at("stopped");
     stopped.run(&mut StopAfter(7)).unwrap();
     assert!(files(&stopped.directory) != expected && at("stopped/ball.vat.pc2.part").exists());
-    stopped.resume = true;
+    stopped.resume = true.into();
     stopped.run(&mut ()).unwrap();
     assert!(files(&stopped.directory) == expected);
     assert_eq!(stopped.run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
 }
 
 #[test]
-fn more_texels_than_an_image_has_are_refused_before_the_run() {
+fn what_cannot_be_written_is_refused_before_the_frames_of_an_earlier_run_are_removed() {
     let folder = tempfile::tempdir().unwrap();
-    let error = job(folder.path(), "out", &["simulation.frames=9000"]).run(&mut ()).unwrap_err();
-    assert!(error.is_input(), "{error}");
-    assert!(error.to_string().contains("in 9001 frames are more texels"), "{error}");
-    assert!(!folder.path().join("out/ball_0000.ply").exists());
+    job(folder.path(), "out", &["output.format=ply"]).run(&mut ()).unwrap();
+    let frames = written(&folder.path().join("out"));
+    let refused = |overrides: &[&str]| {
+        let error = job(folder.path(), "out", overrides).run(&mut ()).unwrap_err();
+        assert!(written(&folder.path().join("out")) == frames);
+        error.to_string()
+    };
+    let error = refused(&["simulation.frames=9000"]);
+    assert!(error.contains("in 9001 frames are more texels"), "{error}");
+    fs::write(folder.path().join("out/ball_vat"), "a file").unwrap();
+    let error = job(folder.path(), "out", &[]).run(&mut ()).unwrap_err().to_string();
+    assert!(error.contains("ball_vat"), "{error}");
+    assert!(folder.path().join("out/ball_0020.ply").exists());
+    fs::remove_file(folder.path().join("out/ball_vat")).unwrap();
+    let error = refused(&["output.format=[\"vtu\", \"lattice\"]", "body.1.name=ball.lattice"]);
+    assert!(error.contains("two bodies would write") && error.contains("ball.lattice.pvd"), "{error}");
+}
+
+#[test]
+fn an_input_in_the_folder_of_textures_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = job(folder.path(), "out", &["output.format=vat"]);
+    first.run(&mut ()).unwrap();
+    let mesh = "body.ball.mesh=out/ball_vat/ball.glb";
+    let error = job(folder.path(), "out", &["output.format=vat", mesh]).run(&mut ()).unwrap_err();
+    assert!(error.is_input() && error.to_string().contains("ball.glb is an input"), "{error}");
+    assert!(first.directory.join("ball_vat/ball-remap_info.json").exists());
+}
+
+#[test]
+fn a_run_whose_textures_are_damaged_starts_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "out", &["output.format=vat", "simulation.frames=3"]);
+    job.run(&mut ()).unwrap();
+    job.resume = true.into();
+    let image = job.directory.join("ball_vat/ball_vat.png");
+    let whole = fs::read(&image).unwrap();
+    assert_eq!(job.run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
+    fs::write(&image, &whole[..whole.len() - 1]).unwrap();
+    assert_eq!(job.run(&mut ()).unwrap().outcome, Outcome::Finished);
+    fs::remove_file(&image).unwrap();
+    assert_eq!(job.run(&mut ()).unwrap().outcome, Outcome::Finished);
+    assert!(fs::read(&image).unwrap() == whole);
 }

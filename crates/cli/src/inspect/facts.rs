@@ -3,7 +3,7 @@
 use serde::Serialize;
 use supple::{Body, HalfWidth, Lattice, Mesh, Plan, Preservation, Shape, StepReason};
 use supple_io::counted;
-use supple_io::frames::{Format, count_shared_normals};
+use supple_io::frames::{Format, count_shared_normals, lattice_frame_bytes};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, ColliderData, Scene, Substeps};
 
@@ -241,6 +241,10 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     let body = prepared.simulation.body(index);
     let source = input.source();
     let placed = Placed::new(data, &body);
+    let frame_bytes = |format| match format {
+        Format::Lattice => lattice_frame_bytes(body.lattice()),
+        _ => source.frame_bytes(format),
+    };
     BodyFacts {
         name: data.name.clone(),
         mesh: mesh(scene, data, input, &placed),
@@ -254,7 +258,7 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         material: MaterialFacts::new(body),
         touching: touching(scene, &body, &plan.bodies[index]),
         half_width: body.half_width(),
-        frame_bytes: scene.output.format.iter().map(|format| source.frame_bytes(format)).sum(),
+        frame_bytes: scene.output.format.iter().map(frame_bytes).sum(),
         memory_bytes: plan.bodies[index].bytes(),
         // A point cache cannot contain a body that breaks.
         pc2: if body.fracture().is_some() { Vec::new() } else { pc2(source.points(), scene, input) },

@@ -39,12 +39,11 @@ pub(crate) fn inspect(args: &InspectArgs) -> Exit {
 /// Builds the simulation of the scene and collects the facts about both.
 fn collect(args: &InspectArgs) -> Result<Facts, RunError> {
     let scene = args.scene.open(&args.input)?;
-    let mut prepared = prepare(&scene)?;
+    let prepared = prepare(&scene)?;
     let mut facts = Facts::new(&args.input.display().to_string(), &scene, &prepared);
     if args.json {
         let bytes_per_frame = facts.bodies.iter().map(|body| body.frame_bytes).sum();
-        let (simulation, substeps) = (&mut prepared.simulation, prepared.substeps);
-        facts.estimate = Some(Estimate::measure(simulation, substeps, bytes_per_frame));
+        facts.estimate = Some(Estimate::measure(prepared.simulation, prepared.substeps, bytes_per_frame));
     }
     Ok(facts)
 }

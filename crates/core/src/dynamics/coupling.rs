@@ -216,7 +216,7 @@ mod tests {
             aligned: 1.0,
             ..Pressing::default()
         };
-        PairSupport { sides: [(first, 0), (second, 0)], pressing, ..PairSupport::default() }
+        PairSupport { sides: [(first, 0), (second, 0)], pressing }
     }
 
     /// Returns the linear momentum, and the angular momentum about the origin, of the changes.

@@ -15,8 +15,8 @@ use super::normal_transform::NormalTransform;
 use super::pc2::{self, PointCache, SampleReader};
 use super::record::{Compare, Record, Recorder};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
-use super::{Format, OutputError, Sequence, Source};
-use crate::file::{part_path, write_durably};
+use super::{Format, OutputError, Sequence};
+use crate::file::{parent, part_path, write_durably};
 use crate::glb::{self, BodyMotion, Materials, Samples, SceneDescription, SplitSurface, write_scene};
 use crate::space::{FileSpace, Up};
 use crate::vat::{self, BodyTexture, MAX_SIZE, TexelLayout, write_textures};
@@ -64,10 +64,7 @@ impl ClipWriter {
         let mut materials = Materials::default();
         let (mut bodies, mut points) = (Vec::new(), 0);
         for (source, body) in run.sources[of_clip.clone()].iter().zip(&run.simulation.bodies()[of_clip]) {
-            let file = match source {
-                Source::Mesh(_) => None,
-                Source::Document(document, part) => Some((&***document, *part)),
-            };
+            let file = source.file();
             let surface = SplitSurface::new(source.mesh(), file, &mut materials);
             let normals = file.filter(|_| surface.has_file_normals());
             let normals = normals.map(|(document, part)| NormalTransform::new(document, part));
@@ -75,14 +72,23 @@ impl ClipWriter {
             points += 2 * surface.len();
             bodies.push(Body { name, surface, normals, first });
         }
-        if sequence.format == Format::Vat {
-            check_texels(&sequence, points / 2)?;
-        }
-        let data = frames_of(&sequence);
+        let data = sequence.frames();
         let count = u32::try_from(points).map_err(|_| OutputError::Cache {
             path: sequence.path(0),
             reason: "its bodies have more than 2^31 vertices".to_owned(),
         })?;
+        if sequence.format == Format::Vat {
+            // Without its last file, the folder of an earlier run is not complete.
+            let info = sequence.path(0);
+            let folder = parent(&info);
+            fs::create_dir_all(folder).map_err(OutputError::io("create", folder))?;
+            match fs::remove_file(&info) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(OutputError::io("remove", &info)(error));
+                }
+                _ => {}
+            }
+        }
         let cache = match run.kept {
             None => PointCache::create(&data, count)?,
             Some(kept) => PointCache::resume(&data, count, kept)?,
@@ -177,7 +183,8 @@ impl ClipWriter {
 /// Returns lines about images that glTF cannot have.
 fn without<'a>(file: &'a str, images: &'a [PathBuf]) -> impl Iterator<Item = String> + 'a {
     images.iter().map(move |image| {
-        format!("{file}: without the image {}: glTF has PNG and JPEG images", image.display())
+        let image = image.display();
+        format!("{file}: without the image {image}: it cannot be read, or is neither PNG nor JPEG")
     })
 }
 
@@ -228,13 +235,15 @@ impl FrameSink for ClipWriter {
     }
 
     fn finish(self: Box<Self>, ending: Ending) -> Result<Vec<String>, OutputError> {
-        let lines = if self.cache.reader()?.samples() > 0 { self.write()? } else { Vec::new() };
+        let is_empty = self.cache.reader()?.samples() == 0;
+        let path = self.sequence.path(0);
+        let lines = if is_empty { Err(OutputError::NoFrames { path }) } else { Ok(self.write()?) };
         if ending == Ending::Complete {
             let data = self.cache.part_path();
             drop(self);
             fs::remove_file(&data).map_err(OutputError::io("remove", &data))?;
         }
-        Ok(lines)
+        lines
     }
 }
 
@@ -251,22 +260,31 @@ impl Samples for SampleReader {
 /// Returns a normal with length 1; a vertex whose normal is zero gets one upwards.
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     let normal = nalgebra::Vector3::from(normal);
-    normal.try_normalize(0.5).map_or([0.0, 1.0, 0.0], Into::into)
+    normal.try_normalize(f32::MIN_POSITIVE).map_or([0.0, 1.0, 0.0], Into::into)
 }
 
-/// Returns an error if the texels of `vertices` vertices in the frames of a sequence do not fit into an image.
-fn check_texels(sequence: &Sequence, vertices: usize) -> Result<(), OutputError> {
-    let frames = sequence.frames_before(sequence.last) as usize + 1;
-    match TexelLayout::new(vertices, frames) {
-        Some(_) => Ok(()),
-        None => Err(OutputError::Texels { body: sequence.name.clone(), vertices, frames, max: MAX_SIZE }),
+/// Returns an error if the frames of a body are more texels than an image has, or if the folder of its textures cannot be
+/// one.
+pub(super) fn check_textures(
+    sequence: &Sequence,
+    body: usize,
+    run: &FrameRun<'_>,
+) -> Result<(), OutputError> {
+    let source = &run.sources[body];
+    let surface = SplitSurface::new(source.mesh(), source.file(), &mut Materials::default());
+    let (vertices, frames) = (surface.len(), sequence.frames_before(sequence.last) as usize + 1);
+    if TexelLayout::new(vertices, frames).is_none() {
+        return Err(OutputError::Texels { body: sequence.name.clone(), vertices, frames, max: MAX_SIZE });
     }
-}
-
-/// Returns the sequence of the file with the frames.
-fn frames_of(sequence: &Sequence) -> Sequence {
-    let name = format!("{}.{}", sequence.name, sequence.format);
-    Sequence { name, format: Format::Pc2, ..sequence.clone() }
+    let info = sequence.path(0);
+    let folder = parent(&info);
+    match fs::symlink_metadata(folder) {
+        Ok(found) if found.is_symlink() => Err(OutputError::Link { path: folder.to_owned() }),
+        Ok(found) if !found.is_dir() => {
+            Err(OutputError::io("create", folder)(io::ErrorKind::AlreadyExists.into()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Returns what a file says of its frames.
@@ -297,38 +315,36 @@ pub(super) fn check(
     compare: Compare,
     continues: bool,
 ) -> Result<Option<String>, OutputError> {
-    let (frames, path) = (frames_of(sequence), sequence.path(0));
+    let (frames, path) = (sequence.frames(), sequence.path(0));
     if records.is_empty() || part_path(&frames.path(0)).exists() {
         return pc2::check(&frames, records, compare);
     }
     let name = path.display();
     if continues {
-        return Ok(Some(format!("{name} is complete, and its frames cannot be continued")));
+        return Ok(Some(format!(
+            "the frames of {name} are not kept any more, as it is complete, or were removed"
+        )));
     }
     let mut recorder = Recorder::default();
     records.iter().for_each(|record| add(&mut recorder, record));
-    let found = match File::open(&path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Ok(Some(format!("{name} is missing")));
-        }
-        file => {
-            let mut file = io::BufReader::new(file.map_err(OutputError::io("read", &path))?);
-            match sequence.format {
-                Format::Vat => vat::read_extras(&mut file),
-                _ => glb::read_extras(&mut file),
-            }
-        }
+    if let Some(missing) = sequence.whole_files().iter().find(|file| !file.is_file()) {
+        return Ok(Some(format!("{} is missing", missing.display())));
+    }
+    let found = match sequence.format {
+        Format::Vat => vat::read_extras(&path),
+        _ => glb::read_extras(&path),
     };
+    let found = found.map_err(OutputError::io("read", &path))?;
     let is_same = found == Some(extras(records.len(), recorder.record().hash));
-    Ok((!is_same).then(|| format!("{name} has other frames")))
+    Ok((!is_same).then(|| format!("{name} has other frames, or was changed")))
 }
 
 /// Returns whether a file whose run has ended has its final form.
 pub(super) fn is_complete(sequence: &Sequence) -> bool {
-    !part_path(&frames_of(sequence).path(0)).exists()
+    !part_path(&sequence.frames().path(0)).exists()
 }
 
 /// Returns an error if the file with the frames is a link.
 pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
-    frames_of(sequence).check_continued_path()
+    sequence.frames().check_continued_path()
 }

@@ -66,9 +66,8 @@ pub enum OutputError {
         /// Index of the vertex, from 0.
         vertex: usize,
     },
-    /// The files of the format need all bodies or all frames of a run, and a [`FrameWriter`](super::FrameWriter) writes
-    /// one frame of one body.
-    #[error("a frame writer writes obj, ply or pc2, and {format} needs a whole run: run a job instead")]
+    /// A [`FrameWriter`](super::FrameWriter) does not write the format, whose files need more than the surface of a body.
+    #[error("a frame writer writes obj, ply or pc2; for {format} run a job instead")]
     NotPerBody {
         /// The format.
         format: Format,
@@ -88,6 +87,18 @@ pub enum OutputError {
         frames: usize,
         /// Largest width and height of an image.
         max: usize,
+    },
+    /// Files of two bodies would have the same name.
+    #[error("two bodies would write {}; give one of them another name", Escaped(.path.display()))]
+    SamePath {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that needs frames has none.
+    #[error("{} is not written: it has no frames; record at least one", Escaped(.path.display()))]
+    NoFrames {
+        /// The file.
+        path: PathBuf,
     },
     /// A body can break, and the format has the same faces in all frames.
     #[error(
@@ -153,6 +164,8 @@ impl OutputError {
                 | Self::Link { .. }
                 | Self::NotPerBody { .. }
                 | Self::Texels { .. }
+                | Self::SamePath { .. }
+                | Self::NoFrames { .. }
                 | Self::CanBreak { .. }
                 | Self::NoRecording { .. }
                 | Self::NoMesh { .. }

@@ -176,6 +176,11 @@ impl Format {
         self.facts().has_topology_per_frame
     }
 
+    /// Returns whether the files can only be written when all frames are known, and no frames can be added to them.
+    pub(crate) const fn needs_all_frames(self) -> bool {
+        matches!(self, Self::Glb | Self::Vat)
+    }
+
     /// Returns what is appended to the name of a file with all frames while frames are added to it, before `.part`.
     pub(super) const fn data(self) -> &'static str {
         self.facts().data

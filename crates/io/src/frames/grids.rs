@@ -168,6 +168,11 @@ pub(super) fn surface_bytes(source: &Source<'_>) -> u64 {
     (24 * mesh.vertices().len() + 8 * corners + 9 * mesh.face_count() + 1000) as u64
 }
 
+/// Returns the size of a frame of a lattice in the format [`Format::Lattice`], in bytes, approximately.
+pub fn lattice_frame_bytes(lattice: &Lattice) -> u64 {
+    (24 * lattice.len() + 81 * lattice.cells().len() + 1000) as u64
+}
+
 /// Returns whether a sequence whose run has ended has its file with the times.
 pub(super) fn is_complete(sequence: &Sequence) -> bool {
     sequence.whole_files().iter().all(|times| times.exists())

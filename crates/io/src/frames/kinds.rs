@@ -11,17 +11,25 @@ use super::{clip, grids, obj, page, pc2, ply, stage};
 pub(super) struct Kind {
     /// Returns the size of a frame of a body on disk, in bytes.
     pub(super) frame_bytes: fn(&Source<'_>) -> u64,
+    /// Returns an error if a sequence of a run cannot be written. Changes nothing.
+    pub(super) check_run: fn(&Sequence, usize, &FrameRun<'_>) -> Result<(), OutputError>,
     /// Starts the files of a sequence, or continues them after the frames that the run keeps. The number is the index of
     /// the body of a sequence that has one body.
-    pub(super) open: fn(Sequence, usize, &FrameRun<'_>) -> Result<Box<dyn FrameSink>, OutputError>,
+    pub(super) open: fn(Sequence, usize, &FrameRun<'_>) -> Opened,
     /// Compares the files of a sequence with the records of its frames. Returns the problem if they differ.
-    pub(super) check: fn(Found<'_>, &Sequence, &[Record], Compare) -> Result<Option<String>, OutputError>,
+    pub(super) check: fn(Found<'_>, &Sequence, &[Record], Compare) -> Checked,
     /// Gives the unfinished file of a sequence that has all frames its final form and name, without the frames after the
     /// records. Returns false if this needs the simulation.
     pub(super) finish: fn(&Sequence, &[Record], Compare) -> Result<bool, OutputError>,
     /// Returns an error if the existing file of a sequence is a link, which would have to be followed to continue it.
     pub(super) check_link: fn(&Sequence) -> Result<(), OutputError>,
 }
+
+/// The files of a sequence that are open, or why they are not.
+pub(super) type Opened = Result<Box<dyn FrameSink>, OutputError>;
+
+/// The problem of files that differ from their records.
+pub(super) type Checked = Result<Option<String>, OutputError>;
 
 /// What is known of the files of a sequence before they are compared.
 pub(super) struct Found<'a> {
@@ -63,6 +71,7 @@ impl Source<'_> {
 /// The parts that formats with a file per frame have in common.
 const PER_FRAME: Kind = Kind {
     frame_bytes: |_| 0,
+    check_run: |_, _, _| Ok(()),
     open: |sequence, body, run| Ok(Box::new(FrameWriter::of_run(sequence, body, run)?)),
     check: |found, sequence, records, compare| {
         check_files(found.files, sequence, records, compare, found.renames)
@@ -86,30 +95,33 @@ static PC2: Kind = Kind {
 static USD: Kind = Kind {
     // The points and their bounds.
     frame_bytes: |source| 12 * source.mesh().vertices().len() as u64 + 48,
+    check_run: |_, _, _| Ok(()),
     open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run)?)),
     check: |_, sequence, records, compare| stage::check(sequence, records, compare),
     finish: stage::is_complete,
     check_link: Sequence::check_continued_path,
-    ..PER_FRAME
 };
 
 static HTML: Kind = Kind {
     frame_bytes: |source| 6 * source.mesh().vertices().len() as u64,
+    check_run: |_, _, _| Ok(()),
     open: |sequence, _, run| Ok(Box::new(page::PageWriter::open(sequence, run)?)),
     check: |_, sequence, records, compare| page::check(sequence, records, compare),
     finish: |sequence, records, _| page::finish(sequence, records).map(|()| true),
     check_link: page::check_link,
-    ..PER_FRAME
 };
 
 static CLIP: Kind = Kind {
     // Positions and normals, while the run writes them.
     frame_bytes: |source| 24 * source.mesh().vertices().len() as u64,
+    check_run: |sequence, body, run| match sequence.format {
+        Format::Vat => clip::check_textures(sequence, body, run),
+        _ => Ok(()),
+    },
     open: |sequence, body, run| Ok(Box::new(clip::ClipWriter::open(sequence, body, run)?)),
     check: |found, sequence, records, compare| clip::check(sequence, records, compare, found.continues),
     finish: |sequence, _, _| Ok(clip::is_complete(sequence)),
     check_link: clip::check_link,
-    ..PER_FRAME
 };
 
 static VTU: Kind = Kind {

@@ -166,6 +166,8 @@ pub(crate) fn check_inputs<'a>(
         let is_other = |other: &&str| name == *other || part_path(Path::new(other)).as_os_str() == name;
         formats.iter().any(is_frame) || other.iter().any(is_other)
     };
+    let whole = sequences.iter().flat_map(Sequence::whole_files);
+    let whole: HashSet<PathBuf> = whole.filter_map(|path| fs::canonicalize(path).ok()).collect();
     let mut in_directory: HashMap<PathBuf, bool> = HashMap::new();
     for input in inputs.collect::<BTreeSet<_>>() {
         // If `input` is a link, checks the link and its target.
@@ -173,6 +175,9 @@ pub(crate) fn check_inputs<'a>(
             let is_inside = *in_directory.entry(parent(&path).to_owned()).or_insert_with_key(|parent| {
                 fs::canonicalize(parent).is_ok_and(|parent| parent == directory)
             });
+            if whole.contains(&path) {
+                return Err(OutputError::OverwritesInput { path });
+            }
             if is_inside && path.file_name().and_then(|name| name.to_str()).is_some_and(is_output) {
                 return Err(OutputError::OverwritesInput { path });
             }

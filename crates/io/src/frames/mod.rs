@@ -71,9 +71,10 @@ mod writer;
 
 pub use error::OutputError;
 pub use format::{Format, Formats, UnknownFormat};
+pub use grids::lattice_frame_bytes;
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
-pub(crate) use open::open_sink;
+pub(crate) use open::{check_run, open_sink};
 pub(crate) use per_frame::Renames;
 pub use pieces::Pieces;
 pub(crate) use present::{Present, check, check_link, finish};

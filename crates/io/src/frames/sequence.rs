@@ -1,5 +1,6 @@
 //! Defines the files of a frame sequence: their names.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use super::{Format, OutputError};
@@ -51,11 +52,36 @@ impl Sequence {
                     |suffix| directory.join(format!("{name}_vat")).join(format!("{name}{suffix}"));
                 [".glb", "_vat.png", "_vnrm.png"].map(of_folder).into_iter().chain([self.path(0)]).collect()
             }
+            // The library of a model whose materials are not in OBJ libraries.
+            Format::Obj => {
+                let library = directory.join(format!("{name}_frames.mtl"));
+                if library.is_file() { vec![library] } else { Vec::new() }
+            }
             Format::Vtu => vec![directory.join(format!("{name}.pvd"))],
             Format::Lattice => vec![directory.join(format!("{name}.lattice.pvd"))],
             _ if format.is_per_sequence() => vec![self.path(0)],
             _ => Vec::new(),
         }
+    }
+
+    /// Returns the sequence of the point cache that has the frames of a clip until its run ends.
+    pub(super) fn frames(&self) -> Self {
+        let name = format!("{}.{}", self.name, self.format);
+        Self { name, format: Format::Pc2, ..self.clone() }
+    }
+
+    /// Returns an error if files of two sequences with more than one frame would have the same path.
+    pub(crate) fn check_different(sequences: &[Self]) -> Result<(), OutputError> {
+        let mut known = HashSet::new();
+        for sequence in sequences {
+            let frames = sequence.format.needs_all_frames().then(|| sequence.frames().path(0));
+            for path in sequence.whole_files().into_iter().chain(frames) {
+                if !known.insert(path.clone()) {
+                    return Err(OutputError::SamePath { path });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Returns the path of the file of a point cache or a stage that a run continues: of the unfinished one if there is

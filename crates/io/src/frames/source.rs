@@ -24,6 +24,14 @@ impl Source<'_> {
         }
     }
 
+    /// Returns the OBJ file and the part of it that is the body; `None` for arrays.
+    pub(super) fn file(&self) -> Option<(&Document, &Part)> {
+        match self {
+            Self::Mesh(_) => None,
+            Self::Document(document, part) => Some((document, part)),
+        }
+    }
+
     /// Returns the number of points in a point cache, which must equal the number of points of the mesh that
     /// it is applied to: all `v` of an OBJ file, or all vertices of a mesh.
     pub fn points(&self) -> usize {

@@ -95,7 +95,7 @@ impl FrameWriter {
     fn prepare(sequence: &Sequence, source: Source<'_>) -> Result<Listing, OutputError> {
         sequence.check_length()?;
         let format = sequence.format;
-        if format.is_per_run() {
+        if !matches!(format, Format::Obj | Format::Ply | Format::Pc2) {
             return Err(OutputError::NotPerBody { format });
         }
         let directory = &sequence.directory;

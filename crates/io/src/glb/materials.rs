@@ -7,13 +7,23 @@ use serde_json::{Value, json};
 use supple::mesh::Mesh;
 
 use crate::file;
-use crate::obj::{Document, MaterialColor, Part};
+use crate::obj::{Appearance, Document, MaterialColor, Part};
 
 /// Largest size of an image that is taken into the file, in bytes.
 const MAX_IMAGE: u64 = 256 << 20;
 
-/// A material by the file that has it, its name there, and whether it shows both sides; without a file, the default.
-type Key = (Option<PathBuf>, String, bool);
+/// What tells materials apart.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Key {
+    /// The file that has it; `None` for the default material.
+    file: Option<PathBuf>,
+    /// Its name in the file.
+    name: String,
+    /// Whether it shows both sides.
+    is_open: bool,
+    /// Whether its faces have texture coordinates, without which it has no image.
+    has_textures: bool,
+}
 
 /// The materials that bodies use.
 #[derive(Debug, Default)]
@@ -30,25 +40,32 @@ pub(super) struct Image {
 }
 
 impl Materials {
-    /// Returns the indices of the materials of a body, with their faces. `named`: the materials by their names.
+    /// Returns the indices of the materials of a body, with their faces.
     pub(super) fn of_body<'a>(
         &mut self,
         mesh: &Mesh,
         file: Option<(&Document, &Part)>,
-        named: &'a [(String, Vec<u32>)],
+        appearance: &'a Appearance,
     ) -> Vec<(usize, &'a [u32])> {
-        let Some((document, _)) = file.filter(|_| !named.is_empty()) else { return Vec::new() };
-        let mut colors = document.material_colors();
-        let mut index = |(name, faces): &'a (String, Vec<u32>)| {
-            let key = (Some(document.path().to_owned()), name.clone(), !mesh.is_closed());
-            (self.add(key, colors.remove(name).unwrap_or_default()), &faces[..])
+        let Some((document, _)) = file.filter(|_| !appearance.materials.is_empty()) else {
+            return Vec::new();
         };
-        named.iter().map(&mut index).collect()
+        let mut colors = document.material_colors();
+        let has_textures = !appearance.corners.is_empty();
+        let mut index = |(name, faces): &'a (String, Vec<u32>)| {
+            let (file, is_open) = (Some(document.path().to_owned()), !mesh.is_closed());
+            let mut color = colors.remove(name).unwrap_or_default();
+            color.image.take_if(|_| !has_textures);
+            (self.add(Key { file, name: name.clone(), is_open, has_textures }, color), &faces[..])
+        };
+        appearance.materials.iter().map(&mut index).collect()
     }
 
     /// Returns the index of the material of faces without one.
     pub(super) fn default_of(&mut self, mesh: &Mesh) -> usize {
-        self.add((None, "default".to_owned(), !mesh.is_closed()), MaterialColor::default())
+        let name = "default".to_owned();
+        let key = Key { file: None, name, is_open: !mesh.is_closed(), has_textures: false };
+        self.add(key, MaterialColor::default())
     }
 
     fn add(&mut self, key: Key, color: MaterialColor) -> usize {
@@ -72,7 +89,7 @@ impl Materials {
         paths
     }
 
-    /// Reads the images. Returns those that glTF can have, PNG and JPEG, by their paths.
+    /// Reads the images. Returns those that can be read and that glTF can have, PNG and JPEG, by their paths.
     pub(super) fn images(&self) -> Vec<(&Path, Image)> {
         let read = |path: &'_ Path| {
             let bytes = file::read(path, MAX_IMAGE).ok()?;
@@ -95,7 +112,7 @@ impl Materials {
 
     /// Returns the JSON of the materials. The texture of an image has its index.
     pub(super) fn json(&self, images: &[(&Path, Image)]) -> Value {
-        let material = |((_, name, is_open), color): &(Key, MaterialColor)| {
+        let material = |(Key { name, is_open, .. }, color): &(Key, MaterialColor)| {
             let MaterialColor { diffuse: [r, g, b], opacity, ref image } = *color;
             let texture =
                 image.as_deref().and_then(|image| images.iter().position(|(path, _)| *path == image));

@@ -3,7 +3,7 @@
 //! ```text
 //! x_f = R_f y_f + c_f         c_f: mean position; R_f: best rotation of frame 0 onto frame f (Kabsch 1976)
 //! d_f = y_f - y_0             deformation of frame f, three numbers per vertex
-//! X_fs = d_f . d_s            s: frames of the basis, all frames or MAX_BASIS of them
+//! X_fs = d_f . d_s            s: frames of the basis, all or MAX_BASIS of them, or more if these keep no error
 //! X_ss A = A L                principal components (Sirovich 1987, method of snapshots): sum over s of A_sk d_s
 //! d_f ~ sum over k of W_fk sum over s of A_sk d_s,   W = X A / L
 //! ```
@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 
-/// Largest number of frames of which components are combined.
+/// Largest number of frames of which components are combined, if their combinations keep the error.
 const MAX_BASIS: usize = 384;
 
 /// Largest number of vertices whose deformation determines the components; the others only count in the error.
@@ -67,11 +67,16 @@ impl Motion {
     pub(super) fn new(samples: &mut dyn Samples, points: Range<usize>, tolerance: f64) -> io::Result<Self> {
         let (poses, size) = poses(samples, points.clone())?;
         let frames = poses.len();
-        let count = frames.min(MAX_BASIS);
-        let basis: Vec<usize> = (0..count).map(|k| k * (frames - 1) / (count - 1).max(1)).collect();
-        let (combinations, weights) = (DMatrix::zeros(count, 0), DMatrix::zeros(frames, 0));
-        let mut motion = Self { points, poses, basis, combinations, weights, error: 0.0, size };
-        motion.find_components(samples, tolerance * size)?;
+        let (combinations, weights) = (DMatrix::zeros(0, 0), DMatrix::zeros(frames, 0));
+        let basis = Vec::new();
+        let mut motion = Self { points, poses, basis, combinations, weights, error: f64::INFINITY, size };
+        // With all frames in the basis, the components are exact.
+        let mut count = if tolerance > 0.0 { frames.min(MAX_BASIS) } else { frames };
+        while motion.error > tolerance * size {
+            motion.basis = (0..count).map(|k| k * (frames - 1) / (count - 1).max(1)).collect();
+            motion.find_components(samples, tolerance * size)?;
+            count = frames.min(2 * count);
+        }
         Ok(motion)
     }
 
@@ -221,27 +226,23 @@ impl Motion {
         at_least: usize,
         tolerance: f64,
     ) -> io::Result<usize> {
-        let blocks: Vec<Range<usize>> = self.blocks().collect();
-        let mut distances = vec![0.0_f32; blocks.len()];
         let mut needed = at_least;
         // A component that a later vertex needs can move an earlier one from its place.
-        let mut to_check = blocks.len();
-        while to_check > 0 {
-            let checked = to_check;
-            to_check = 0;
-            for (index, block) in blocks.iter().enumerate().take(checked) {
+        loop {
+            let before = needed;
+            let mut error = 0.0_f32;
+            for block in self.blocks() {
                 let [base, _] = self.base(samples, block.clone())?;
-                let deformed = self.deformed(samples, self.placed(block.clone(), 0), &base, false)?;
+                let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
                 let (number, distance) = self.needed_by(deformed, needed, tolerance as f32);
-                distances[index] = distance;
-                if number > needed {
-                    needed = number;
-                    to_check = index + 1;
-                }
+                needed = number;
+                error = error.max(distance);
+            }
+            if needed == before {
+                self.error = f64::from(error);
+                return Ok(needed);
             }
         }
-        self.error = f64::from(distances.into_iter().fold(0.0, f32::max));
-        Ok(needed)
     }
 
     /// Returns the number of components, at least `at_least`, that keep the points of a block within `tolerance`, and their

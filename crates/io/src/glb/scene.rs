@@ -8,9 +8,10 @@
 //!
 //! The arrays are written first, block by block, because the JSON states their bounds.
 
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -211,16 +212,21 @@ fn write_file<W: Write + Seek>(
     Ok(materials.left_out(&images))
 }
 
-/// Returns the facts for later runs of a file; `None` if it is no file of this program.
-pub(crate) fn read_extras(file: &mut impl Read) -> Option<Value> {
+/// Returns the facts for later runs of a file; `None` if it is no complete file of this program.
+pub(crate) fn read_extras(path: &Path) -> io::Result<Option<Value>> {
+    let mut file = BufReader::new(File::open(path)?);
+    let size = file.get_ref().metadata()?.len();
     let mut head = [0; BEFORE_JSON as usize];
-    file.read_exact(&mut head).ok()?;
-    let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
-    if &head[..4] != b"glTF" || word(4) != 2 || &head[16..] != b"JSON" {
-        return None;
+    match file.read_exact(&mut head) {
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(None),
+        result => result?,
     }
-    let root: Value = serde_json::from_reader(file.take(word(12).into())).ok()?;
-    root.pointer("/asset/extras").cloned()
+    let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
+    if &head[..4] != b"glTF" || word(4) != 2 || u64::from(word(8)) != size || &head[16..] != b"JSON" {
+        return Ok(None);
+    }
+    let root: Option<Value> = serde_json::from_reader(file.take(word(12).into())).ok();
+    Ok(root.and_then(|root| root.pointer("/asset/extras").cloned()))
 }
 
 /// A file whose arrays are written.

@@ -40,7 +40,7 @@ impl SplitSurface {
         split.dedup();
 
         let mut material_of: Vec<Option<usize>> = vec![None; mesh.face_count()];
-        for (material, faces) in materials.of_body(mesh, file, &appearance.materials) {
+        for (material, faces) in materials.of_body(mesh, file, &appearance) {
             faces.iter().for_each(|&face| material_of[face as usize] = Some(material));
         }
         let mut primitives: BTreeMap<usize, Vec<u32>> = BTreeMap::new();

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io;
-use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -19,58 +18,53 @@ pub(super) type Unflushed = (PathBuf, io::Error);
 /// Files that are on their way to disk.
 #[derive(Debug, Default)]
 pub(super) struct Flusher {
-    /// `None` if there are no files.
-    worker: Option<Worker>,
-}
-
-/// The thread that flushes, and the channel to it.
-#[derive(Debug)]
-struct Worker {
-    files: Sender<PathBuf>,
-    thread: JoinHandle<Result<(), Unflushed>>,
+    /// The files that no thread flushes yet. A file with all frames is added after each of them.
+    collected: BTreeSet<PathBuf>,
+    /// When the first of them was added.
+    since: Option<Instant>,
+    /// The thread that flushes earlier files.
+    thread: Option<JoinHandle<Result<(), Unflushed>>>,
+    /// The first error of threads that have ended.
+    failed: Option<Unflushed>,
 }
 
 impl Flusher {
-    /// Adds files whose contents are written. A file to which more is written is added again.
+    /// Adds files whose contents are written. A file to which more is written is added again. Once files were collected
+    /// for long enough, and the thread before has ended, a thread flushes them.
     pub(super) fn add(&mut self, paths: impl IntoIterator<Item = PathBuf>) {
-        for path in paths {
-            let worker = self.worker.get_or_insert_with(|| {
-                let (files, receiver) = channel();
-                Worker { files, thread: thread::spawn(move || flush(&receiver)) }
-            });
-            // The thread ends early only after an error, which `finish` returns.
-            let _ = worker.files.send(path);
+        self.collected.extend(paths);
+        let since = *self.since.get_or_insert_with(Instant::now);
+        if since.elapsed() < COLLECT || self.thread.as_ref().is_some_and(|thread| !thread.is_finished()) {
+            return;
         }
+        self.join();
+        let files = std::mem::take(&mut self.collected);
+        self.since = None;
+        self.thread = Some(thread::spawn(move || flush(files)));
     }
 
     /// Returns when the contents of all added files are on disk. Returns the first error and the path of its file.
     pub(super) fn finish(&mut self) -> Result<(), Unflushed> {
-        let Some(Worker { files, thread }) = self.worker.take() else { return Ok(()) };
-        // The thread ends when it has flushed what was sent.
-        drop(files);
-        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        self.since = None;
+        let flushed = flush(std::mem::take(&mut self.collected));
+        self.join();
+        self.failed.take().map_or(flushed, Err)
+    }
+
+    /// Waits for the thread.
+    fn join(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            let flushed = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            self.failed = self.failed.take().or(flushed.err());
+        }
     }
 }
 
-/// Flushes the files that arrive, until the sender is dropped.
-fn flush(files: &Receiver<PathBuf>) -> Result<(), Unflushed> {
-    while let Ok(first) = files.recv() {
-        let end = Instant::now() + COLLECT;
-        // A file with all frames is added after each of them.
-        let mut collected = BTreeSet::from([first]);
-        let is_last = loop {
-            match files.recv_timeout(end.saturating_duration_since(Instant::now())) {
-                Ok(path) => drop(collected.insert(path)),
-                Err(error) => break error == RecvTimeoutError::Disconnected,
-            }
-        };
-        let collected: Vec<PathBuf> = collected.into_iter().collect();
-        sync_files(&collected).map_err(|(path, error)| (path.to_owned(), error))?;
-        if is_last {
-            break;
-        }
-    }
-    Ok(())
+/// Flushes files.
+fn flush(files: BTreeSet<PathBuf>) -> Result<(), Unflushed> {
+    let files: Vec<PathBuf> = files.into_iter().collect();
+    let unflushed = |(path, error): (&Path, io::Error)| (path.to_owned(), error);
+    sync_files(&files).map_err(unflushed)
 }
 
 #[cfg(test)]
@@ -100,19 +94,23 @@ mod tests {
     #[test]
     fn files_that_arrive_while_others_are_flushed_are_flushed_too() {
         let directory = tempfile::tempdir().unwrap();
+        let missing = directory.path().join("missing");
         let mut flusher = Flusher::default();
+        flusher.add([missing.clone()]);
         let start = Instant::now();
         for number in 0.. {
             let path = directory.path().join(number.to_string());
             std::fs::write(&path, "text").unwrap();
             flusher.add([path]);
             thread::sleep(Duration::from_millis(2));
-            if start.elapsed() > COLLECT + COLLECT / 4 {
+            if start.elapsed() > 2 * COLLECT + COLLECT / 4 {
                 break;
             }
         }
-        let missing = directory.path().join("missing");
-        flusher.add([missing.clone()]);
+        // The thread that found the error has ended, and another one has started.
+        assert_eq!(flusher.failed.as_ref().unwrap().0, missing);
+        assert!(flusher.thread.is_some() && !flusher.collected.is_empty());
         assert_eq!(flusher.finish().unwrap_err().0, missing);
+        flusher.finish().unwrap();
     }
 }

@@ -105,6 +105,11 @@ impl Job {
         sequences
     }
 
+    /// Returns the index of the body of a sequence that has one body.
+    pub(super) fn body_of(&self, sequence: &Sequence) -> usize {
+        self.scene.bodies.iter().position(|body| body.name == sequence.name).unwrap_or(0)
+    }
+
     /// Returns the name of the run: that of the scene file, or else of the directory.
     pub(super) fn name(&self) -> String {
         let file = self.scene_file.as_deref().and_then(Path::file_stem);
@@ -158,6 +163,7 @@ impl Job {
         }
         let sequences = self.sequences();
         sequences.iter().try_for_each(Sequence::check_length)?;
+        Sequence::check_different(&sequences)?;
         let inputs: BTreeSet<PathBuf> =
             self.scene.files().into_iter().chain(self.scene_file.clone()).collect();
         check_inputs(&sequences, &[CHECKPOINT, LOCK, MANIFEST], inputs.iter().map(PathBuf::as_path))?;
@@ -184,6 +190,9 @@ impl Job {
             let directory = std::fs::canonicalize(parent(path)).unwrap_or_else(|_| parent(path).to_owned());
             path.file_name().map_or_else(|| directory.clone(), |name| directory.join(name))
         };
+        let output = &self.scene.output;
+        let glb_error =
+            output.format.contains(Format::Glb).then(|| ("output.glb_error", output.glb_error.to_string()));
         Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
@@ -194,8 +203,10 @@ impl Job {
                 ("output.fps", self.fps().to_string()),
                 ("output.meters_per_unit", self.scene.output.meters_per_unit.to_string()),
             ]
+            .into_iter()
+            .chain(glb_error)
             .map(|(key, value)| (key.to_owned(), value))
-            .to_vec(),
+            .collect(),
             start_frame: self.start_frame,
             every: self.every,
             stats: self.stats.as_deref().map(|path| absolute(path).display().to_string()),

@@ -1,7 +1,7 @@
 //! Writes the manifest of a run: a JSON file beside the frames that lists them, for programs that copy or check them.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
 
 use serde::Serialize;
@@ -59,7 +59,7 @@ pub(super) struct Files<'a> {
     pub(super) fps: f64,
 }
 
-/// Writes the manifest of the files of a run, and replaces an existing one. `checkpoint` is that of the last frame.
+/// Writes the manifest of the files of a run, and replaces another one. `checkpoint` is that of the last frame.
 pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
     let listed = run.sequences.iter().zip(&checkpoint.frames);
     let listed = listed.map(|(sequence, records)| files(sequence, records));
@@ -79,13 +79,13 @@ pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) 
         files: listed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect(),
     };
     let path = run.directory.join(MANIFEST);
-    let write = |file: &mut File| {
-        let mut out = BufWriter::new(file);
-        serde_json::to_writer_pretty(&mut out, &manifest)?;
-        out.write_all(b"\n")?;
-        out.flush()
-    };
-    write_durably(&path, write).map_err(|source| RunError::io("write", &path, source))
+    let failed = |source| RunError::io("write", &path, source);
+    let mut text = serde_json::to_vec_pretty(&manifest).map_err(|error| failed(error.into()))?;
+    text.push(b'\n');
+    if fs::read(&path).is_ok_and(|existing| existing == text) {
+        return Ok(());
+    }
+    write_durably(&path, |file| file.write_all(&text)).map_err(failed)
 }
 
 /// Returns the files of a sequence whose frames have these records.

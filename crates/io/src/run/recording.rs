@@ -98,13 +98,14 @@ impl Recording {
         Ok(())
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file and gives it its name. Returns lines about what it holds approximately or not at all, as
+    /// [`RunReport::files`](super::RunReport::files).
     ///
     /// # Errors
     ///
-    /// If the file cannot be written.
-    pub fn finish(mut self) -> Result<(), OutputError> {
+    /// If the file cannot be written, or a GLB file has no frames.
+    pub fn finish(mut self) -> Result<Vec<String>, OutputError> {
         self.output.sync()?;
-        self.output.finish(Ending::Complete).map(drop)
+        self.output.finish(Ending::Complete)
     }
 }

@@ -81,8 +81,15 @@ impl Job {
         let last_frame = self.scene.simulation.frames;
         let frame = saved.checkpoint.frame;
         let needed = (frame.min(last_frame) / self.every) as usize + 1;
-        let records: Vec<&[Record]> =
-            saved.checkpoint.frames.iter().map(|records| &records[..needed]).collect();
+        let records: Vec<&[Record]> = sequences
+            .iter()
+            .zip(&saved.checkpoint.frames)
+            .map(|(sequence, records)| match sequence.format.needs_all_frames() {
+                // Its file has the frames after the last one of this run too.
+                true => &records[..],
+                false => &records[..needed],
+            })
+            .collect();
         let listing = Listing::read(&sequences)?;
         let compare = if self.verify { Compare::Contents } else { Compare::Sizes };
         let renames = match check(&listing, &sequences, &records, (compare, frame < last_frame))? {
@@ -100,7 +107,9 @@ impl Job {
         if frame >= last_frame {
             let mut unfinished = Vec::new();
             for (sequence, records) in sequences.into_iter().zip(&saved.checkpoint.frames) {
-                if !finish(&sequence, records, compare)? {
+                let has_more = frame > last_frame && sequence.format.needs_all_frames();
+                let is_kept = has_more && sequence.path(0).exists();
+                if !is_kept && !finish(&sequence, records, compare)? {
                     unfinished.push((sequence, records.len() as u64));
                 }
             }

@@ -16,8 +16,7 @@ use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
-use crate::frames::{Ending, FrameRun, Listing, SetAside, open_sink};
-use crate::scene::BodyData;
+use crate::frames::{Ending, FrameRun, Listing, SetAside, check_run, open_sink};
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -54,14 +53,22 @@ impl Job {
 
         let mut prepared = observer.prepare(&self.scene)?;
         prepared.check_topologies(&self.scene.output.format)?;
+        let new_run = self.frame_run(&prepared, None);
+        self.sequences()
+            .iter()
+            .try_for_each(|sequence| check_run(sequence, self.body_of(sequence), &new_run))?;
         if let Start::Finished { checkpoint, unfinished } = start {
-            manifest::remove(&self.directory)?;
+            // The files of a run with more frames can be continued.
+            let is_longer = checkpoint.frame > self.scene.simulation.frames;
+            let ending = if is_longer { Ending::Stopped } else { Ending::Complete };
+            if !is_longer {
+                manifest::remove(&self.directory)?;
+            }
             let mut files = Vec::new();
             for (sequence, frames) in unfinished {
-                let of_body = |body: &BodyData| body.name == sequence.name;
-                let body = self.scene.bodies.iter().position(of_body).unwrap_or(0);
+                let body = self.body_of(&sequence);
                 let sink = open_sink(sequence, body, &self.frame_run(&prepared, Some(frames)))?;
-                files.extend(sink.finish(Ending::Complete)?);
+                files.extend(sink.finish(ending)?);
             }
             return Ok(RunReport { files, ..self.already_finished(&checkpoint, job_start)? });
         }
@@ -153,10 +160,10 @@ impl Job {
     }
 
     /// Returns the report of a job that was finished before this run. Writes the manifest if the earlier run was killed
-    /// before.
+    /// before, or had been stopped at what is now the last frame.
     fn already_finished(&self, checkpoint: &Checkpoint, job_start: Instant) -> Result<RunReport, RunError> {
         let is_whole = checkpoint.frame == self.scene.simulation.frames;
-        if is_whole && !manifest::exists(&self.directory) {
+        if is_whole {
             self.write_manifest(checkpoint, Outcome::Finished)?;
         }
         Ok(RunReport {

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use crate::file::write_durably;
+use crate::file::{parent, write_durably};
 use crate::glb::{Materials, Samples, SplitSurface, Still, write_still};
 
 pub(crate) use layout::{MAX_SIZE, TexelLayout};
@@ -46,8 +46,7 @@ pub(crate) fn write_textures(
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<Vec<PathBuf>> {
-    let folder = info.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder)?;
+    let folder = parent(info);
     let frames = samples.frames();
     let layout = TexelLayout::new(body.points.len(), frames).ok_or_else(|| {
         io::Error::other(format!("{} x {frames} texels do not fit into an image", body.points.len()))
@@ -78,14 +77,27 @@ pub(crate) fn write_textures(
     write("_vnrm.png", &image::Numbers::Normals { points: &normals })?;
     let facts = json!({
         "os-remap": { "Min": low, "Max": high, "Frames": frames },
-        "supple": { "fps": body.fps, "run": body.extras },
+        "supple": {
+            "name": name, "fps": body.fps, "bytes": sizes(folder, name)?, "run": body.extras,
+        },
     });
     write_durably(info, |file| serde_json::to_writer_pretty(file, &facts).map_err(Into::into))?;
     Ok(left_out)
 }
 
-/// Returns the facts for later runs of a folder; `None` if it is of another program.
-pub(crate) fn read_extras(file: &mut impl io::Read) -> Option<Value> {
-    let facts: Value = serde_json::from_reader(file).ok()?;
-    facts.pointer("/supple/run").cloned()
+/// Returns the sizes of the files of a folder before the last one, in bytes.
+fn sizes(folder: &Path, name: &str) -> io::Result<Vec<u64>> {
+    let size = |suffix: &&str| Ok(fs::metadata(folder.join(format!("{name}{suffix}")))?.len());
+    [".glb", "_vat.png", "_vnrm.png"].iter().map(size).collect()
+}
+
+/// Returns the facts for later runs of a folder, whose last file is at `info`; `None` if it is of another program, or the
+/// other files have other sizes.
+pub(crate) fn read_extras(info: &Path) -> io::Result<Option<Value>> {
+    let text = fs::read(info)?;
+    let Ok(facts) = serde_json::from_slice::<Value>(&text) else { return Ok(None) };
+    let facts = &facts["supple"];
+    let name = facts["name"].as_str().unwrap_or_default();
+    let is_whole = sizes(parent(info), name).is_ok_and(|sizes| facts["bytes"] == json!(sizes));
+    Ok(is_whole.then(|| facts["run"].clone()))
 }

@@ -82,11 +82,12 @@ impl Recording {
         py.detach(read)
     }
 
-    /// Complete the file. Does nothing when the recording has ended.
-    fn close(&self, py: Python<'_>) -> PyResult<()> {
+    /// Complete the file. Returns lines about what it holds approximately or not at all. Does nothing when the recording
+    /// has ended.
+    fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let finish = || {
             let recording = self.recording.lock().unwrap_or_else(PoisonError::into_inner).take();
-            recording.map_or(Ok(()), run::Recording::finish)
+            recording.map_or(Ok(Vec::new()), run::Recording::finish)
         };
         py.detach(finish).map_err(error::output)
     }
