@@ -153,14 +153,13 @@ fn obj_points(path: &Path) -> Vec<Vector3<f64>> {
     mesh.vertices().iter().map(|vertex| vertex.coords).collect()
 }
 
-/// Returns the largest distance of a vertex from its place, and the largest number of morph targets of a body.
+/// Returns the largest distance of a vertex from its place, and the number of morph targets of the first body.
 fn difference(directory: &Path, bodies: &[&str], last: usize) -> (f64, usize) {
     let file = File::read(&directory.join("supple.glb"));
-    let (mut largest, mut targets) = (0.0_f64, 0);
+    let (mut largest, targets) = (0.0_f64, file.play(bodies[0]).targets);
     for body in bodies {
         let played = file.play(body);
         assert_eq!(played.frames.len(), last + 1);
-        targets = targets.max(played.targets);
         for (frame, positions) in played.frames.iter().enumerate() {
             let expected = obj_points(&directory.join(format!("{body}_{frame:04}.obj")));
             // The meshes have neither normals nor texture coordinates, so that no vertex is split.

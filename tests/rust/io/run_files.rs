@@ -38,8 +38,9 @@ impl Observer for CopyAfter {
 
 pub(crate) fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
+    let paths = fs::read_dir(from).unwrap().map(|entry| entry.unwrap().path());
+    // A run that is killed has no files in folders yet.
+    for path in paths.filter(|path| path.is_file()) {
         fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
     }
 }
