@@ -24,11 +24,12 @@ CHECKPOINT, LOCK, MANIFEST = "supple.checkpoint", "supple.lock", "manifest.json"
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of the files in a folder, by name, without the checkpoint, the lock and the manifest."""
+    """Return the bytes of the files in a folder, by relative path, without the checkpoint, the lock and the manifest."""
     if not folder.is_dir():
         return {}
     others = (CHECKPOINT, LOCK, MANIFEST)
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name not in others}
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name not in others]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
 def check_finite(files: dict[str, bytes]) -> None:
@@ -48,7 +49,7 @@ def _is_finite(name: str, data: bytes) -> bool:
         types = np.dtype([(line[2], f"<{_PLY_TYPES[line[1]]}") for line in lines if _is_scalar(line)])
         vertices = np.frombuffer(body, types, count)
         return all(np.isfinite(vertices[field]).all() for field in types.names)
-    if name.endswith((".html", ".usd")):
+    if name.endswith((".html", ".usd", ".glb", ".png", ".vtu", ".pvd", "-remap_info.json")):
         return True
     if name.endswith(".pc2"):
         return bool(np.isfinite(np.frombuffer(data, "<f4", offset=32)).all())

@@ -30,7 +30,10 @@ def _case(case: Case) -> None:
     else:
         scene = scenes.write_generated(case.folder, random)
         options = ["--frames", str(random.integers(50, 400))]
-    kind = str(random.choice(["obj", "ply", "pc2", "usd", "html", "obj,usd,html"]))
+    kinds = ["obj", "ply", "usd", "html", "obj,usd,html", "vtu,lattice"]
+    if "fracture" not in (case.folder / scene).read_text(errors="replace"):
+        kinds += ["pc2", "glb", "vat", "obj,glb,vat"]
+    kind = str(random.choice(kinds))
     stats = str(random.choice(["stats.csv", "stats.json"]))
     options += ["--format", kind, "--threads", "1", "-q"]
     options += ["--every", str(random.integers(1, 4)), "--start-frame", str(random.choice([0, 1, 9990]))]

@@ -352,7 +352,7 @@ impl ElasticDamper {
         );
         let mut reference = projection.motion();
         if vertices.is_none() && rigid.energy_of(reference) > limit {
-            let part = part_within(rigid, free, reference - free, limit);
+            let part = rigid.part_within(free, reference - free, limit);
             reference = free + (reference - free) * part;
             conditions.scale(part);
         }
@@ -377,20 +377,8 @@ fn projection_of(
     vertices: Option<&RigidState>,
 ) -> Projection {
     let mut projection = Projection::new(mobility.clone(), motion, center);
-    if let Some(vertices) = vertices {
-        projection.fix_vertices(vertices);
-    }
+    vertices.inspect(|vertices| projection.fix_vertices(vertices));
     projection
-}
-
-/// Returns the greatest part of a change, from 0 to 1, with which the energy of a rigid motion is at most `limit`. The
-/// energy without the change is not greater.
-fn part_within(rigid: &RigidState, motion: RigidMotion, change: RigidMotion, limit: f64) -> f64 {
-    let (before, square) = (rigid.energy_of(motion), rigid.energy_of(change));
-    let mixed = rigid.energy_of(motion + change) - before - square;
-    // The energy at the part s is before + mixed s + square s².
-    let part = ((mixed * mixed + 4.0 * square * (limit - before).max(0.0)).sqrt() - mixed) / (2.0 * square);
-    if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Adds the conditions of a support, and advances its deflections.

@@ -25,6 +25,9 @@ const MAX_POINTS: usize = 1 << 14;
 /// Number of points, of all frames, in a block.
 const BLOCK: usize = 1 << 20;
 
+/// Number of components of points that are computed before it is known whether they are needed.
+const MORE: usize = 16;
+
 /// Eigenvalue, relative to the largest one, below which rounding hides a component.
 const NOISE: f64 = 1e-12;
 
@@ -234,7 +237,7 @@ impl Motion {
             for block in self.blocks() {
                 let [base, _] = self.base(samples, block.clone())?;
                 let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
-                let (number, distance) = self.needed_by(deformed, needed, tolerance as f32);
+                let (number, distance) = self.needed_by(&deformed, needed, tolerance as f32);
                 needed = number;
                 error = error.max(distance);
             }
@@ -247,9 +250,9 @@ impl Motion {
 
     /// Returns the number of components, at least `at_least`, that keep the points of a block within `tolerance`, and their
     /// largest distance from their places with them.
-    fn needed_by(&self, deformed: DMatrix<f32>, at_least: usize, tolerance: f32) -> (usize, f32) {
-        let combined = self.combined(&deformed, self.components());
-        let mut rest = deformed;
+    fn needed_by(&self, deformed: &DMatrix<f32>, at_least: usize, tolerance: f32) -> (usize, f32) {
+        let mut combined = self.combined(deformed, self.components().min(at_least + MORE));
+        let mut rest = deformed.clone();
         let of_first = self.weights.columns(0, at_least).transpose();
         rest.gemm(-1.0, &combined.columns(0, at_least), &of_first, 1.0);
         let mut needed = at_least;
@@ -258,6 +261,9 @@ impl Motion {
             let distance = points.map(|[x, y, z]| x * x + y * y + z * z).fold(0.0, f32::max).sqrt();
             if distance <= tolerance || needed == self.components() {
                 return (needed, distance);
+            }
+            if needed == combined.ncols() {
+                combined = self.combined(deformed, self.components().min(2 * needed + MORE));
             }
             let weights = self.weights.column(needed);
             rest.ger(-1.0, &combined.column(needed), &weights, 1.0);

@@ -12,6 +12,7 @@ use nalgebra::{Point3, Vector3};
 use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
+use super::patch::{FACING, GROWTH, MAX_OVERLAP, Patch};
 use super::surface::{ContactSurface, Sample};
 use super::view::BodyView;
 use crate::contact::memory::buffer_bytes;
@@ -21,17 +22,6 @@ use crate::simd::level;
 /// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
 /// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
-
-/// Product of two normals above which the clearance grows, for the same reason, by [`GROWTH`] times the difference. A
-/// surface at a right angle to the other one can move into it sideways.
-const FACING: f32 = 0.25;
-
-/// Growth of the clearance with the product of the normals, and with the distance by which a sample of the other surface
-/// lies in front of the own one sideways: the gap there is one to another side of the other body.
-const GROWTH: f32 = 4.0;
-
-/// Greatest overlap. Samples that are deeper face each other through a thin body.
-const MAX_OVERLAP: f32 = 0.25;
 
 /// Number of sides of normals.
 pub(crate) const SIDES: usize = 6;
@@ -116,15 +106,6 @@ struct Block {
     count: u8,
     side: u8,
     patch: Patch,
-}
-
-/// A sphere that contains samples, and another one that contains their normals.
-#[derive(Clone, Copy, Debug, Default)]
-struct Patch {
-    center: Vector3<f32>,
-    radius: f32,
-    normal: Vector3<f32>,
-    spread: f32,
 }
 
 /// A body, and its surface.
@@ -332,39 +313,6 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
     (cell.position(local).map(|x| x as f32).into(), normal.map(|normal| normal.map(|x| x as f32).into()))
 }
 
-impl Patch {
-    /// Returns the patch of samples with these positions and normals.
-    fn of(samples: impl Iterator<Item = ([f32; 3], [f32; 3])> + Clone) -> Self {
-        let (mut bounds, mut sum) = (Bounds::EMPTY, Vector3::zeros());
-        for (position, normal) in samples.clone() {
-            bounds = bounds.union(&Bounds::of([Point3::from(position).map(f64::from)]));
-            sum += Vector3::from(normal);
-        }
-        let (center, radius) = bounds.sphere();
-        let normal = sum.try_normalize(0.0).unwrap_or_default();
-        let spread = samples.map(|(_, other)| (Vector3::from(other) - normal).norm()).fold(0.0, f32::max);
-        Self { center, radius, normal, spread }
-    }
-
-    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface.
-    fn least_clearance(&self, other: &Self, opposite: f32) -> f32 {
-        // The clearance of the centers, less the most by which positions and normals within the spheres change each term.
-        let offset = self.center - other.center;
-        let (gap, facing) = (offset.dot(&other.normal), self.normal.dot(&other.normal));
-        let aside = (offset.norm_squared() - gap * gap).max(0.0).sqrt();
-        let radius = self.radius + other.radius;
-        let length = gap.abs() + aside + radius;
-        let tilt = other.spread * length;
-        if gap + radius + tilt < -MAX_OVERLAP {
-            return f32::INFINITY;
-        }
-        let excess = (aside - radius - 2.0 * tilt - opposite).max(0.0);
-        let beside = gap * facing - offset.dot(&self.normal) - radius - 2.0 * (tilt + self.spread * length);
-        let turned = facing - self.spread - other.spread - FACING;
-        0.5 * (gap - radius - tilt).max(0.0) + excess + GROWTH * (turned.max(0.0) + beside.max(0.0))
-    }
-}
-
 impl OwnSample {
     /// Adds the gaps to the samples in some blocks, each with a lower bound of the clearance.
     #[inline(always)]
@@ -377,8 +325,7 @@ impl OwnSample {
     ) {
         let zero = f32x8::splat(simd, 0.0);
         let none = f32x8::splat(simd, f32::INFINITY);
-        let patch =
-            Patch { center: self.position.into(), normal: self.normal.into(), radius: 0.0, spread: 0.0 };
+        let patch = Patch::of_sample(self.position, self.normal);
         for (least, block) in blocks {
             let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
             if least >= known || patch.least_clearance(&block.patch, opposite) >= known {

@@ -23,6 +23,7 @@
 //! | `filter` | which bodies touch each other |
 //! | `pairing` | finds the bodies that may touch in a step |
 //! | `contacts` | [`BodyContacts`]: runs the parts of a step |
+//! | `patch` | a lower bound of the gaps between groups of samples |
 //! | `gaps` | the gaps between a body and those around it, which limit the displayed surface |
 
 mod bounds;
@@ -35,6 +36,7 @@ mod island;
 mod motion;
 mod pair_contacts;
 mod pairing;
+mod patch;
 mod posed;
 mod search;
 mod surface;

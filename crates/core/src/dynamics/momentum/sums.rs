@@ -175,6 +175,22 @@ impl RigidState {
         Momentum { linear: linear.into(), angular: angular.into() }
     }
 
+    /// Returns the greatest part of a change, from 0 to 1, with which the energy of a rigid motion is at most `limit`. The
+    /// energy without the change is not greater.
+    pub(in crate::dynamics) fn part_within(
+        &self,
+        motion: RigidMotion,
+        change: RigidMotion,
+        limit: f64,
+    ) -> f64 {
+        let (before, square) = (self.energy_of(motion), self.energy_of(change));
+        let mixed = self.energy_of(motion + change) - before - square;
+        // The energy at the part s is before + mixed s + square s².
+        let part =
+            ((mixed * mixed + 4.0 * square * (limit - before).max(0.0)).sqrt() - mixed) / (2.0 * square);
+        if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
     /// Computes the kinetic energy of a rigid motion.
     pub(in crate::dynamics) fn energy_of(&self, motion: RigidMotion) -> f64 {
         let RigidMotion { linear, angular } = motion;
