@@ -27,8 +27,8 @@ class Recorder:
         Its bodies have meshes.
     path : str or os.PathLike
         The file to write; an existing one is replaced. It is complete when the recorder is closed, also by an
-        exception in the `with` block. Until then its frames are beside it, in a file with `.part`, `.data` or `.pc2.part`
-        appended.
+        exception in the `with` block. Until then its frames are beside it, in a file with `.part`, `.data` or
+        `.pc2.part` appended.
     up : "y" or "z", default that of the simulation
         Axis of the file that points up. That of the simulation is z if gravity points mainly against z, otherwise y.
     scale : float, default 1
@@ -38,8 +38,8 @@ class Recorder:
     meters_per_unit : float, default 1
         Meters per unit of length of the file, > 0, which USD stages state; a GLB file is in meters.
     glb_error : float, default 0.001
-        Largest distance of a vertex of a GLB file from its place, relative to the largest extent of its body, in [0, 1].
-        0 keeps all frames exactly, with a morph target per frame.
+        Largest distance of a vertex of a GLB file from its place, relative to the largest extent of its body, in
+        [0, 1]. 0 keeps all frames exactly, with a morph target per frame.
 
     In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
 
@@ -184,9 +184,7 @@ def save_glb(
     return _save(sim, path, ".glb", frames, options)
 
 
-def _save(
-    sim: Simulation, path: str | os.PathLike[str], ending: str, frames: int, options: dict[str, Any]
-) -> Recorder:
+def _save(sim: Simulation, path: str | os.PathLike[str], ending: str, frames: int, options: dict[str, Any]) -> Recorder:
     """Record the present state and a number of further frames."""
     if not os.fspath(path).endswith(ending):
         raise ValueError(f"path is {os.fspath(path)!r}; it must end in {ending}")

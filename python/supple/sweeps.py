@@ -88,7 +88,7 @@ class _Job:
     measure: Callable[[Simulation], Any] | None
     resume: bool
     retries: int
-    #: The result of `measure` in an earlier sweep, and the scene and the last frame of this run; None if it is not known.
+    #: The result of `measure` in an earlier sweep, and the scene and the last frame of this run; None if not known.
     measured: tuple[Any, dict[str, Any]] | None = None
 
 
@@ -327,7 +327,7 @@ class _Manifest:
         self.write()
 
     def measured(self, job: _Job) -> tuple[Any, dict[str, Any]] | None:
-        """Return what an earlier sweep measured in a run with the same parameters, and in which run; None without it."""
+        """Return what an earlier sweep measured with the same parameters, and in which run; None without it."""
         entry = self._runs[job.index]
         return (entry["measured"], entry.get("measured_in", {})) if "measured" in entry else None
 

@@ -24,7 +24,7 @@ CHECKPOINT, LOCK, MANIFEST = "supple.checkpoint", "supple.lock", "manifest.json"
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of the files in a folder, by relative path, without the checkpoint, the lock and the manifest."""
+    """Return the bytes of the files in a folder, by path, without the checkpoint, the lock and the manifest."""
     if not folder.is_dir():
         return {}
     others = (CHECKPOINT, LOCK, MANIFEST)
