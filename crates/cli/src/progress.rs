@@ -85,7 +85,9 @@ impl Reporter {
                 "input": input,
                 "version": env!("CARGO_PKG_VERSION"),
             })),
-            Output::OpenJd(_) => self.print_openjd(0.0, &format!("{}: building the bodies", self.name)),
+            Output::OpenJd(_) => {
+                self.print_openjd(0.0, &format!("{}: building the bodies", self.name));
+            }
             _ => {}
         }
     }
@@ -114,10 +116,11 @@ impl Reporter {
                 terminal::print(format_args!("openjd_status: {status}"));
             }
             (Output::OpenJd(_), Ok(report)) => {
-                // The last frame may have printed the percentage, but not the outcome.
-                self.output = Output::OpenJd(None);
                 let (outcome, frame) = (report.outcome.name(), self.number(report.last));
-                self.print_openjd(1.0, &format!("{}: {outcome}, frame {frame}", self.name));
+                let status = format!("{}: {outcome}, frame {frame}", self.name);
+                if !self.print_openjd(1.0, &status) {
+                    terminal::print(format_args!("openjd_status: {status}"));
+                }
             }
             (Output::OpenJd(_), Err(error)) => {
                 let message = error.to_string().replace('\n', " ");
@@ -158,15 +161,15 @@ impl Reporter {
                 }
             }
             Output::OpenJd(_) => {
-                self.print_openjd(done, &format!("{}: {position}, {} left", self.name, left()))
+                self.print_openjd(done, &format!("{}: {position}, {} left", self.name, left()));
             }
         }
         if interrupt::requested().is_some() { Flow::Stop } else { Flow::Continue }
     }
 
     /// Prints the percentage and the status for Open Job Description, if the percentage of all inputs has changed.
-    /// `done`: the fraction of the work of this input.
-    fn print_openjd(&mut self, done: f64, status: &str) {
+    /// `done`: the fraction of the work of this input. Returns whether it has changed.
+    fn print_openjd(&mut self, done: f64, status: &str) -> bool {
         let (index, inputs) = self.place;
         let percent = (100.0 * (index as f64 + done) / inputs as f64) as u32;
         if let Output::OpenJd(printed) = &mut self.output
@@ -174,7 +177,9 @@ impl Reporter {
         {
             *printed = Some(percent);
             terminal::print(format_args!("openjd_progress: {percent}\nopenjd_status: {status}"));
+            return true;
         }
+        false
     }
 }
 

@@ -67,6 +67,7 @@ fn progress_for_open_job_description_has_percentages_and_the_status() {
     let (percentages, output) = run(0, &["scene.toml"]);
     assert_eq!(percentages, [vec![0], (1..=21).map(|frame| 100 * frame / 21).collect()].concat());
     assert!(output.out.contains("openjd_status: scene: frame 10 of 20, "), "{}", output.out);
+    assert!(output.out.contains("openjd_status: scene: finished, frame 20\n"), "{}", output.out);
     assert!(!output.err.contains('%'), "{}", output.err);
     let (percentages, output) = run(1, &["scene.toml", "missing.toml"]);
     assert!(percentages.is_sorted() && percentages.last() == Some(&50), "{percentages:?}");
