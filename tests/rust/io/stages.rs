@@ -328,7 +328,7 @@ fn a_stage_is_not_written_by_the_writer_of_a_body() {
     };
     let error = FrameWriter::create(sequence, Source::Mesh(&mesh)).unwrap_err();
     assert!(matches!(error, OutputError::NotPerBody { format: Format::Usd }) && error.is_input());
-    assert!(error.to_string().contains("usd has one file for all bodies"), "{error}");
+    assert!(error.to_string().contains("for usd run a job instead"), "{error}");
 }
 
 #[test]
@@ -410,7 +410,7 @@ fn recordings_of_other_files_or_of_bare_lattices_are_refused() {
         error.to_string()
     };
     for name in ["a.obj", "a.pc2", "a", "a.abc"] {
-        assert!(refused(name).ends_with("the name of a recording ends in .usd or .html"));
+        assert!(refused(name).ends_with("the name of a recording ends in .usd, .html or .glb"));
     }
     assert!(refused("a.usd").contains("is a bare lattice"), "{}", refused("a.usd"));
     assert!(fs::read_dir(folder.path()).unwrap().next().is_none());
