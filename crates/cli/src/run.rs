@@ -105,9 +105,7 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
     let name = input_name(input);
     match run_one(args, input, &name, (0, 1)) {
         Ok(report) => {
-            terminal::print(summary_line(&name, &report, args.start_frame));
-            print_files(&name, &report);
-            print_warnings(&name, &report);
+            print_report(&name, &report, args.start_frame);
             if report.outcome == Outcome::Stopped {
                 terminal::print(format_args!("resume with: {}", terminal::resume_command()));
                 return interrupt::exit();
@@ -142,11 +140,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         let name = input_name(input);
         let result = run_one(args, input, &name, (index, inputs.len()));
         match &result {
-            Ok(report) => {
-                terminal::print(summary_line(&name, report, args.start_frame));
-                print_files(&name, report);
-                print_warnings(&name, report);
-            }
+            Ok(report) => print_report(&name, report, args.start_frame),
             Err(error) => terminal::print_error(format_args!("{name}: {error}")),
         }
         results.push((name, result));
@@ -219,9 +213,12 @@ fn stats_path(path: &Path, input_name: &str) -> PathBuf {
     path.with_file_name(format!("{name}_{input_name}.{extension}"))
 }
 
-/// Prints the lines about files that hold the frames approximately or incompletely.
-fn print_files(name: &str, report: &RunReport) {
+/// Prints the summary of a job, the lines about its files, and its warnings. `start_frame` is the number of its first
+/// frame.
+fn print_report(name: &str, report: &RunReport, start_frame: u32) {
+    terminal::print(summary_line(name, report, start_frame));
     report.files.iter().for_each(|line| terminal::print(format_args!("{name}: {line}")));
+    print_warnings(name, report);
 }
 
 /// Prints a line for each body whose volume was not kept, that was crushed or that is softer than specified.

@@ -105,6 +105,15 @@ pub(crate) fn write_durably(path: &Path, write: impl FnOnce(&mut File) -> io::Re
     sync_directory(parent(path))
 }
 
+/// Removes a file. Returns whether there was one.
+pub(crate) fn remove_if_present(path: &Path) -> io::Result<bool> {
+    match fs::remove_file(path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
 /// Returns when the contents of the files at `paths` are on disk. Returns the first error and its path.
 pub(crate) fn sync_files(paths: &[PathBuf]) -> Result<(), (&Path, io::Error)> {
     // Windows requires write access.

@@ -6,7 +6,6 @@ use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use bytemuck::cast_slice;
 use serde_json::{Value, json};
 use supple::Simulation;
 
@@ -16,10 +15,10 @@ use super::pc2::{self, PointCache, SampleReader};
 use super::record::{Compare, Record, Recorder};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence};
-use crate::file::{parent, part_path, write_durably};
-use crate::glb::{self, BodyMotion, Materials, Samples, SceneDescription, SplitSurface, write_scene};
+use crate::file::{parent, part_path, remove_if_present, write_durably};
+use crate::glb::{self, BodyPoints, Materials, Samples, SceneDescription, SplitSurface, write_scene};
 use crate::space::{FileSpace, Up};
-use crate::vat::{self, BodyTexture, MAX_SIZE, TexelLayout, write_textures};
+use crate::vat::{self, MAX_SIZE, TexelLayout, write_textures};
 
 /// A clip that is being written.
 #[derive(Debug)]
@@ -56,6 +55,12 @@ struct Body {
     first: usize,
 }
 
+impl Body {
+    fn points(&self) -> BodyPoints<'_> {
+        BodyPoints { name: &self.name, surface: &self.surface, first: self.first }
+    }
+}
+
 impl ClipWriter {
     /// Starts a clip, or continues the frames of an unfinished one. `body`: the index of the body of a clip that has one.
     pub(super) fn open(sequence: Sequence, body: usize, run: &FrameRun<'_>) -> Result<Self, OutputError> {
@@ -82,12 +87,7 @@ impl ClipWriter {
             let info = sequence.path(0);
             let folder = parent(&info);
             fs::create_dir_all(folder).map_err(OutputError::io("create", folder))?;
-            match fs::remove_file(&info) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(OutputError::io("remove", &info)(error));
-                }
-                _ => {}
-            }
+            remove_if_present(&info).map_err(OutputError::io("remove", &info))?;
         }
         let cache = match run.kept {
             None => PointCache::create(&data, count)?,
@@ -112,17 +112,9 @@ impl ClipWriter {
 
     /// Writes the frame that is built.
     fn write_sample(&mut self) -> Result<Record, OutputError> {
-        let swapped: Vec<u8>;
-        let bytes = if cfg!(target_endian = "little") {
-            cast_slice(&self.sample)
-        } else {
-            swapped = self.sample.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
-            &swapped
-        };
-        let record = Record::of(bytes);
-        let written = self.cache.write(bytes);
+        let written = self.cache.write(&self.sample);
         self.discard();
-        written.map(|()| record)
+        written
     }
 
     /// Writes the clip. Returns lines about it.
@@ -133,12 +125,10 @@ impl ClipWriter {
         let extras = extras(samples.samples(), hash);
         match (self.sequence.format, &self.bodies[..]) {
             (Format::Vat, [body]) => {
-                let (name, surface) = (&body.name, &body.surface);
-                let (points, fps) = (body.first..body.first + surface.len(), self.interval.recip());
-                let texture = BodyTexture { name, surface, points, fps, extras };
-                let written = write_textures(&path, &texture, &self.materials, &mut samples);
+                let run = (self.interval.recip(), extras);
+                let written = write_textures(&path, &body.points(), run, &self.materials, &mut samples);
                 let left_out = written.map_err(OutputError::io("write", &path))?;
-                Ok(without(&format!("{name}_vat"), &left_out).collect())
+                Ok(without(&format!("{}_vat", body.name), &left_out).collect())
             }
             _ => self.write_glb(&path, extras, &mut samples),
         }
@@ -153,12 +143,7 @@ impl ClipWriter {
     ) -> Result<Vec<String>, OutputError> {
         let description =
             SceneDescription { name: &self.name, interval: self.interval, tolerance: self.tolerance, extras };
-        let motion = |body: &Body| body.first..body.first + body.surface.len();
-        let bodies: Vec<BodyMotion<'_>> = self
-            .bodies
-            .iter()
-            .map(|body| BodyMotion { name: &body.name, surface: &body.surface, points: motion(body) })
-            .collect();
+        let bodies: Vec<BodyPoints<'_>> = self.bodies.iter().map(Body::points).collect();
         let mut written = None;
         let write = |file: &mut File| {
             written = Some(write_scene(file, &description, &bodies, &self.materials, samples)?);

@@ -1,8 +1,7 @@
 //! Writes grids of VTK: the surface or the lattice of a body in a file per frame, `NAME_0007.vtu` or
 //! `NAME_0007.lattice.vtu`, and when the run ends `NAME.pvd` or `NAME.lattice.pvd` with their times.
 
-use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -12,7 +11,7 @@ use super::error::check_finite;
 use super::record::Record;
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence, Source};
-use crate::file::{write_atomically, write_durably};
+use crate::file::{remove_if_present, write_atomically, write_durably};
 use crate::space::FileSpace;
 use crate::vtk::{Cells, Data, Grid, collection};
 
@@ -50,12 +49,7 @@ impl GridWriter {
             sequence,
         };
         for times in writer.sequence.whole_files() {
-            match fs::remove_file(&times) {
-                Err(error) if error.kind() != ErrorKind::NotFound => {
-                    return Err(OutputError::io("remove", &times)(error));
-                }
-                _ => {}
-            }
+            remove_if_present(&times).map_err(OutputError::io("remove", &times))?;
         }
         Ok(writer)
     }

@@ -95,20 +95,20 @@ static PC2: Kind = Kind {
 static USD: Kind = Kind {
     // The points and their bounds.
     frame_bytes: |source| 12 * source.mesh().vertices().len() as u64 + 48,
-    check_run: |_, _, _| Ok(()),
     open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run)?)),
     check: |_, sequence, records, compare| stage::check(sequence, records, compare),
     finish: stage::is_complete,
     check_link: Sequence::check_continued_path,
+    ..PER_FRAME
 };
 
 static HTML: Kind = Kind {
     frame_bytes: |source| 6 * source.mesh().vertices().len() as u64,
-    check_run: |_, _, _| Ok(()),
     open: |sequence, _, run| Ok(Box::new(page::PageWriter::open(sequence, run)?)),
     check: |_, sequence, records, compare| page::check(sequence, records, compare),
     finish: |sequence, records, _| page::finish(sequence, records).map(|()| true),
     check_link: page::check_link,
+    ..PER_FRAME
 };
 
 static CLIP: Kind = Kind {
@@ -124,17 +124,14 @@ static CLIP: Kind = Kind {
     check_link: clip::check_link,
 };
 
-static VTU: Kind = Kind {
-    frame_bytes: grids::surface_bytes,
+/// The parts that grids have in common.
+const GRID: Kind = Kind {
     open: |sequence, body, run| Ok(Box::new(grids::GridWriter::open(sequence, body, run)?)),
     finish: |sequence, _, _| Ok(grids::is_complete(sequence)),
     ..PER_FRAME
 };
 
-static LATTICE: Kind = Kind {
-    // A surface does not tell the size of its lattice.
-    frame_bytes: |_| 0,
-    open: |sequence, body, run| Ok(Box::new(grids::GridWriter::open(sequence, body, run)?)),
-    finish: |sequence, _, _| Ok(grids::is_complete(sequence)),
-    ..PER_FRAME
-};
+static VTU: Kind = Kind { frame_bytes: grids::surface_bytes, ..GRID };
+
+// A surface does not tell the size of its lattice.
+static LATTICE: Kind = GRID;

@@ -14,6 +14,7 @@
 //! All numbers are little endian. The number of samples is updated after each sample, so that the `.part`
 //! file of a killed run can be read.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -72,10 +73,15 @@ impl PointCache {
         Ok(cache)
     }
 
-    /// Appends a sample of 12 bytes per point. If this fails, truncates the file after the previous sample.
-    pub(super) fn write(&mut self, sample: &[u8]) -> Result<(), OutputError> {
-        debug_assert_eq!(sample.len() as u64, sample_size(self.points), "a sample has 12 bytes per point");
-        let written = self.file.write_all(sample).and_then(|()| {
+    /// Appends a sample, and returns its record. If this fails, truncates the file after the previous sample.
+    pub(super) fn write(&mut self, points: &[[f32; 3]]) -> Result<Record, OutputError> {
+        debug_assert_eq!(points.len(), self.points as usize, "a sample has all points");
+        let sample: Cow<'_, [u8]> = if cfg!(target_endian = "little") {
+            bytemuck::cast_slice(points).into()
+        } else {
+            points.iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
+        };
+        let written = self.file.write_all(&sample).and_then(|()| {
             self.samples += 1;
             self.write_count().inspect_err(|_| self.samples -= 1)
         });
@@ -84,7 +90,7 @@ impl PointCache {
             let _ = self.truncate();
             return Err(OutputError::io("write", &self.path)(error));
         }
-        Ok(())
+        Ok(Record::of(&sample))
     }
 
     /// Returns the path of the file while it is written.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::{Format, OutputError};
 use crate::file::{PART, is_link, part_path};
+use crate::vat;
 
 /// Length of the longest file name that common file systems allow, in bytes.
 const MAX_NAME: usize = 255;
@@ -50,7 +51,7 @@ impl Sequence {
             Format::Vat => {
                 let of_folder =
                     |suffix| directory.join(format!("{name}_vat")).join(format!("{name}{suffix}"));
-                [".glb", "_vat.png", "_vnrm.png"].map(of_folder).into_iter().chain([self.path(0)]).collect()
+                vat::FILES.map(of_folder).into_iter().chain([self.path(0)]).collect()
             }
             // The library of a model whose materials are not in OBJ libraries.
             Format::Obj => {

@@ -1,6 +1,5 @@
 //! Writes the frames of one body.
 
-use std::borrow::Cow;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -235,9 +234,7 @@ impl FrameWriter {
                 write_texts(&path, std::iter::once(&self.buffer[..]))?
             }
             Kind::Cache(cache, points) => {
-                let sample = points.sample(positions);
-                cache.write(&sample)?;
-                return Ok(Record::of(&sample));
+                return cache.write(points.placed(positions));
             }
         };
         self.unsynced.push(frame);
@@ -303,15 +300,12 @@ impl CachedPoints {
         }
     }
 
-    /// Returns the bytes of a frame with the mesh vertices at `positions`.
-    fn sample(&mut self, positions: &[[f32; 3]]) -> Cow<'_, [u8]> {
+    /// Returns all points, with the mesh vertices at `positions`.
+    fn placed(&mut self, positions: &[[f32; 3]]) -> &[[f32; 3]] {
         match &self.map {
             None => self.points.copy_from_slice(positions),
             Some(map) => map.iter().zip(positions).for_each(|(&point, &to)| self.points[point as usize] = to),
         }
-        if cfg!(target_endian = "little") {
-            return bytemuck::cast_slice(&self.points).into();
-        }
-        self.points.iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
+        &self.points
     }
 }

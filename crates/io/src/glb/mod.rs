@@ -17,5 +17,5 @@ mod surface;
 
 pub(crate) use materials::Materials;
 pub(crate) use motion::Samples;
-pub(crate) use scene::{BodyMotion, SceneDescription, Still, read_extras, write_scene, write_still};
+pub(crate) use scene::{BodyPoints, SceneDescription, read_extras, write_scene, write_still};
 pub(crate) use surface::SplitSurface;

@@ -40,6 +40,13 @@ pub(crate) trait Samples {
     fn read(&mut self, frame: usize, points: Range<usize>, out: &mut Vec<[f32; 3]>) -> io::Result<()>;
 }
 
+/// The vectors of points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Vectors {
+    Positions,
+    Normals,
+}
+
 /// The motion of a node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
@@ -94,35 +101,31 @@ impl Motion {
         (0..count).step_by(block).map(move |start| start..count.min(start + block))
     }
 
-    /// Returns the positions and the normals of frame 0 of a block.
+    /// Returns the vectors of frame 0 of a block.
     pub(super) fn base(
         &self,
         samples: &mut dyn Samples,
         block: Range<usize>,
-    ) -> io::Result<[Vec<[f32; 3]>; 2]> {
-        let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        samples.read(0, self.placed(block.clone(), 0), &mut positions)?;
-        samples.read(0, self.placed(block, self.points.len()), &mut normals)?;
-        let center = self.poses[0].translation;
-        for position in &mut positions {
-            *position = (Vector3::from(position.map(f64::from)) - center).cast::<f32>().into();
+        vectors: Vectors,
+    ) -> io::Result<Vec<[f32; 3]>> {
+        let mut base = Vec::new();
+        samples.read(0, self.placed(block, vectors), &mut base)?;
+        let center = self.center(0, vectors);
+        for vector in &mut base {
+            *vector = (Vector3::from(vector.map(f64::from)) - center).cast::<f32>().into();
         }
-        Ok([positions, normals])
+        Ok(base)
     }
 
-    /// Returns the displacements of the positions and of the normals of a block in each component: one component per
-    /// column, with the numbers of the points one after another.
+    /// Returns the displacements of a block in each component: one component per column, with the numbers of the points
+    /// one after another.
     pub(super) fn displacements(
         &self,
         samples: &mut dyn Samples,
         block: Range<usize>,
-    ) -> io::Result<[DMatrix<f32>; 2]> {
-        let base = self.base(samples, block.clone())?;
-        let mut combined = |offset: usize, base: &[[f32; 3]]| -> io::Result<DMatrix<f32>> {
-            let deformed = self.deformed(samples, self.placed(block.clone(), offset), base, offset > 0)?;
-            Ok(self.combined(&deformed, self.components()))
-        };
-        Ok([combined(0, &base[0])?, combined(self.points.len(), &base[1])?])
+        vectors: Vectors,
+    ) -> io::Result<DMatrix<f32>> {
+        Ok(self.combined(&self.deformed(samples, block, vectors)?, self.components()))
     }
 
     /// Returns the first components of the deformation of points.
@@ -135,28 +138,38 @@ impl Motion {
     }
 
     /// Returns the points of a block among the samples.
-    fn placed(&self, block: Range<usize>, offset: usize) -> Range<usize> {
-        let first = self.points.start + offset;
+    fn placed(&self, block: Range<usize>, vectors: Vectors) -> Range<usize> {
+        let first = match vectors {
+            Vectors::Positions => self.points.start,
+            Vectors::Normals => self.points.end,
+        };
         first + block.start..first + block.end
     }
 
-    /// Returns the deformation of points: the differences from `base` of all frames, one frame per column, with the
+    /// Returns the origin of vectors in a frame.
+    fn center(&self, frame: usize, vectors: Vectors) -> Vector3<f64> {
+        match vectors {
+            Vectors::Positions => self.poses[frame].translation,
+            Vectors::Normals => Vector3::zeros(),
+        }
+    }
+
+    /// Returns the deformation of a block: the differences of all frames from frame 0, one frame per column, with the
     /// numbers of the points one after another.
     fn deformed(
         &self,
         samples: &mut dyn Samples,
-        points: Range<usize>,
-        base: &[[f32; 3]],
-        is_normal: bool,
+        block: Range<usize>,
+        vectors: Vectors,
     ) -> io::Result<DMatrix<f32>> {
+        let base = self.base(samples, block.clone(), vectors)?;
         let mut deformed = DMatrix::zeros(3 * base.len(), self.poses.len());
         let mut now = Vec::new();
         for (mut column, (frame, pose)) in deformed.column_iter_mut().zip(self.poses.iter().enumerate()) {
-            samples.read(frame, points.clone(), &mut now)?;
-            let back = pose.rotation.inverse().to_rotation_matrix();
-            let center = if is_normal { Vector3::zeros() } else { pose.translation };
+            samples.read(frame, self.placed(block.clone(), vectors), &mut now)?;
+            let (back, center) = (pose.rotation.inverse().to_rotation_matrix(), self.center(frame, vectors));
             let numbers = column.as_mut_slice().as_chunks_mut::<3>().0;
-            for (number, (now, base)) in numbers.iter_mut().zip(now.iter().zip(base)) {
+            for (number, (now, base)) in numbers.iter_mut().zip(now.iter().zip(&base)) {
                 let local = back * (Vector3::from(now.map(f64::from)) - center);
                 *number = std::array::from_fn(|axis| (local[axis] - f64::from(base[axis])) as f32);
             }
@@ -171,9 +184,9 @@ impl Motion {
         let mut products = DMatrix::<f64>::zeros(frames, count);
         let mut numbers = 0;
         for block in self.blocks() {
-            let [base, _] = self.base(samples, block.clone())?;
-            let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
-            let some: Vec<usize> = (0..base.len()).step_by(stride).flat_map(|k| 3 * k..3 * k + 3).collect();
+            let length = block.len();
+            let deformed = self.deformed(samples, block, Vectors::Positions)?;
+            let some: Vec<usize> = (0..length).step_by(stride).flat_map(|k| 3 * k..3 * k + 3).collect();
             let deformed = deformed.select_rows(&some).cast::<f64>();
             products += deformed.tr_mul(&deformed.select_columns(&self.basis));
             numbers += some.len();
@@ -235,8 +248,7 @@ impl Motion {
             let before = needed;
             let mut error = 0.0_f32;
             for block in self.blocks() {
-                let [base, _] = self.base(samples, block.clone())?;
-                let deformed = self.deformed(samples, self.placed(block, 0), &base, false)?;
+                let deformed = self.deformed(samples, block, Vectors::Positions)?;
                 let (number, distance) = self.needed_by(&deformed, needed, tolerance as f32);
                 needed = number;
                 error = error.max(distance);

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::layout::{Array, Element, Layout, Usage};
-use super::motion::Motion;
+use super::motion::{Motion, Vectors};
 use super::{Materials, Samples, SplitSurface};
 
 /// Size of what precedes the JSON, in bytes.
@@ -37,11 +37,24 @@ pub(crate) struct SceneDescription<'a> {
 }
 
 /// A body, and its points among the samples: positions, then as many normals.
-pub(crate) struct BodyMotion<'a> {
+pub(crate) struct BodyPoints<'a> {
     pub(crate) name: &'a str,
     pub(crate) surface: &'a SplitSurface,
-    /// The positions.
-    pub(crate) points: Range<usize>,
+    /// The first position.
+    pub(crate) first: usize,
+}
+
+impl BodyPoints<'_> {
+    /// Returns the positions.
+    pub(crate) fn positions(&self) -> Range<usize> {
+        self.first..self.first + self.surface.len()
+    }
+
+    /// Returns the normals.
+    pub(crate) fn normals(&self) -> Range<usize> {
+        let first = self.positions().end;
+        first..first + self.surface.len()
+    }
 }
 
 /// What was written of a body.
@@ -72,23 +85,23 @@ struct BodyArrays {
 pub(crate) fn write_scene(
     out: &mut (impl Write + Seek),
     description: &SceneDescription<'_>,
-    bodies: &[BodyMotion<'_>],
+    bodies: &[BodyPoints<'_>],
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<(Vec<WrittenMotion>, Vec<PathBuf>)> {
     let frames = samples.frames();
-    let split = |body: &BodyMotion<'_>| Motion::new(samples, body.points.clone(), description.tolerance);
+    let split = |body: &BodyPoints<'_>| Motion::new(samples, body.positions(), description.tolerance);
     let motions = bodies.iter().map(split).collect::<io::Result<Vec<Motion>>>()?;
     let mut layout = Layout::default();
     let times = (frames > 1).then(|| layout.add_bounded(Element::Scalar, frames as u64, Usage::Other));
-    let of_body = |(body, motion): (&BodyMotion<'_>, &Motion)| {
+    let of_body = |(body, motion): (&BodyPoints<'_>, &Motion)| {
         let mut arrays = BodyArrays::new(body.surface, motion.components(), &mut layout);
         arrays.add_motion(motion, &mut layout);
         arrays
     };
     let arrays: Vec<BodyArrays> = bodies.iter().zip(&motions).map(of_body).collect();
     let of_bodies = || bodies.iter().zip(&motions).zip(&arrays);
-    let node = |(mesh, ((body, motion), _)): (usize, ((&BodyMotion<'_>, &Motion), &BodyArrays))| {
+    let node = |(mesh, ((body, motion), _)): (usize, ((&BodyPoints<'_>, &Motion), &BodyArrays))| {
         let translation = <[f32; 3]>::from(motion.poses[0].translation.cast::<f32>());
         json!({ "name": body.name, "mesh": mesh, "translation": translation })
     };
@@ -118,24 +131,16 @@ pub(crate) fn write_scene(
     Ok((written.collect(), left_out))
 }
 
-/// A body as it is in the first frame, with second texture coordinates.
-pub(crate) struct Still<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) surface: &'a SplitSurface,
-    /// Its points among the samples: positions; as many normals follow.
-    pub(crate) points: Range<usize>,
-    /// The second texture coordinates of each vertex, with the origin at the upper left.
-    pub(crate) texels: Vec<[f32; 2]>,
-}
-
-/// Writes a file with a body that does not move. Returns the paths of images that glTF cannot have.
+/// Writes a file with a body as it is in the first frame. `texels`: second texture coordinates of each vertex, with the
+/// origin at the upper left. Returns the paths of images that glTF cannot have.
 pub(crate) fn write_still(
     out: &mut (impl Write + Seek),
-    still: &Still<'_>,
+    body: &BodyPoints<'_>,
+    texels: &[[f32; 2]],
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<Vec<PathBuf>> {
-    let Still { name, surface, points, texels } = still;
+    let &BodyPoints { name, surface, .. } = body;
     let mut layout = Layout::default();
     let mut arrays = BodyArrays::new(surface, 0, &mut layout);
     arrays.add_texels(surface, &mut layout);
@@ -148,9 +153,9 @@ pub(crate) fn write_still(
     write_file(out, root, layout, materials, |file| {
         arrays.write_surface(file, surface)?;
         let mut vectors = Vec::new();
-        samples.read(0, points.clone(), &mut vectors)?;
+        samples.read(0, body.positions(), &mut vectors)?;
         file.write(arrays.positions, 0, vectors.as_flattened())?;
-        samples.read(0, points.end..points.end + points.len(), &mut vectors)?;
+        samples.read(0, body.normals(), &mut vectors)?;
         file.write(arrays.normals, 0, vectors.as_flattened())?;
         arrays.texels.map_or(Ok(()), |array| file.write(array, 0, texels.as_flattened()))
     })
@@ -318,13 +323,16 @@ impl BodyArrays {
     ) -> io::Result<()> {
         for block in motion.blocks() {
             let offset = 12 * block.start as u64;
-            let [positions, normals] = motion.base(samples, block.clone())?;
-            file.write(self.positions, offset, positions.as_flattened())?;
-            file.write(self.normals, offset, normals.as_flattened())?;
-            let displacements = motion.displacements(samples, block)?;
-            for (component, target) in self.targets.iter().enumerate() {
-                for (array, displacements) in target.iter().zip(&displacements) {
-                    file.write(*array, offset, displacements.column(component).as_slice())?;
+            for (kind, (vectors, array)) in
+                [(Vectors::Positions, self.positions), (Vectors::Normals, self.normals)]
+                    .into_iter()
+                    .enumerate()
+            {
+                let base = motion.base(samples, block.clone(), vectors)?;
+                file.write(array, offset, base.as_flattened())?;
+                let displacements = motion.displacements(samples, block.clone(), vectors)?;
+                for (target, column) in self.targets.iter().zip(displacements.column_iter()) {
+                    file.write(target[kind], offset, column.as_slice())?;
                 }
             }
         }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::RunError;
 use super::settings::Settings;
-use crate::file::{self, parent, sync_directory, write_durably};
+use crate::file::{self, parent, remove_if_present, sync_directory, write_durably};
 use crate::frames::Record;
 use supple::SimulationState;
 
@@ -64,12 +64,9 @@ impl Checkpoint {
     /// failure of the machine brings a checkpoint back whose frames are replaced.
     pub(super) fn remove(directory: &Path) -> Result<(), RunError> {
         let path = path(directory);
-        match std::fs::remove_file(&path) {
-            Ok(()) => sync_directory(parent(&path)),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-            Err(error) => Err(error),
-        }
-        .map_err(|error| RunError::io("remove", &path, error))
+        remove_if_present(&path)
+            .and_then(|was_present| if was_present { sync_directory(parent(&path)) } else { Ok(()) })
+            .map_err(|error| RunError::io("remove", &path, error))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Writes the manifest of a run: a JSON file beside the frames that lists them, for programs that copy or check them.
 
 use std::fs::{self, File};
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::path::Path;
 
 use serde::Serialize;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::report::Outcome;
-use crate::file::write_durably;
+use crate::file::{remove_if_present, write_durably};
 use crate::frames::{Record, Sequence};
 
 /// Name of the manifest, which is in the directory of the frames.
@@ -116,25 +116,17 @@ fn hexadecimal(record: &Record) -> String {
     format!("{:016x}", record.hash)
 }
 
-/// Returns whether a directory has a manifest.
-pub(super) fn exists(directory: &Path) -> bool {
-    directory.join(MANIFEST).symlink_metadata().is_ok()
-}
-
 /// Removes the manifest of a directory, if there is one, because it does not describe the frames of the next run.
 pub(super) fn remove(directory: &Path) -> Result<(), RunError> {
     let path = directory.join(MANIFEST);
-    match fs::remove_file(&path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", &path, error)),
-        _ => Ok(()),
-    }
+    remove_if_present(&path).map(drop).map_err(|error| RunError::io("remove", &path, error))
 }
 
 /// Checks that a run may replace the file with the name of the manifest in a directory: there is none, or it is a
 /// manifest of a run. Other programs use this name too.
 pub(super) fn check(directory: &Path) -> Result<(), RunError> {
     let path = directory.join(MANIFEST);
-    if !exists(directory) {
+    if path.symlink_metadata().is_err() {
         return Ok(());
     }
     let mut head = String::new();

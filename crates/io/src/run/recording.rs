@@ -32,8 +32,8 @@ impl Default for RecordingOptions {
     }
 }
 
-/// A file with all bodies of a simulation that a program advances: a USD stage, a page or a GLB file. A [`Job`](super::Job) writes
-/// such files for scenes.
+/// A file with all bodies of a simulation that a program advances: a USD stage, a page or a GLB file. A
+/// [`Job`](super::Job) writes such files for scenes.
 #[derive(Debug)]
 pub struct Recording {
     output: Output,

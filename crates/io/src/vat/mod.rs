@@ -16,70 +16,54 @@ mod layout;
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 use crate::file::{parent, write_durably};
-use crate::glb::{Materials, Samples, SplitSurface, Still, write_still};
+use crate::glb::{BodyPoints, Materials, Samples, write_still};
 
 pub(crate) use layout::{MAX_SIZE, TexelLayout};
 
-/// A body, and its points among the samples: positions, then as many normals.
-pub(crate) struct BodyTexture<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) surface: &'a SplitSurface,
-    /// The positions.
-    pub(crate) points: Range<usize>,
-    /// Frames per second.
-    pub(crate) fps: f64,
-    /// Facts for later runs of this program.
-    pub(crate) extras: Value,
-}
+/// What follows the name of the body in the names of the files before the last one: the mesh, the offsets, the normals.
+pub(crate) const FILES: [&str; 3] = [".glb", "_vat.png", "_vnrm.png"];
 
 /// Writes the folder of a body. Its last file, which says what the others are, is at `info`. Returns the paths of images
 /// that glTF cannot have.
+///
+/// * `fps`, `extras`: the frames per second, and facts for later runs of this program.
 pub(crate) fn write_textures(
     info: &Path,
-    body: &BodyTexture<'_>,
+    body: &BodyPoints<'_>,
+    (fps, extras): (f64, Value),
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<Vec<PathBuf>> {
     let folder = parent(info);
-    let frames = samples.frames();
-    let layout = TexelLayout::new(body.points.len(), frames).ok_or_else(|| {
-        io::Error::other(format!("{} x {frames} texels do not fit into an image", body.points.len()))
-    })?;
-    let name = body.name;
-    let at = |suffix: &str| folder.join(format!("{name}{suffix}"));
-    let still = Still {
-        name,
-        surface: body.surface,
-        points: body.points.clone(),
-        texels: (0..body.points.len()).map(|vertex| layout.coordinates(vertex)).collect(),
-    };
+    let (name, vertices, frames) = (body.name, body.surface.len(), samples.frames());
+    let layout = TexelLayout::new(vertices, frames)
+        .ok_or_else(|| io::Error::other(format!("{vertices} x {frames} texels do not fit into an image")))?;
+    let [mesh, offsets, normals] = FILES.map(|suffix| folder.join(format!("{name}{suffix}")));
+    let texels: Vec<[f32; 2]> = (0..vertices).map(|vertex| layout.coordinates(vertex)).collect();
     let mut left_out = Vec::new();
-    write_durably(&at(".glb"), |file| {
-        left_out = write_still(file, &still, materials, samples)?;
+    write_durably(&mesh, |file| {
+        left_out = write_still(file, body, &texels, materials, samples)?;
         Ok(())
     })?;
-    let (low, high) = image::bounds(samples, &body.points)?;
-    let mut write = |suffix: &str, numbers: &image::Numbers<'_>| {
-        write_durably(&at(suffix), |file: &mut File| {
+    let points = body.positions();
+    let (low, high) = image::bounds(samples, &points)?;
+    let mut write = |path: &Path, numbers: &image::Numbers<'_>| {
+        write_durably(path, |file: &mut File| {
             let mut out = BufWriter::new(file);
             image::write(&mut out, layout, samples, numbers)?;
             out.flush()
         })
     };
-    let normals = body.points.end..body.points.end + body.points.len();
-    write("_vat.png", &image::Numbers::Offsets { points: &body.points, low, high })?;
-    write("_vnrm.png", &image::Numbers::Normals { points: &normals })?;
+    write(&offsets, &image::Numbers::Offsets { points: &points, low, high })?;
+    write(&normals, &image::Numbers::Normals { points: &body.normals() })?;
     let facts = json!({
         "os-remap": { "Min": low, "Max": high, "Frames": frames },
-        "supple": {
-            "name": name, "fps": body.fps, "bytes": sizes(folder, name)?, "run": body.extras,
-        },
+        "supple": { "name": name, "fps": fps, "bytes": sizes(folder, name)?, "run": extras },
     });
     write_durably(info, |file| serde_json::to_writer_pretty(file, &facts).map_err(Into::into))?;
     Ok(left_out)
@@ -88,7 +72,7 @@ pub(crate) fn write_textures(
 /// Returns the sizes of the files of a folder before the last one, in bytes.
 fn sizes(folder: &Path, name: &str) -> io::Result<Vec<u64>> {
     let size = |suffix: &&str| Ok(fs::metadata(folder.join(format!("{name}{suffix}")))?.len());
-    [".glb", "_vat.png", "_vnrm.png"].iter().map(size).collect()
+    FILES.iter().map(size).collect()
 }
 
 /// Returns the facts for later runs of a folder, whose last file is at `info`; `None` if it is of another program, or the
