@@ -56,7 +56,8 @@ def run(
     format : "obj", "ply", "pc2", "usd", "html", "glb", "vat", "vtu" or "lattice", or a list, default the scene's
         File formats of the frames. "usd" writes one USD stage, `supple.usd`, "html" one page for browsers,
         `supple.html`, and "glb" one animated GLB file, `supple.glb`, with all bodies and frames; "vat" vertex animation
-        textures, `NAME_vat/`; "vtu" and "lattice" grids of VTK, of the surface and of the cells.
+        textures, `NAME_vat/`, in PNG, or in OpenEXR with overrides={"output.vat_encoding": "exr"}; "vtu" and "lattice"
+        grids of VTK, of the surface and of the cells.
     frames : int, default the scene's
         Number of frames after frame 0. Frame 0 is the rest pose in its initial placement.
     progress : callable, optional

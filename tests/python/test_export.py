@@ -99,3 +99,7 @@ def test_runs_write_the_files_of_all_formats(tmp_path: Path) -> None:
     assert {"bust_0002.vtu", "bust_0002.lattice.vtu", "bust.lattice.pvd"} <= names
     with pytest.raises(ValueError, match="glb"):
         supple.run(EXAMPLES / "stretch_and_drop.toml", tmp_path, "gltf", frames=2)
+    exr = {"output.vat_encoding": "exr"}
+    supple.run(EXAMPLES / "stretch_and_drop.toml", tmp_path, "vat", frames=2, overrides=exr)
+    images = sorted(path.name for path in (tmp_path / "bust_vat").iterdir() if path.suffix in (".png", ".exr"))
+    assert images == ["bust_vat.exr", "bust_vnrm.exr"]

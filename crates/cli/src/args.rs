@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use supple_io::frames::Format;
+use supple_io::frames::{Format, VatEncoding};
 use supple_io::run::Resume;
 use supple_io::scene::{self, Scene, SceneError};
 
@@ -44,6 +44,9 @@ pub(crate) struct RunArgs {
     /// Formats of the frames, separated by commas [default: the scene's output.format]
     #[arg(long, value_parser = format(), value_delimiter = ',')]
     pub(crate) format: Vec<Format>,
+    /// With the format vat: encoding of the images [default: the scene's output.vat_encoding, which is png]
+    #[arg(long, value_name = "ENCODING", value_parser = vat_encoding())]
+    pub(crate) vat_encoding: Option<VatEncoding>,
     /// Number of frames after frame 0 [default: the scene's simulation.frames]
     #[arg(long, value_name = "N", value_parser = count::<0, 10_000_000>, allow_negative_numbers = true)]
     pub(crate) frames: Option<u32>,
@@ -205,6 +208,14 @@ pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
 fn format() -> impl TypedValueParser<Value = Format> {
     let named = |format: Format| PossibleValue::new(format.name()).help(format.about());
     PossibleValuesParser::new(Format::ALL.map(named)).try_map(|name| name.parse::<Format>())
+}
+
+/// Parses the name of an encoding of images.
+fn vat_encoding() -> impl TypedValueParser<Value = VatEncoding> {
+    let named = |encoding: VatEncoding| PossibleValue::new(encoding.name()).help(encoding.about());
+    let of_name = |name: String| VatEncoding::ALL.into_iter().find(|encoding| encoding.name() == name);
+    PossibleValuesParser::new(VatEncoding::ALL.map(named))
+        .try_map(move |name| of_name(name).ok_or("unknown encoding"))
 }
 
 /// Forms of the progress of a run.

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use supple_io::frames::Formats;
+use supple_io::frames::{Format, Formats};
 use supple_io::run::{Job, Outcome, RunError, RunReport};
 use supple_io::scene::Scene;
 use supple_io::{counted, write_atomically};
@@ -97,6 +97,17 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     }
     if let Some(formats) = Formats::new(args.format.iter().copied()) {
         scene.output.format = formats;
+    }
+    if let Some(encoding) = args.vat_encoding {
+        let formats = &scene.output.format;
+        if !formats.contains(Format::Vat) {
+            return Err(RunError::Option {
+                option: "--vat-encoding",
+                value: format!("{} with the format {formats}", encoding.name()),
+                range: "left out, or used with the format vat, as in --format vat",
+            });
+        }
+        scene.output.vat_encoding = encoding;
     }
     Ok(scene)
 }

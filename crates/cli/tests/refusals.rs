@@ -23,6 +23,11 @@ fn invalid_arguments_are_rejected() {
     workspace.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
     workspace.supple(&["run", "scene.toml", "--format", "abc"]).expect(2, &["--format", "pc2"]);
     workspace.supple(&["run", "scene.toml", "--format", "obj,abc"]).expect(2, &["--format", "abc", "html"]);
+    workspace
+        .supple(&["run", "scene.toml", "--vat-encoding", "exr"])
+        .expect(2, &["format obj", "--format vat"]);
+    let jpg = ["run", "scene.toml", "--format", "vat", "--vat-encoding", "jpg"];
+    workspace.supple(&jpg).expect(2, &["--vat-encoding", "png", "exr"]);
     workspace.supple(&["run", "scene.toml", "--frames", "-3"]).expect(2, &[]);
     workspace.supple(&["run", "scene.toml", "--no-such-thing"]).expect(2, &["--no-such-thing"]);
     workspace.supple(&["run", "none.toml"]).expect(2, &["none.toml"]);

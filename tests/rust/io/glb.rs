@@ -129,7 +129,7 @@ impl File {
         let mut played = Played { targets: targets.len(), times, frames: Vec::new(), normals: Vec::new() };
         for frame in 0..played.times.len() {
             let weights = &weights[frame * targets.len()..(frame + 1) * targets.len()];
-            assert!(weights.iter().all(|weight| (-1.0..=1.0).contains(weight)));
+            assert!(weights.iter().all(|weight| (0.0..=1.0).contains(weight)));
             let sum = |base: &[Vector3<f64>], kind: usize, vertex: usize| {
                 let moved = weights.iter().zip(&targets);
                 base[vertex]

@@ -49,7 +49,7 @@ fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
     Job::new(Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap(), folder.join(out))
 }
 
-/// An image with four numbers of 16 bits per texel, in [0, 1].
+/// An image with four numbers per texel, in [0, 1].
 struct Image {
     width: usize,
     height: usize,
@@ -58,6 +58,9 @@ struct Image {
 
 impl Image {
     fn read(path: &Path) -> Self {
+        if path.extension().is_some_and(|extension| extension == "exr") {
+            return Self::read_exr(path);
+        }
         let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
         let mut reader = decoder.read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
@@ -67,6 +70,22 @@ impl Image {
         let texel = |bytes: &[u8; 8]| std::array::from_fn(|k| number(&bytes[2 * k..]));
         let texels = bytes.as_chunks::<8>().0.iter().map(texel).collect();
         Self { width: info.width as usize, height: info.height as usize, texels }
+    }
+
+    fn read_exr(path: &Path) -> Self {
+        let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+        let channels = &image.layer_data.channel_data.list;
+        let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+        assert_eq!(names, ["A", "B", "G", "R"]);
+        // Numbers of 32 bits, from the top down.
+        let numbers = |channel: usize| match &channels[channel].sample_data {
+            exr::prelude::FlatSamples::F32(numbers) => numbers,
+            _ => panic!("{} has other numbers", path.display()),
+        };
+        let [alpha, blue, green, red] = std::array::from_fn(numbers);
+        let exr::prelude::Vec2(width, height) = image.layer_data.size;
+        let texel = |texel: usize| [red, green, blue, alpha].map(|channel| f64::from(channel[texel]));
+        Self { width, height, texels: (0..width * height).map(texel).collect() }
     }
 
     /// Returns the texel at texture coordinates, `frame` rows further down.
@@ -90,8 +109,20 @@ fn ply(path: &Path) -> Vec<[[f64; 3]; 2]> {
 
 #[test]
 fn texels_give_the_positions_and_normals_of_the_frames() {
+    // Half a step of 16 bits.
+    check_texels("png", 0.5 / 65535.0);
+}
+
+#[test]
+fn texels_with_a_floating_point_give_the_positions_and_normals_of_the_frames() {
+    // Two subtractions, a division, and the extent by which the texel is divided are rounded, each by half of 2^-23.
+    check_texels("exr", 4.0 * 0.5 * f64::from(f32::EPSILON));
+}
+
+/// Compares the texels of a run with its frames. `error`: largest error of a number of the image.
+fn check_texels(encoding: &str, error: f64) {
     let folder = tempfile::tempdir().unwrap();
-    let job = job(folder.path(), "out", &[]);
+    let job = job(folder.path(), "out", &[&format!("output.vat_encoding={encoding}")]);
     job.run(&mut ()).unwrap();
     for body in ["ball", "block"] {
         let at = |name: String| job.directory.join(format!("{body}_vat")).join(name);
@@ -107,7 +138,7 @@ fn texels_give_the_positions_and_normals_of_the_frames() {
         assert_eq!(remap["Frames"], 21);
         let number = |key: &str, axis: usize| remap[key][axis].as_f64().unwrap();
         let (offsets, normals) =
-            (Image::read(&at(format!("{body}_vat.png"))), Image::read(&at(format!("{body}_vnrm.png"))));
+            ["vat", "vnrm"].map(|kind| Image::read(&at(format!("{body}_{kind}.{encoding}")))).into();
         for frame in 0..21 {
             let expected = ply(&job.directory.join(format!("{body}_{frame:04}.ply")));
             assert_eq!(expected.len(), first.len());
@@ -119,11 +150,14 @@ fn texels_give_the_positions_and_normals_of_the_frames() {
                 let [nx, ny, nz, _] = normals.at(texels[vertex], frame).map(|number| 2.0 * number - 1.0);
                 // From Blender's axes to those of glTF.
                 for (axis, (offset, found)) in [(x, nx), (z, nz), (-y, -ny)].into_iter().enumerate() {
-                    // Half a step of 16 bits of the extent of the offsets, and the rounding of positions of 32 bits.
                     let extent = number("Max", [0, 2, 1][axis]) - number("Min", [0, 2, 1][axis]);
-                    let error = (f64::from(first[vertex][axis]) + offset - position[axis]).abs();
-                    assert!(error <= 0.5 * extent / 65535.0 + 2e-6, "{body}, frame {frame}: {error}");
-                    assert!((found - normal[axis]).abs() <= 1.0 / 65535.0 + 1e-6);
+                    let found_error = (f64::from(first[vertex][axis]) + offset - position[axis]).abs();
+                    // The image of 16 bits is made from numbers of 32 bits.
+                    let largest = (error + 4.0 * 0.5 * f64::from(f32::EPSILON)) * extent;
+                    assert!(found_error <= largest, "{body}, frame {frame}: {found_error} > {largest}");
+                    // A normal has twice the error of its texel; its length is 1 but for rounding.
+                    let found_error = (found - normal[axis]).abs();
+                    assert!(found_error <= 2.0 * error + 4.0 * f64::from(f32::EPSILON), "{found_error}");
                 }
             }
         }
@@ -203,4 +237,38 @@ fn a_run_whose_textures_are_damaged_starts_again() {
     fs::remove_file(&image).unwrap();
     assert_eq!(job.run(&mut ()).unwrap().outcome, Outcome::Finished);
     assert!(fs::read(&image).unwrap() == whole);
+}
+
+#[test]
+fn images_of_another_encoding_are_removed_and_a_change_of_the_encoding_is_no_continuation() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = |encoding: &str| {
+        let encoding = format!("output.vat_encoding={encoding}");
+        job(folder.path(), "out", &["output.format=vat", "simulation.frames=3", &encoding])
+    };
+    let names = || {
+        let entries = fs::read_dir(folder.path().join("out/ball_vat")).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    job("png").run(&mut ()).unwrap();
+    assert_eq!(names(), ["ball-remap_info.json", "ball.glb", "ball_vat.png", "ball_vnrm.png"]);
+    let mut exr = job("exr");
+    exr.resume = true.into();
+    let error = exr.run(&mut ()).unwrap_err().to_string();
+    assert!(error.contains("`output.vat_encoding` of the files changed from png to exr"), "{error}");
+    exr.resume = false.into();
+    exr.run(&mut ()).unwrap();
+    assert_eq!(names(), ["ball-remap_info.json", "ball.glb", "ball_vat.exr", "ball_vnrm.exr"]);
+    let manifest = fs::read_to_string(exr.directory.join("manifest.json")).unwrap();
+    assert!(manifest.contains("ball_vat/ball_vat.exr") && !manifest.contains(".png"), "{manifest}");
+    exr.resume = true.into();
+    assert_eq!(exr.run(&mut ()).unwrap().outcome, Outcome::AlreadyFinished);
+    fs::remove_file(exr.directory.join("ball_vat/ball_vnrm.exr")).unwrap();
+    assert_eq!(exr.run(&mut ()).unwrap().outcome, Outcome::Finished);
+    let error = Scene::parse(SCENE, "scene.toml", folder.path(), &["output.vat_encoding=jpg".to_owned()]);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("vat_encoding") && error.contains("png"), "{error}");
 }

@@ -18,7 +18,7 @@ use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path, remove_if_present, write_durably};
 use crate::glb::{self, BodyPoints, Materials, Samples, SceneDescription, SplitSurface, write_scene};
 use crate::space::{FileSpace, Up};
-use crate::vat::{self, MAX_SIZE, TexelLayout, write_textures};
+use crate::vat::{self, MAX_SIZE, TexelLayout, VatEncoding, write_textures};
 
 /// A clip that is being written.
 #[derive(Debug)]
@@ -35,6 +35,8 @@ pub(super) struct ClipWriter {
     interval: f64,
     /// Largest error, relative to the size of a body.
     tolerance: f64,
+    /// Encoding of textures.
+    encoding: VatEncoding,
     /// From the coordinates of files to those of glTF: y up, in meters.
     space: FileSpace,
     /// Positions and normals of the bodies of the frame that is built, and the number of these bodies.
@@ -101,6 +103,7 @@ impl ClipWriter {
             interval: sequence.every as f64 / run.fps,
             is_run,
             tolerance: run.glb_error,
+            encoding: run.vat_encoding,
             space: FileSpace::new(run.space.up(), Up::Y, run.meters_per_unit),
             sequence,
             sample: Vec::new(),
@@ -126,7 +129,9 @@ impl ClipWriter {
         match (self.sequence.format, &self.bodies[..]) {
             (Format::Vat, [body]) => {
                 let run = (self.interval.recip(), extras);
-                let written = write_textures(&path, &body.points(), run, &self.materials, &mut samples);
+                let points = body.points();
+                let materials = &self.materials;
+                let written = write_textures(&path, &points, self.encoding, run, materials, &mut samples);
                 let left_out = written.map_err(OutputError::io("write", &path))?;
                 Ok(without(&format!("{}_vat", body.name), &left_out).collect())
             }

@@ -85,3 +85,5 @@ pub use sequence::Sequence;
 pub(crate) use sink::{BodyFrame, Ending, FrameRun, FrameSink};
 pub use source::Source;
 pub use writer::FrameWriter;
+
+pub use crate::vat::VatEncoding;

@@ -48,11 +48,7 @@ impl Sequence {
     pub(crate) fn whole_files(&self) -> Vec<PathBuf> {
         let Self { directory, name, format, .. } = self;
         match format {
-            Format::Vat => {
-                let of_folder =
-                    |suffix| directory.join(format!("{name}_vat")).join(format!("{name}{suffix}"));
-                vat::FILES.map(of_folder).into_iter().chain([self.path(0)]).collect()
-            }
+            Format::Vat => vat::existing_files(&self.path(0), name),
             // The library of a model whose materials are not in OBJ libraries.
             Format::Obj => {
                 let library = directory.join(format!("{name}_frames.mtl"));

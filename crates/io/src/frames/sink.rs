@@ -8,6 +8,7 @@ use supple::{Body, Displayed, Simulation, VolumeReport};
 
 use super::{OutputError, Pieces, Record, Source};
 use crate::space::FileSpace;
+use crate::vat::VatEncoding;
 
 /// A run whose files are opened.
 #[derive(Debug)]
@@ -26,6 +27,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) meters_per_unit: f64,
     /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body.
     pub(crate) glb_error: f64,
+    /// Encoding of the images of vertex animation textures.
+    pub(crate) vat_encoding: VatEncoding,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

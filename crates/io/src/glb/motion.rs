@@ -14,7 +14,7 @@
 use std::io;
 use std::ops::Range;
 
-use nalgebra::{DMatrix, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 
 /// Largest number of frames of which components are combined, if their combinations keep the error.
 const MAX_BASIS: usize = 384;
@@ -64,7 +64,7 @@ pub(super) struct Motion {
     basis: Vec<usize>,
     /// The components, each a combination of these frames, one per column.
     combinations: DMatrix<f32>,
-    /// The weights of the components in each frame, one component per column, each in [-1, 1].
+    /// The weights of the components in each frame, one component per column, each in [0, 1].
     pub(super) weights: DMatrix<f32>,
     /// Largest distance of a vertex of a frame from its place.
     pub(super) error: f64,
@@ -212,7 +212,8 @@ impl Motion {
             at_least += 1;
         }
         let needed = self.needed_components(samples, at_least, tolerance)?;
-        if count == frames && (needed + 1 >= frames || self.error > tolerance) {
+        let targets = needed + usize::from(needed > 0);
+        if count == frames && (targets + 1 >= frames || self.error > tolerance) {
             // A component per frame is exact.
             let each = DMatrix::from_fn(frames, frames - 1, |row, k| f64::from(u8::from(row == k + 1)));
             self.set_components(each.clone(), each);
@@ -220,8 +221,28 @@ impl Motion {
         } else {
             self.combinations = self.combinations.columns(0, needed).into_owned();
             self.weights = self.weights.columns(0, needed).into_owned();
+            self.make_weights_positive();
         }
         Ok(())
+    }
+
+    /// Gives all weights a range from 0 to 1, to which some programs limit them. A component more, whose weight is always
+    /// 1, has the sum of the smallest weights: w c = (w - low) c + low c.
+    fn make_weights_positive(&mut self) {
+        let lowest: Vec<f32> = self.weights.column_iter().map(|weights| weights.min().min(0.0)).collect();
+        if lowest.iter().all(|&low| low == 0.0) {
+            return;
+        }
+        let components = self.components();
+        let sum = &self.combinations * DVector::from_vec(lowest.clone());
+        for (k, low) in lowest.into_iter().enumerate() {
+            let range = self.weights.column(k).max() - low;
+            self.weights.column_mut(k).apply(|weight| *weight = (*weight - low) / range);
+            self.combinations.column_mut(k).scale_mut(range);
+        }
+        self.combinations = std::mem::take(&mut self.combinations).insert_column(components, 0.0);
+        self.combinations.set_column(components, &sum);
+        self.weights = std::mem::take(&mut self.weights).insert_column(components, 1.0);
     }
 
     /// Sets the components. Scales them, so that the largest weight of each is 1.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::output::Output;
-use crate::frames::{Ending, Format, FrameRun, OutputError, Sequence, Source};
+use crate::frames::{Ending, Format, FrameRun, OutputError, Sequence, Source, VatEncoding};
 use crate::scene::GLB_ERROR;
 use crate::space::{FileSpace, Up};
 use supple::{Body, Simulation};
@@ -74,6 +74,8 @@ impl Recording {
             space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
             meters_per_unit: options.meters_per_unit,
             glb_error: options.glb_error,
+            // A recording is a file with all bodies.
+            vat_encoding: VatEncoding::default(),
             kept: None,
         };
         sequence.remove_existing()?;

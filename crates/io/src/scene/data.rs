@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use super::collider::ColliderData;
 use super::handle::HandleData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
-use crate::frames::Formats;
+use crate::frames::{Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
     BodyBuilder, BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity,
@@ -118,6 +118,8 @@ pub struct OutputData {
     /// 0.001.
     #[serde(deserialize_with = "keys::fraction")]
     pub glb_error: f64,
+    /// Encoding of the images of vertex animation textures; default PNG.
+    pub vat_encoding: VatEncoding,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -272,6 +274,7 @@ impl Default for OutputData {
             fps: None,
             meters_per_unit: 1.0,
             glb_error: GLB_ERROR,
+            vat_encoding: VatEncoding::default(),
         }
     }
 }
