@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -45,7 +46,7 @@ def _textured(
     faces: NDArray[np.int64],
     coordinates: NDArray[np.float64],
     corners: NDArray[np.int64],
-    materials: list[tuple[str, NDArray[np.int64], list[float], Path | None]],
+    materials: list[tuple[str, NDArray[np.int64], list[float], Path | bytes | None]],
 ) -> Trimesh:
     """Return a mesh with texture coordinates: a vertex for each pair of a vertex and coordinates that a face uses."""
     vertex, uv = np.arange(len(surface)), None
@@ -71,12 +72,13 @@ def _textured(
     return result
 
 
-def _material(trimesh: Any, name: str, color: list[float], image: Path | None) -> Any:
-    """Return a material of trimesh. The image is left out if Pillow is not installed or cannot read it."""
+def _material(trimesh: Any, name: str, color: list[float], image: Path | bytes | None) -> Any:
+    """Return a material of trimesh. The image, a file or its contents, is left out if Pillow cannot read it."""
     picture = None
     if image is not None:
         try:
-            with import_optional("PIL.Image").open(image) as file:
+            source = io.BytesIO(image) if isinstance(image, bytes) else image
+            with import_optional("PIL.Image").open(source) as file:
                 picture = file.copy()
         except (ModuleNotFoundError, OSError):
             pass

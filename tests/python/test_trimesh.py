@@ -96,6 +96,15 @@ def test_texture_coordinates_are_kept(textured, tmp_path):
         assert np.array_equal(copy.to_trimesh().visual.uv, textured.visual.uv)
 
 
+def test_the_image_inside_of_a_glb_file_is_kept(textured, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    textured.visual.material = trimesh.visual.material.PBRMaterial(baseColorTexture=image.fromarray(pixels))
+    textured.export(tmp_path / "ball.glb")
+    loaded = supple.Body(tmp_path / "ball.glb", lattice_vertices=200).to_trimesh(uv=True)
+    assert np.array_equal(np.asarray(loaded.visual.material.image.convert("RGB")), pixels)
+
+
 def test_colors_are_kept_and_the_original_is_not_changed(ball):
     ball.visual.vertex_colors = np.arange(4 * len(ball.vertices)).reshape(-1, 4) % 256
     shown = supple.Body(ball, lattice_vertices=200).to_trimesh()

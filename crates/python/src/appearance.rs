@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyTuple};
 use serde::{Deserialize, Serialize};
 use supple_io::model::{self, ModelError};
-use supple_io::obj::Appearance;
+use supple_io::obj::{Appearance, Image};
 
 use crate::error::{self, Exception};
 
@@ -27,8 +27,8 @@ impl Source {
     }
 
     /// Reads the file again. Returns a tuple of the coordinates, (k, 2); for each corner of the triangles its index in
-    /// them, (m, 3), or no rows; and the materials: name, triangles, color with opacity, and path of the image or
-    /// `None`.
+    /// them, (m, 3), or no rows; and the materials: name, triangles, color with opacity, and the image: its path, its
+    /// contents if it is inside of the file, or `None`.
     ///
     /// A file whose mesh differs from `mesh` is an error.
     pub(crate) fn appearance<'py>(
@@ -53,7 +53,12 @@ impl Source {
             let [r, g, b] = color.diffuse;
             let of_face = |&face: &u32| triangles_of[face as usize]..triangles_of[face as usize + 1];
             let triangles = PyArray1::from_vec(py, faces.iter().flat_map(of_face).collect());
-            (name, triangles, [r, g, b, color.opacity], color.image).into_pyobject(py)
+            let image = match color.image {
+                Some(Image::File(path)) => Some(path.into_pyobject(py)?.into_any()),
+                Some(Image::Embedded(image)) => Some(PyBytes::new(py, &image.bytes).into_any()),
+                _ => None,
+            };
+            (name, triangles, [r, g, b, color.opacity], image).into_pyobject(py)
         });
         let materials = materials.collect::<PyResult<Vec<_>>>()?;
         let coordinates: Vec<f64> = found.coordinates.iter().flatten().map(|&x| f64::from(x)).collect();

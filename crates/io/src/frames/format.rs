@@ -181,6 +181,11 @@ impl Format {
         matches!(self, Self::Glb | Self::Vat)
     }
 
+    /// Returns whether images inside of models are written beside the frames, which refer to them.
+    pub(crate) const fn has_image_files(self) -> bool {
+        matches!(self, Self::Obj | Self::Usd)
+    }
+
     /// Returns what is appended to the name of a file with all frames while frames are added to it, before `.part`.
     pub(super) const fn data(self) -> &'static str {
         self.facts().data

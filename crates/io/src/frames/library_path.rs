@@ -1,13 +1,14 @@
 //! Rewrites the paths of material libraries (`mtllib`) so that they are correct relative to the directory of
-//! the frames. Writes the library of a model whose materials are not in OBJ libraries.
+//! the frames. Writes the library of a model whose materials are not in OBJ libraries, and the images inside of a model.
 
 use std::ffi::OsString;
+use std::fs;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{OutputError, Sequence};
-use crate::file::write_atomically;
-use crate::obj::{Document, Library, library_text};
+use crate::file::{self, write_atomically, write_durably};
+use crate::obj::{Document, Image, Library, is_image_name, library_text};
 use crate::path::{relative, resolve, resolve_directory};
 
 /// Returns the bytes that replace the path of `library` in a frame. The input file is in the directory
@@ -35,8 +36,33 @@ pub(super) fn own_library(document: &Document, body: &str) -> Option<String> {
 pub(super) fn write_own_library(document: &Document, sequence: &Sequence) -> Result<(), OutputError> {
     let Some(name) = own_library(document, &sequence.name) else { return Ok(()) };
     let path = sequence.directory.join(name);
-    let text = library_text(document.own_materials(), &sequence.directory);
+    let text = library_text(document.own_materials(), &sequence.directory, &sequence.name);
+    write_images(document, &sequence.directory, &sequence.name)?;
     write_atomically(&path, |file| file.write_all(text.as_bytes())).map_err(OutputError::io("write", &path))
+}
+
+/// Writes the images inside of a model beside the frames of a body, which refer to them.
+pub(super) fn write_images(document: &Document, directory: &Path, body: &str) -> Result<(), OutputError> {
+    for (_, color) in document.own_materials() {
+        let Some(Image::Embedded(image)) = &color.image else { continue };
+        let path = directory.join(image.file_name(body));
+        // Several materials can have an image, and several formats write it.
+        if file::read(&path, image.bytes.len() as u64).is_ok_and(|found| found == image.bytes) {
+            continue;
+        }
+        write_durably(&path, |file| file.write_all(&image.bytes)).map_err(OutputError::io("write", &path))?;
+    }
+    Ok(())
+}
+
+/// Returns the paths of the images in a directory that [`write_images`] writes for a body, sorted.
+pub(crate) fn written_images(directory: &Path, body: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut paths: Vec<PathBuf> =
+        names.filter(|name| is_image_name(name, body)).map(|name| directory.join(name)).collect();
+    paths.sort();
+    paths
 }
 
 /// Returns whether `name` starts with a drive (`C:\...`). `Path` recognizes drives on Windows only.

@@ -72,6 +72,7 @@ mod writer;
 pub use error::OutputError;
 pub use format::{Format, Formats, UnknownFormat};
 pub use grids::lattice_frame_bytes;
+pub(crate) use library_path::written_images;
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
 pub(crate) use open::{check_run, open_sink};

@@ -10,6 +10,7 @@ use supple::Simulation;
 
 use super::broken_surface::BrokenSurface;
 use super::error::check_finite;
+use super::library_path::write_images;
 use super::normal_transform::NormalTransform;
 use super::record::{Compare, Record};
 use super::single_file::{check_frames, too_short};
@@ -57,6 +58,11 @@ impl StageWriter {
         let directory = sequence.directory.clone();
         let description = StageDescription { directory, space, meters_per_unit, fps, first, every };
         let stage = Stage::new(simulation, sources.iter().copied().map(input), description);
+        for (source, body) in sources.iter().zip(simulation.bodies()) {
+            if let Some((document, _)) = source.file() {
+                write_images(document, &sequence.directory, body.name())?;
+            }
+        }
         let path = sequence.path(0);
         let mut places = Places::none();
         let mut file = match kept {

@@ -1,13 +1,14 @@
 //! The materials and images of a file.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use supple::mesh::Mesh;
 
 use crate::file;
-use crate::obj::{Appearance, Document, MaterialColor, Part};
+use crate::obj::{Appearance, Document, Image, ImageKind, MaterialColor, Part};
 
 /// Largest size of an image that is taken into the file, in bytes.
 const MAX_IMAGE: u64 = 256 << 20;
@@ -32,10 +33,12 @@ pub(crate) struct Materials {
     all: Vec<(Key, MaterialColor)>,
 }
 
-/// An image: its bytes and their type.
-pub(super) struct Image {
-    pub(super) bytes: Vec<u8>,
-    pub(super) mime: &'static str,
+/// The contents of an image.
+pub(super) struct ImageContents<'a> {
+    /// The image of materials.
+    image: &'a Image,
+    pub(super) bytes: Cow<'a, [u8]>,
+    kind: ImageKind,
     name: String,
 }
 
@@ -76,46 +79,37 @@ impl Materials {
         })
     }
 
-    /// Returns the paths of the images, each once.
-    fn image_paths(&self) -> Vec<&Path> {
-        let mut paths = Vec::new();
-        for (_, color) in &self.all {
-            if let Some(path) = color.image.as_deref()
-                && !paths.contains(&path)
-            {
-                paths.push(path);
+    /// Returns the images of materials, each once.
+    fn used_images(&self) -> Vec<&Image> {
+        let mut images = Vec::new();
+        for image in self.all.iter().filter_map(|(_, color)| color.image.as_ref()) {
+            if !images.contains(&image) {
+                images.push(image);
             }
         }
-        paths
+        images
     }
 
-    /// Reads the images. Returns those that can be read and that glTF can have, PNG and JPEG, by their paths.
-    pub(super) fn images(&self) -> Vec<(&Path, Image)> {
-        let read = |path: &'_ Path| {
-            let bytes = file::read(path, MAX_IMAGE).ok()?;
-            let mime = match bytes[..] {
-                [0x89, b'P', b'N', b'G', ..] => "image/png",
-                [0xff, 0xd8, 0xff, ..] => "image/jpeg",
-                _ => return None,
-            };
-            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            Some(Image { bytes, mime, name })
-        };
-        self.image_paths().into_iter().filter_map(|path| Some((path, read(path)?))).collect()
+    /// Reads the images. Returns those that can be read and that glTF can have, PNG and JPEG.
+    pub(super) fn images(&self) -> Vec<ImageContents<'_>> {
+        self.used_images().into_iter().filter_map(ImageContents::read).collect()
     }
 
     /// Returns the paths of images that [`Materials::images`] leaves out.
-    pub(super) fn left_out(&self, images: &[(&Path, Image)]) -> Vec<PathBuf> {
-        let is_left = |path: &&Path| !images.iter().any(|(known, _)| known == path);
-        self.image_paths().into_iter().filter(is_left).map(Path::to_owned).collect()
+    pub(super) fn left_out(&self, images: &[ImageContents<'_>]) -> Vec<PathBuf> {
+        let path = |image: &Image| match image {
+            Image::File(path) if !images.iter().any(|known| known.image == image) => Some(path.clone()),
+            _ => None,
+        };
+        self.used_images().into_iter().filter_map(path).collect()
     }
 
     /// Returns the JSON of the materials. The texture of an image has its index.
-    pub(super) fn json(&self, images: &[(&Path, Image)]) -> Value {
+    pub(super) fn json(&self, images: &[ImageContents<'_>]) -> Value {
         let material = |(Key { name, is_open, .. }, color): &(Key, MaterialColor)| {
             let MaterialColor { diffuse: [r, g, b], opacity, ref image } = *color;
             let texture =
-                image.as_deref().and_then(|image| images.iter().position(|(path, _)| *path == image));
+                image.as_ref().and_then(|image| images.iter().position(|known| known.image == image));
             let mut base = json!({ "metallicFactor": 0.0, "roughnessFactor": 0.6 });
             match texture {
                 Some(index) => {
@@ -137,9 +131,24 @@ impl Materials {
     }
 }
 
-impl Image {
+impl<'a> ImageContents<'a> {
+    /// Reads an image; `None` if it cannot be read, or is neither PNG nor JPEG.
+    fn read(image: &'a Image) -> Option<Self> {
+        match image {
+            Image::File(path) => {
+                let bytes = file::read(path, MAX_IMAGE).ok()?;
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                Some(Self { image, kind: ImageKind::of(&bytes)?, bytes: bytes.into(), name })
+            }
+            Image::Embedded(embedded) => {
+                let name = format!("image{}", embedded.index);
+                Some(Self { image, kind: embedded.kind, bytes: (&embedded.bytes[..]).into(), name })
+            }
+        }
+    }
+
     /// Returns the JSON of the image in a buffer view.
     pub(super) fn json(&self, view: usize) -> Value {
-        json!({ "name": self.name, "mimeType": self.mime, "bufferView": view })
+        json!({ "name": self.name, "mimeType": self.kind.mime(), "bufferView": view })
     }
 }

@@ -172,13 +172,13 @@ fn write_file<W: Write + Seek>(
 ) -> io::Result<Vec<PathBuf>> {
     let images = materials.images();
     let views: Vec<(usize, u64)> =
-        images.iter().map(|(_, image)| layout.add_bytes(image.bytes.len() as u64, Usage::Other)).collect();
+        images.iter().map(|image| layout.add_bytes(image.bytes.len() as u64, Usage::Other)).collect();
     root["asset"]["version"] = json!("2.0");
     root["asset"]["generator"] = json!(concat!("supple ", env!("CARGO_PKG_VERSION")));
     root["scene"] = json!(0);
     root["materials"] = materials.json(&images);
     if !images.is_empty() {
-        root["images"] = images.iter().zip(&views).map(|((_, image), (view, _))| image.json(*view)).collect();
+        root["images"] = images.iter().zip(&views).map(|(image, (view, _))| image.json(*view)).collect();
         root["samplers"] = json!([{ "wrapS": 10497, "wrapT": 10497 }]);
         root["textures"] = (0..images.len()).map(|image| json!({ "source": image, "sampler": 0 })).collect();
     }
@@ -198,7 +198,7 @@ fn write_file<W: Write + Seek>(
 
     let mut file = Binary { out, start, layout };
     write(&mut file)?;
-    for ((_, image), (_, at)) in images.iter().zip(&views) {
+    for (image, (_, at)) in images.iter().zip(&views) {
         file.write_bytes(*at, &image.bytes)?;
         file.write_bytes(at + image.bytes.len() as u64, &[0; 3][..image.bytes.len().wrapping_neg() % 4])?;
     }

@@ -12,7 +12,7 @@ use ply_rs_bw::ply::{
 use super::error::{Fault, ModelError};
 use super::surface::{NO_TEXTURE, Surface, checked, excerpt, finite, vertex};
 use crate::count::counted;
-use crate::obj::{Document, MaterialColor};
+use crate::obj::{Document, Image, MaterialColor};
 
 /// Returns whether bytes start with the first line of a PLY file.
 pub(super) fn is(bytes: &[u8]) -> bool {
@@ -297,7 +297,7 @@ fn texture_image(path: &Path, header: &Header) -> Option<MaterialColor> {
     let image = path.parent()?.join(name.trim());
     image.is_file().then(|| MaterialColor {
         diffuse: [1.0; 3],
-        image: Some(image),
+        image: Some(Image::File(image)),
         ..MaterialColor::default()
     })
 }

@@ -1,8 +1,9 @@
 //! Colors of materials, and their text as a library (`.mtl`).
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::Image;
 use crate::path::{relative, resolve, resolve_directory};
 
 /// Color of a material.
@@ -13,8 +14,8 @@ pub struct MaterialColor {
     pub diffuse: [f32; 3],
     /// Opacity (`d`, or 1 - `Tr`), in [0, 1].
     pub opacity: f32,
-    /// Image of the diffuse color (`map_Kd`), if the file exists.
-    pub image: Option<PathBuf>,
+    /// Image of the diffuse color (`map_Kd`), if there is one that can be read.
+    pub image: Option<Image>,
 }
 
 impl Default for MaterialColor {
@@ -29,14 +30,14 @@ pub(crate) fn cap_material(body: &str) -> String {
     format!("{body}_cap")
 }
 
-/// Returns the text of a library in `directory` with these materials.
-pub(crate) fn library_text(materials: &[(String, MaterialColor)], directory: &Path) -> String {
+/// Returns the text of a library in `directory` with the materials of a body.
+pub(crate) fn library_text(materials: &[(String, MaterialColor)], directory: &Path, body: &str) -> String {
     let mut text = String::new();
     for (name, MaterialColor { diffuse: [r, g, b], opacity, image }) in materials {
         // Writing to a string does not fail.
         let _ = write!(text, "newmtl {name}\nKd {r} {g} {b}\nd {opacity}\n");
         if let Some(image) = image {
-            let image = relative(&resolve(image), &resolve_directory(directory));
+            let image = relative(&resolve(&image.path(directory, body)), &resolve_directory(directory));
             let _ = writeln!(text, "map_Kd {}", image.display());
         }
     }

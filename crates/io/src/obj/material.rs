@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use ::obj::raw::material::{Material, MtlColor, MtlTextureMap, RawMtl, parse_mtl};
 
-use super::Document;
 use super::color::MaterialColor;
 use super::lines::{self, Words, decode};
+use super::{Document, Image};
 use crate::file;
 
 /// Largest size of a library that is read, in bytes.
@@ -93,7 +93,7 @@ fn parse(raw: &[u8], find: impl Fn(&str) -> Option<PathBuf>) -> Vec<(String, Mat
             _ => default.diffuse,
         };
         let opacity = material.dissolve.map_or(default.opacity, |number| number.clamp(0.0, 1.0));
-        let image = material.diffuse_map.as_ref().and_then(image);
+        let image = material.diffuse_map.as_ref().and_then(image).map(Image::File);
         if diffuse.iter().chain([&opacity]).any(|number| number.is_nan()) {
             return MaterialColor { image, ..default };
         }
@@ -116,7 +116,7 @@ mod tests {
         let color = |diffuse, opacity, image: Option<&str>| MaterialColor {
             diffuse,
             opacity,
-            image: image.map(PathBuf::from),
+            image: image.map(|name| Image::File(name.into())),
         };
         let expected = [
             ("red paint", color([0.5, 0.0, 1.0], 0.25, Some("red.png"))),

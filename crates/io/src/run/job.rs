@@ -131,9 +131,12 @@ impl Job {
 
     /// Writes the manifest of the job, whose files are complete. `checkpoint` is that of the last frame.
     pub(super) fn write_manifest(&self, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
+        let bodies = self.scene.bodies.iter().map(|body| body.name.as_str());
+        let has_images = self.scene.output.format.iter().any(Format::has_image_files);
         let files = manifest::Files {
             directory: &self.directory,
             sequences: self.sequences(),
+            bodies_with_images: if has_images { bodies.collect() } else { Vec::new() },
             scene_file: self.scene_file.as_deref(),
             fps: self.fps(),
         };

@@ -10,7 +10,7 @@ use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::report::Outcome;
 use crate::file::{remove_if_present, write_durably};
-use crate::frames::{Record, Sequence};
+use crate::frames::{Record, Sequence, written_images};
 
 /// Name of the manifest, which is in the directory of the frames.
 pub const MANIFEST: &str = "manifest.json";
@@ -54,6 +54,8 @@ struct ListedFile {
 pub(super) struct Files<'a> {
     pub(super) directory: &'a Path,
     pub(super) sequences: Vec<Sequence>,
+    /// The bodies whose images, inside of their models, are written beside the frames.
+    pub(super) bodies_with_images: Vec<&'a str>,
     pub(super) scene_file: Option<&'a Path>,
     /// Rate at which the files are played, in frames per second.
     pub(super) fps: f64,
@@ -63,6 +65,11 @@ pub(super) struct Files<'a> {
 pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
     let listed = run.sequences.iter().zip(&checkpoint.frames);
     let listed = listed.map(|(sequence, records)| files(sequence, records));
+    let images = run.bodies_with_images.iter().map(|body| {
+        let written = written_images(run.directory, body).into_iter();
+        written.map(|path| whole_file(run.directory, &path)).collect()
+    });
+    let listed = listed.chain(images);
     let settings = &checkpoint.settings;
     let scene = run.scene_file.and_then(Path::file_name);
     let first = u64::from(settings.start_frame);
@@ -90,25 +97,32 @@ pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) 
 
 /// Returns the files of a sequence whose frames have these records.
 fn files(sequence: &Sequence, records: &[Record]) -> Result<Vec<ListedFile>, RunError> {
-    // Relative to the directory, with slashes on all systems.
-    let name = |path: &Path| {
-        let parts = path.strip_prefix(&sequence.directory).unwrap_or(path).components();
-        parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-    };
+    let directory = &sequence.directory;
     let mut files = Vec::new();
     if !sequence.format.is_per_sequence() {
         let numbers = (0_u64..).map(|index| sequence.first + index * sequence.every);
         files.extend(numbers.zip(records).map(|(frame, record)| ListedFile {
-            name: name(&sequence.path(frame)),
+            name: name(directory, &sequence.path(frame)),
             bytes: record.bytes,
             xxh3: Some(hexadecimal(record)),
         }));
     }
     for path in sequence.whole_files() {
-        let metadata = fs::metadata(&path).map_err(|source| RunError::io("read", &path, source))?;
-        files.push(ListedFile { name: name(&path), bytes: metadata.len(), xxh3: None });
+        files.push(whole_file(directory, &path)?);
     }
     Ok(files)
+}
+
+/// Returns the entry of a file with more than one frame, or with none.
+fn whole_file(directory: &Path, path: &Path) -> Result<ListedFile, RunError> {
+    let metadata = fs::metadata(path).map_err(|source| RunError::io("read", path, source))?;
+    Ok(ListedFile { name: name(directory, path), bytes: metadata.len(), xxh3: None })
+}
+
+/// Returns a path relative to the directory, with slashes on all systems.
+fn name(directory: &Path, path: &Path) -> String {
+    let parts = path.strip_prefix(directory).unwrap_or(path).components();
+    parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 /// Formats a hash as `xxhsum -H3` does.

@@ -25,21 +25,27 @@ impl<'a> Materials<'a> {
         Self { path, directory, names: Names::default(), prims: Vec::new(), known: BTreeMap::new() }
     }
 
-    /// Returns the path of the prim of a material of an OBJ file.
-    pub(super) fn path_of(&mut self, file: &'a Path, name: &str, color: &MaterialColor) -> String {
+    /// Returns the path of the prim of a material of an OBJ file, which a body uses.
+    pub(super) fn path_of(
+        &mut self,
+        file: &'a Path,
+        name: &str,
+        color: &MaterialColor,
+        body: &str,
+    ) -> String {
         let Self { path, directory, names, prims, known } = self;
         let new_path = || {
             let prim = Prim::new("Material", name, names);
             let path = format!("{path}/{}", prim.name);
-            prims.push(shaded(prim, &path, color, directory));
+            prims.push(shaded(prim, &path, color, (directory, body)));
             path
         };
         known.entry((file, name.to_owned())).or_insert_with(new_path).clone()
     }
 }
 
-/// Adds the shaders of a material.
-fn shaded(material: Prim, path: &str, color: &MaterialColor, directory: &Path) -> Prim {
+/// Adds the shaders of a material. `directory`, `body`: the directory of the stage, and the body with the material.
+fn shaded(material: Prim, path: &str, color: &MaterialColor, (directory, body): (&Path, &str)) -> Prim {
     let connected = |type_name: &str, name: &str, source: &str| {
         let source = Value::Paths(vec![format!("{path}/{source}")]);
         Property::declared(type_name, name).with("connectionPaths", source)
@@ -48,8 +54,8 @@ fn shaded(material: Prim, path: &str, color: &MaterialColor, directory: &Path) -
         let prim = Prim::new("Shader", name, &mut Names::default());
         prim.uniform("token", "info:id", Value::Token(id.to_owned()))
     };
-    let image = color.image.as_deref().and_then(|image| {
-        let image = relative(&resolve(image), &resolve_directory(directory));
+    let image = color.image.as_ref().and_then(|image| {
+        let image = relative(&resolve(&image.path(directory, body)), &resolve_directory(directory));
         // USD paths have slashes on all systems. A name alone would be searched in the paths of the program.
         let image = image.to_str()?.replace('\\', "/");
         Some(if image.starts_with(['.', '/']) { image } else { format!("./{image}") })

@@ -190,7 +190,7 @@ impl Surface {
         let mut subsets = Vec::new();
         for (name, faces) in &appearance.materials {
             let color = colors.get(name).cloned().unwrap_or_default();
-            let path = materials.path_of(document.path(), name, &color);
+            let path = materials.path_of(document.path(), name, &color, &self.name);
             if faces.len() == self.mesh.face_count() {
                 prim = prim.bound(&path);
             } else {

@@ -111,10 +111,11 @@ impl<'a> SurfacePieces<'a> {
         materials: &mut Materials<'m>,
         names: &mut Names,
     ) {
-        let name = cap_material(name);
+        let body = name;
+        let name = cap_material(body);
         let color = document.and_then(|document| document.material_colors().remove(&name));
         let file = document.map_or(Path::new(""), Document::path);
-        let path = materials.path_of(file, &name, &color.unwrap_or_default());
+        let path = materials.path_of(file, &name, &color.unwrap_or_default(), body);
         let whole = (Value::Integers(Vec::new()), "materialBind");
         let caps = self.subset_of(&name, whole, names, |source| source < 0);
         prim.children.push(caps.bound(&path));

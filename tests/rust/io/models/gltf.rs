@@ -129,7 +129,7 @@ fn primitives_are_welded_in_their_mesh_and_have_materials() {
     assert_eq!((colors["bone 0"].diffuse, colors["bone 0"].opacity), ([1.0, 0.5, 0.25], 1.0));
     assert_eq!(
         document.ignored_parts(),
-        ["1 primitive of points or lines", "1 image in the file, or missing"]
+        ["1 primitive of points or lines", "1 image missing, or neither PNG nor JPEG"]
     );
 }
 

@@ -5,4 +5,5 @@ mod files;
 mod formats;
 mod fuzz;
 mod gltf;
+mod images;
 mod runs;

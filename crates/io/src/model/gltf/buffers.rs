@@ -37,14 +37,9 @@ impl Buffers {
                         "buffer {index} has no `uri`, and the file no binary chunk for it; export it again"
                     ))
                 })?,
-                Source::Uri(uri) if uri.starts_with("data:") => {
-                    let text = uri.split_once(";base64,").map(|(_, text)| text);
-                    text.and_then(|text| BASE64.decode(text).ok()).ok_or_else(|| {
-                        fault(format!(
-                            "buffer {index}: the data in its `uri` are not base64; export it again"
-                        ))
-                    })?
-                }
+                Source::Uri(uri) if uri.starts_with("data:") => data_of(uri).ok_or_else(|| {
+                    fault(format!("buffer {index}: the data in its `uri` are not base64; export it again"))
+                })?,
                 Source::Uri(uri) => {
                     let file = file_of(path, uri).ok_or_else(|| {
                         fault(format!(
@@ -123,6 +118,12 @@ pub(super) fn files(path: &Path, document: &Document) -> Vec<PathBuf> {
         _ => None,
     };
     document.buffers().filter_map(file).collect()
+}
+
+/// Returns the data in an address that starts with `data:`; `None` if they are not base64.
+pub(super) fn data_of(uri: &str) -> Option<Vec<u8>> {
+    let (_, text) = uri.split_once(";base64,")?;
+    BASE64.decode(text).ok()
 }
 
 /// Returns the path of a file that a file at `path` refers to; `None` for an address with a scheme, such as `https:`.

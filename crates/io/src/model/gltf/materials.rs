@@ -1,34 +1,39 @@
-//! The materials of a file as those of OBJ libraries.
+//! The materials of a file as those of OBJ libraries, with the images that are files or in buffers.
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
-use ::gltf::json::Image;
+use ::gltf::json::{self, Root};
 use ::gltf::material::AlphaMode;
 use ::gltf::{Material, Texture};
 
 use super::super::surface::plain_name;
-use super::buffers::file_of;
-use crate::obj::MaterialColor;
+use super::buffers::{Buffers, data_of, file_of};
+use crate::obj::{EmbeddedImage, Image, ImageKind, MaterialColor};
 
 /// The materials that primitives use.
 pub(super) struct Materials<'a> {
     /// Path of the file.
     path: &'a Path,
-    /// The images of the file.
-    in_file: &'a [Image],
+    /// The JSON of the file and its buffers.
+    root: &'a Root,
+    buffers: &'a Buffers,
+    /// Images that were found, by their index in the file: the contents of each are kept once.
+    found: HashMap<usize, Option<Image>>,
     /// Index of each material, by its index in the file.
     index: HashMap<usize, usize>,
     names: HashSet<String>,
     /// Names and colors.
     pub(super) all: Vec<(String, MaterialColor)>,
-    /// Number of images of colors that are in buffers or missing.
+    /// Number of images of colors that are missing, or neither PNG nor JPEG.
     pub(super) images: usize,
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(path: &'a Path, in_file: &'a [Image]) -> Self {
-        Self { path, in_file, index: HashMap::new(), names: HashSet::new(), all: Vec::new(), images: 0 }
+    pub(super) fn new(path: &'a Path, root: &'a Root, buffers: &'a Buffers) -> Self {
+        let (index, found, names) = (HashMap::new(), HashMap::new(), HashSet::new());
+        Self { path, root, buffers, found, index, names, all: Vec::new(), images: 0 }
     }
 
     /// Returns the index of a material; `None` for the default material.
@@ -58,10 +63,30 @@ impl<'a> Materials<'a> {
         MaterialColor { diffuse: [r, g, b], opacity, image }
     }
 
-    /// Returns the path of the image of a texture if it is a file. `Image::source` of the crate panics at an image with
-    /// neither a `uri` nor a type.
-    fn image(&self, texture: &Texture<'_>) -> Option<PathBuf> {
-        let uri = self.in_file.get(texture.source()?.index())?.uri.as_deref()?;
-        file_of(self.path, uri).filter(|path| path.is_file())
+    /// Returns the image of a texture. `Image::source` of the crate panics at an image with neither a `uri` nor a type.
+    fn image(&mut self, texture: &Texture<'_>) -> Option<Image> {
+        let &mut Self { path, root, buffers, .. } = self;
+        let index = texture.source()?.index();
+        let read = || {
+            let image = root.images.get(index)?;
+            let embedded = |bytes: Vec<u8>| {
+                let kind = ImageKind::of(&bytes)?;
+                Some(Image::Embedded(Arc::new(EmbeddedImage { index, kind, bytes })))
+            };
+            match image.uri.as_deref() {
+                Some(uri) if uri.starts_with("data:") => embedded(data_of(uri)?),
+                Some(uri) => file_of(path, uri).filter(|path| path.is_file()).map(Image::File),
+                None => embedded(in_view(root, buffers, image)?.to_vec()),
+            }
+        };
+        self.found.entry(index).or_insert_with(read).clone()
     }
+}
+
+/// Returns the contents of an image that is in a buffer view; `None` if the buffer does not contain the view.
+fn in_view<'a>(root: &Root, buffers: &'a Buffers, image: &json::Image) -> Option<&'a [u8]> {
+    let view = root.buffer_views.get(image.buffer_view?.value())?;
+    let start = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+    let end = start.checked_add(view.byte_length.0 as usize)?;
+    buffers.get(view.buffer.value())?.get(start..end)
 }

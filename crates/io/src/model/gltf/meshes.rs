@@ -161,7 +161,9 @@ impl<'a> Meshes<'a> {
             surface.ignored.push(format!("{} of points or lines", counted(lines, "primitive")));
         }
         if materials.images > 0 {
-            surface.ignored.push(format!("{} in the file, or missing", counted(materials.images, "image")));
+            surface
+                .ignored
+                .push(format!("{} missing, or neither PNG nor JPEG", counted(materials.images, "image")));
         }
         surface.materials = materials.all;
         Ok(surface)

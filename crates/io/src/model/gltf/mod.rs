@@ -55,7 +55,7 @@ fn surface(
 ) -> Result<Surface, Fault> {
     let accessors = Accessors::new(buffers, size);
     let places = nodes::places(document)?;
-    let materials = Materials::new(path, &document.as_json().images);
+    let materials = Materials::new(path, document.as_json(), buffers);
     let mut meshes = Meshes::new(materials, &accessors);
     for node in nodes::of_scene(document) {
         meshes.append(&node, &places)?;
