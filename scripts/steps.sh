@@ -14,8 +14,9 @@ export CARGO_PROFILE_DEV_DEBUG=false
 # Incremental compilation makes a first build slower, and a change of this setting builds all again.
 export CARGO_INCREMENTAL=0
 # One selection of packages and features for all tests, so that each dependency is compiled once. The module for Python is in
-# it, although it has no Rust tests, and is built with the features of the others: so the wheel reuses their builds.
-tested=(--locked --all-features --workspace --exclude supple-benches --exclude supple-web)
+# it, although it has no Rust tests, and is built with the features of the others: so the wheel reuses their builds. The benches
+# reuse them too, and are left out because scripts/test does not need their packages.
+tested=(--locked --all-features --workspace --exclude supple-benches)
 export MATURIN_PEP517_ARGS="--locked --profile dev --features supple/default,supple/internals,supple-io/default"
 
 current="required programs"

@@ -465,7 +465,7 @@ test('the browser computes the positions of the library outside it', async (t) =
       ['supple_web_bg.wasm', 'shapes/bust.obj'].map(async (path) => (await fetch(path)).arrayBuffer()),
     );
     const { memory } = initSync({ module: wasm });
-    const playground = new Playground('model.obj', new Uint8Array(model), new Settings());
+    const playground = Playground.new('model.obj', new Uint8Array(model), Settings.new());
     const all = [];
     // As in crates/web/examples/drag.rs.
     playground.grab(1, 0, 0.7, 0);

@@ -12,7 +12,7 @@ let isChanged = false;
 
 // Returns the settings of the page as those of the playground.
 function read(values) {
-  const settings = new Settings();
+  const settings = Settings.new();
   settings.lattice_vertices = values.resolution;
   settings.gravity = values.gravity;
   for (const name of ["volume", "floor", "base"]) settings[name] = values[name];
@@ -86,7 +86,7 @@ const actions = {
 
   load({ name, bytes, settings }) {
     const [next, poisson] = withSettings(settings, (read) => [
-      new Playground(name, new Uint8Array(bytes), read),
+      Playground.new(name, new Uint8Array(bytes), read),
       read.poisson_ratio,
     ]);
     playground?.free();

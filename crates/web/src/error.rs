@@ -1,6 +1,7 @@
 //! Errors, with the message that the page shows.
 
 use supple_io::model::ModelError;
+#[cfg(target_family = "wasm")]
 use wasm_bindgen::{JsError, JsValue};
 
 /// Error of the playground. JavaScript gets an `Error` with the message.
@@ -28,6 +29,7 @@ pub enum PlaygroundError {
     NotGrabbed(u32),
 }
 
+#[cfg(target_family = "wasm")]
 impl From<PlaygroundError> for JsValue {
     fn from(error: PlaygroundError) -> Self {
         JsError::new(&error.to_string()).into()

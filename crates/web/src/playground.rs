@@ -1,6 +1,7 @@
 //! The functions that the page calls.
 
 use supple::{Display, Elasticity, Simulation, Substeps};
+#[cfg(target_family = "wasm")]
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::error::PlaygroundError;
@@ -13,7 +14,7 @@ use crate::settings::Settings;
 /// Lengths are in m, times in seconds. The body stands at the origin, its longest side is 1 m, and +y is up. Arrays of
 /// positions and normals are in linear memory, three 32-bit floats for each vertex. Their addresses are valid until the
 /// next call of [`Playground::reset`] or [`Playground::apply`].
-#[wasm_bindgen]
+#[cfg_attr(target_family = "wasm", wasm_bindgen)]
 #[derive(Debug)]
 pub struct Playground {
     model: Model,
@@ -33,14 +34,13 @@ pub struct Playground {
     volumes: [f64; 3],
 }
 
-#[wasm_bindgen]
+#[cfg_attr(target_family = "wasm", wasm_bindgen)]
 impl Playground {
     /// Reads a model file from its bytes, and builds the body. Messages name the file `name`.
     ///
     /// # Errors
     ///
     /// A file that is not a valid model, with the line or element; or a body that cannot be built.
-    #[wasm_bindgen(constructor)]
     pub fn new(name: &str, bytes: Vec<u8>, settings: &Settings) -> Result<Playground, PlaygroundError> {
         show_panics();
         let (model, settings) = (Model::read(name, bytes)?, *settings);

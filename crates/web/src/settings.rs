@@ -1,6 +1,7 @@
 //! The choices that the page offers, and the simulation that they give.
 
 use supple::{Collider, Preservation, Preset, Simulation, SkinKind, Substeps};
+#[cfg(target_family = "wasm")]
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::error::PlaygroundError;
@@ -20,7 +21,7 @@ const HELD_HEIGHT: f64 = 0.01;
 const MEMORY_LIMIT: u64 = 1 << 30;
 
 /// The choices of the page.
-#[wasm_bindgen]
+#[cfg_attr(target_family = "wasm", wasm_bindgen)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Target number of lattice vertices, at least 8; default 1,000.
@@ -57,10 +58,9 @@ impl Default for Settings {
     }
 }
 
-#[wasm_bindgen]
+#[cfg_attr(target_family = "wasm", wasm_bindgen)]
 impl Settings {
     /// Returns the defaults.
-    #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         Self::default()
     }
