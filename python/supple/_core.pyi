@@ -269,7 +269,8 @@ class Body:
     material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float
         What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
         Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
-        the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
+        the volume) and the gravity g, times (s/4)^(8/3) if the body is s > 4 times as long as it is wide.
+        youngs_modulus: force per area in scene units, > 0.
     half_width : 0.5 or int, default 2; or stiffness_radius : float
         In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or 0.5 for
         regions of one cell; or as a length, > 0. Larger regions are stiffer.
@@ -277,7 +278,7 @@ class Body:
         Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
     accuracy : str, default "balanced"
         How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
-        steps), "balanced" (the least half-width with which a second of a scene takes at most 0.05 seconds, by an estimate),
+        steps), "balanced" (the least half-width with which a second of a scene takes at most 0.12 seconds, by an estimate),
         or "exact" (regions of one cell: layers that are held or touched strain as the others do).
     poisson_ratio : float
         In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0.45 for "jelly" and

@@ -19,6 +19,22 @@ pub fn block_at(low: [i32; 3], size: [i32; 3]) -> Vec<[i32; 3]> {
     (0..nx * ny * nz).map(|i| [low[0] + i % nx, low[1] + i / nx % ny, low[2] + i / nx / ny]).collect()
 }
 
+/// Returns a torus around the z axis of the radius 1, with a tube of the radius `tube`: `around` x `across` quads.
+pub fn torus(tube: f64, around: u32, across: u32) -> Mesh {
+    let angle = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
+    let vertices = (0..around * across).map(|k| {
+        let (a, b) = (angle(k / across, around), angle(k % across, across));
+        let radius = 1.0 + tube * b.cos();
+        [radius * a.cos(), radius * a.sin(), tube * b.sin()]
+    });
+    let at = |i: u32, j: u32| i % around * across + j % across;
+    let faces: Vec<_> = (0..around * across)
+        .map(|k| (k / across, k % across))
+        .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
+        .collect();
+    Mesh::new(vertices.collect(), &faces).unwrap()
+}
+
 /// Returns the mesh of a cuboid of unit cells: a quad for each face of a cell on its surface.
 pub fn cuboid(size: [i32; 3]) -> Mesh {
     let (vertices, quads) = surface_of(&block(size));

@@ -1,5 +1,6 @@
 //! Colliders, contact between bodies and of a body with itself, friction and swept collisions.
 
+mod automatic_steps;
 mod block_body;
 mod blocks;
 mod bodies;

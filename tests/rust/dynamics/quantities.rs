@@ -1,8 +1,10 @@
 //! Mass, momenta and energies of a body.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::{Body, BodyBuilder, Lattice, Material, Simulation};
-use supple_tests::{Random, bare, block, half_cells, lattice, points, rest, without_gravity};
+use supple::{Body, BodyBuilder, Lattice, Material, Mesh, Preset, Simulation};
+use supple_tests::{
+    Random, bare, block, half_cells, lattice, mesh_of, plain_box, points, rest, without_gravity,
+};
 
 /// Relative rounding error of velocities and positions, which are stored as f32 in cells.
 const F32: f64 = 1e-6;
@@ -181,4 +183,33 @@ fn the_mass_of_a_cell_is_a_finite_number_above_zero() {
     let mut body = Body::from_lattice(lattice).build().unwrap();
     assert!(body.set_density(1e10).is_err());
     assert_eq!(body.material().density, 1000.0);
+}
+
+/// The end of a bar 1 x 1 x s that is held at the other end sinks by 3/2 s^(8/3)/k of its length: up to s = 4, and a longer
+/// bar as one of 4.
+#[test]
+fn a_slender_body_of_a_named_material_is_stiffer() {
+    let relative_modulus = |mesh: Mesh, size: f64, vertices: usize| {
+        let body = Body::builder(mesh).lattice_vertices(vertices).build().unwrap();
+        let simulation = Simulation::builder().body(body).gravity([0.0, -1e3, 0.0]).build().unwrap();
+        simulation.body(0).youngs_modulus().unwrap() / (1000.0 * size * 1e3)
+    };
+    let flesh = Preset::Flesh.relative_modulus();
+    for length in [1.0_f64, 3.9, 10.0, 20.0] {
+        let expected = flesh * (length / 4.0).max(1.0).powf(8.0 / 3.0);
+        for vertices in [300, 3000] {
+            let mesh = mesh_of(plain_box([0.0; 3], [1.0, length, 1.0]));
+            let ratio = relative_modulus(mesh, length.cbrt(), vertices) / expected;
+            // Cells that are partly full count as full ones of less mass: their second moment is greater by at most that of
+            // the outer half of a cell of the 2 across, (1 + 1/8) in the ratio of the extents.
+            let tolerance = if length > 4.0 { 0.2 } else { 1e-9 };
+            assert!((ratio - 1.0).abs() < tolerance, "1 x {length} x 1, {vertices} vertices: {ratio}");
+        }
+    }
+    // A ribbon is a cloth, whatever its length.
+    let ribbon =
+        Mesh::new(vec![[0.0; 3], [20.0, 0.0, 0.0], [20.0, 1.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2, 3]])
+            .unwrap();
+    let size = 0.1 * 20.0;
+    assert!((relative_modulus(ribbon, size, 300) / flesh - 1.0).abs() < 1e-9);
 }

@@ -7,23 +7,7 @@ use supple::{
     Body, BrokenJoint, CrackPlane, CutMesh, CutSurface, FaceSource, Lattice, LatticeOptions, Mesh, Origin,
     Resolution, Simulation, VolumeMeasure, cut,
 };
-use supple_tests::{bust, grid_box, mesh_of};
-
-/// Returns a torus around the z axis.
-fn torus(around: u32, across: u32) -> Mesh {
-    let angle = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
-    let vertices = (0..around * across).map(|k| {
-        let (a, b) = (angle(k / across, around), angle(k % across, across));
-        let radius = 1.0 + 0.4 * b.cos();
-        [radius * a.cos(), radius * a.sin(), 0.4 * b.sin()]
-    });
-    let at = |i: u32, j: u32| i % around * across + j % across;
-    let faces: Vec<_> = (0..around * across)
-        .map(|k| (k / across, k % across))
-        .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
-        .collect();
-    Mesh::new(vertices.collect(), &faces).unwrap()
-}
+use supple_tests::{bust, grid_box, mesh_of, torus};
 
 /// Returns a closed box with a corner at the origin. Its six sides, of `n` x `n` quads each, share no vertices.
 pub(crate) fn sides_box(size: [f64; 3], n: u32) -> Mesh {
@@ -125,7 +109,7 @@ fn meshes() -> Vec<(&'static str, Mesh, Lattice)> {
         ("box", sides_box([2.0, 1.0, 1.0], 2)),
         ("fine box", sides_box([1.0; 3], 30)),
         ("ball", supple_tests::ball(1.0)),
-        ("torus", torus(40, 20)),
+        ("torus", torus(0.4, 40, 20)),
         ("bust", bust()),
     ];
     let with_lattice = |(name, mesh)| {

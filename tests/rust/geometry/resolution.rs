@@ -55,6 +55,25 @@ fn the_nearest_possible_vertex_count_is_used_for_a_cube() {
     }
 }
 
+/// Cells that reach out of a box would make its sides stiffer than their material.
+#[test]
+fn the_cells_fill_a_box_along_one_axis_at_least() {
+    for (high, requested) in
+        [([1.0; 3], 1000), ([1.0; 3], 4000), ([0.25, 0.25, 1.0], 2000), ([3.0, 2.0, 0.7], 1500)]
+    {
+        let mesh = corner_box(high);
+        let lattice = build(&mesh, Resolution::Vertices(requested), None).expect("a lattice");
+        let cells = high.map(|extent| extent / lattice.cell_size());
+        let full = cells.map(|cells| (cells - cells.round()).abs() < 1e-9);
+        assert!(full.contains(&true), "{high:?}: {cells:?} cells");
+        assert!(high != [1.0; 3] || full == [true; 3], "{cells:?} cells");
+        assert_eq!(
+            lattice.len(),
+            cells.map(|cells| (cells - 1e-9).ceil() as usize + 1).iter().product::<usize>()
+        );
+    }
+}
+
 #[test]
 fn the_requested_vertex_count_is_met_for_surfaces_without_area_or_with_distant_parts() {
     // All triangles are lines, so that the estimate from volume and area is for a single line. The coordinates are

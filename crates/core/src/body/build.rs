@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::builder::{BodyBuilder, Model};
-use super::elasticity::{extent, initial_half_width, size_of};
+use super::elasticity::{extent, initial_half_width, size_of, slenderness_of};
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::soft_body::{Body, MAX_CELLS};
@@ -79,6 +79,7 @@ impl BodyBuilder {
             },
             shape: Shape {
                 size: size_of(&lattice, surface.as_ref(), &masses),
+                slenderness: slenderness_of(&lattice, surface.as_ref(), &masses),
                 lattice,
                 masses,
                 surface: surface.map(OnceLock::from),

@@ -1,7 +1,9 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use super::parts::Pipeline;
+use nalgebra::{Matrix3, Vector3};
+
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
@@ -169,7 +171,10 @@ impl Body {
     pub(crate) fn modulus_to_reach(&self, gravity: f64) -> Option<f64> {
         let Material { elasticity, density, .. } = self.settings.material;
         match elasticity {
-            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.shape.size, gravity)),
+            Elasticity::Preset(preset) => {
+                let Shape { size, slenderness, .. } = self.shape;
+                Some(preset.youngs_modulus(density, size, slenderness, gravity))
+            }
             Elasticity::YoungsModulus(modulus) => Some(modulus),
             Elasticity::Regions { .. } => None,
         }
@@ -272,20 +277,49 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent:
 /// sheet or encloses next to nothing; of a bare lattice it is the cube root of the volume of its cells. `masses`:
 /// those of the vertices, in full cells.
 pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
+    match (volume_of(lattice, surface, masses), surface) {
+        (None, Some(Surface { mesh, .. })) => {
+            let (low, high) = mesh.bounds();
+            let extents = high - low;
+            extents.product().cbrt().max(LEAST_SIZE * extents.max())
+        }
+        (volume, _) => volume.unwrap_or(0.0).cbrt(),
+    }
+}
+
+/// Returns the volume inside the mesh, or that of the cells of a bare lattice. `None` for a sheet and for a mesh that
+/// encloses next to nothing.
+fn volume_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> Option<f64> {
     let cell_volume = lattice.cell_size().powi(3);
     let cells = cell_volume * lattice.cells().len() as f64;
-    let Some(Surface { mesh, .. }) = surface else { return cells.cbrt() };
+    let Some(Surface { mesh, .. }) = surface else { return Some(cells) };
     let volume = match mesh.interior() {
         Interior::Closed => mesh.volume(),
         Interior::WindingNumber => cell_volume * masses.iter().map(|&mass| f64::from(mass)).sum::<f64>(),
         Interior::Sheet => 0.0,
     };
-    if volume > MIN_VOLUME_FRACTION * cells {
-        return volume.cbrt();
+    (volume > MIN_VOLUME_FRACTION * cells).then_some(volume)
+}
+
+/// Returns the ratio of the length of a body to its width: the root of the ratio of the greatest two principal second
+/// moments of its mass. It is 1 for a body without volume, for cubes, balls and plates, and s for a bar of 1 x 1 x s.
+/// `masses`: those of the vertices, in full cells.
+pub(super) fn slenderness_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
+    if volume_of(lattice, surface, masses).is_none() {
+        return 1.0;
     }
-    let (low, high) = mesh.bounds();
-    let extents = high - low;
-    extents.product().cbrt().max(LEAST_SIZE * extents.max())
+    let points = lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from)));
+    let weighted = || points.clone().zip(masses.iter().map(|&mass| f64::from(mass)));
+    let mass: f64 = masses.iter().map(|&mass| f64::from(mass)).sum();
+    let center = weighted().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
+    let outer = |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
+    let lumped = weighted().map(outer).sum::<Matrix3<f64>>() / mass;
+    // The mass of a cell at its corners has 1/4 per axis in place of the 1/12 of the cell.
+    let mut moments = (lumped - Matrix3::identity() / 6.0).symmetric_eigenvalues();
+    moments.as_mut_slice().sort_by(f64::total_cmp);
+    // Of a single cell, or less.
+    let least = 1.0 / 12.0;
+    (moments[2].max(least) / moments[1].max(least)).sqrt()
 }
 
 /// Returns the largest extent of a lattice along an axis, in cells.

@@ -32,6 +32,8 @@ pub(super) struct Shape {
     pub(super) extent: usize,
     /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
     pub(super) size: f64,
+    /// Ratio of the length to the width, at least 1: see `elasticity`.
+    pub(super) slenderness: f64,
 }
 
 /// The settings of a body: those of the user, and those that its simulation derives from them.

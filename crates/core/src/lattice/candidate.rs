@@ -122,6 +122,15 @@ fn round_up(x: f64) -> f64 {
 }
 
 impl Candidate {
+    /// Returns the least cell size with which the grid around the mesh has as many cells along each axis, or `None` if not
+    /// all cells of the grid are occupied.
+    pub(super) fn least_size_of_box(&self, mesh: &Mesh) -> Option<f64> {
+        let counts = self.grid.size();
+        let (low, high) = mesh.bounds();
+        let is_box = self.vertices == counts.map(|count| count + 1).iter().product();
+        is_box.then(|| (0..3).map(|axis| (high[axis] - low[axis]) / counts[axis] as f64).fold(0.0, f64::max))
+    }
+
     /// Builds the lattice of these cells, with its report.
     ///
     /// A mesh component belongs to the part that contains the first vertex of its first face.

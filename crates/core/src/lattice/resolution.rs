@@ -94,11 +94,19 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
         };
     }
     match (best, last_error) {
-        (Some((_, candidate)), None) => Ok(candidate),
-        (Some((best, candidate)), Some(_)) if best <= TOLERANCE => Ok(candidate),
+        (Some((_, candidate)), None) => Ok(fill_box(&trial_request, candidate)),
+        (Some((best, candidate)), Some(_)) if best <= TOLERANCE => Ok(fill_box(&trial_request, candidate)),
         (_, Some(error)) => Err(error),
         (None, None) => Err(LatticeError::NoCells),
     }
+}
+
+/// Returns the cells of a box with the least cell size that gives as many. Those along one axis at least are then full, and
+/// contact and bending of the box are those of full cells. Other shapes are unchanged.
+fn fill_box(request: &Request<'_>, candidate: Candidate) -> Candidate {
+    let least = candidate.least_size_of_box(request.mesh);
+    let filled = least.and_then(|size| request.candidate(size).ok());
+    filled.filter(|filled| filled.vertices == candidate.vertices).unwrap_or(candidate)
 }
 
 /// Returns ln of the next cell size, between a trial with too many vertices and a trial with too few

@@ -59,6 +59,11 @@ impl Grid {
         (PRECISION * farthest / cell_size).clamp(TOUCH_DEPTH, MAX_SNAP)
     }
 
+    /// Returns the number of cells along each axis.
+    pub(crate) fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
     /// Returns the lower corner of cell `[0, 0, 0]`.
     pub(crate) fn origin(&self) -> Point3<f64> {
         let at = |a: usize| self.center[a] - 0.5 * self.size[a] as f64 * self.cell_size;

@@ -51,11 +51,16 @@ pub(super) fn region_radius(cells: i32, modulus: f64, dt: f64) -> f64 {
 
 /// Creates a builder of the bar [`bar`] as a mesh that is turned about the origin, and so across the cells.
 pub(super) fn turned_bar(cells: i32, length: i32, turn: &Matrix3<f64>) -> Result<BodyBuilder, supple::Error> {
-    let corner = |k: i32| [k & 1, k >> 1 & 1, (k >> 2 & 1) * length].map(f64::from);
-    let corners = (0..8).map(|k| (turn * Vector3::from(corner(k))).into()).collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let body = Body::builder(Mesh::new(corners, &quads)?).cell_size(1.0 / f64::from(cells));
+    let body = Body::builder(block([1.0, 1.0, f64::from(length)], turn)?).cell_size(1.0 / f64::from(cells));
     Ok(body.volume(Preservation::Off).accuracy(Accuracy::Fast))
+}
+
+/// Returns a block of 6 quads with a corner at the origin, turned about it.
+pub(super) fn block(size: [f64; 3], turn: &Matrix3<f64>) -> Result<Mesh, supple::MeshError> {
+    let corner = |k: usize| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { size[axis] } else { 0.0 });
+    let corners = (0..8).map(|k| (turn * corner(k)).into()).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new(corners, &quads)
 }
 
 /// Returns a ball of the radius 1/2 about the origin: a cube of 60 x 60 quads per side, projected. A ball of larger

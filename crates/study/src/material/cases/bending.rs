@@ -4,9 +4,10 @@
 //! layers stiffen the bar beside them: as if it were shorter by about R/6 (measured). Regions of one cell, with R = 0.87 cells,
 //! have the factor 1 + 2/N² alone.
 
-use supple::{Accuracy, Pin, Selection, TimeWindow};
+use nalgebra::Matrix3;
+use supple::{Accuracy, Body, Pin, Preservation, Selection, Simulation, TimeWindow};
 
-use crate::material::bodies::{bar, bar_vertices, region_radius, stepped};
+use crate::material::bodies::{FPS, automatic, bar, bar_vertices, block, region_radius, stepped};
 use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
 use crate::material::theory::Bar;
 
@@ -50,6 +51,49 @@ fn bent(cells: i32, step_rate: f64, accuracy: Accuracy) -> Outcome {
     Ok(vec![Measured::by_law(deflection, bar.deflection(GRAVITY))])
 }
 
+/// Lets a mesh bar of 1 x 1 x 4 bend with the automatic choice of regions and steps, held at the vertices below 0.4, and
+/// measures the deflection of its end.
+fn bent_mesh(vertices: usize, poisson_ratio: f64) -> Outcome {
+    const HELD: f64 = 0.4;
+    let body = Body::builder(block([1.0, 1.0, 4.0], &Matrix3::identity())?).lattice_vertices(vertices);
+    let body = body.youngs_modulus(MODULUS).poisson_ratio(poisson_ratio).damping_rate(RATE);
+    let mut body = body.volume(Preservation::Off).build()?;
+    let held = (0_u32..).zip(body.positions()).filter(|(_, point)| point.z < HELD);
+    let (held, heights): (Vec<_>, Vec<_>) = held.map(|(vertex, point)| (vertex, point.z)).unzip();
+    body.pin(&Pin { selection: Selection::Vertices(held), window: TimeWindow::default() })?;
+    let bar = Bar {
+        thickness: 1.0,
+        length: 4.0 - heights.into_iter().fold(0.0, f64::max),
+        modulus: MODULUS,
+        poisson_ratio,
+        density: body.material().density,
+    };
+    let end = |simulation: &Simulation| -> f64 {
+        let surface = simulation.body(0).surface().positions;
+        surface.iter().filter(|point| point.z > 3.9).map(|point| point.x).sum::<f64>() / 4.0
+    };
+    let mut simulation = automatic(body, [-GRAVITY, 0.0, 0.0]).sleep(false).build()?;
+    let before = end(&simulation);
+    simulation.advance((SECONDS * FPS) as u64);
+    Ok(vec![Measured::by_law(before - end(&simulation), bar.deflection(GRAVITY))])
+}
+
+/// Returns the cases of the mesh bar.
+fn mesh_cases() -> impl Iterator<Item = Case> {
+    [1_000, 2_000, 4_000].into_iter().flat_map(|vertices| {
+        [0.0, 0.45].map(|poisson_ratio| {
+            let mut quantity = Quantity::new("deflection, m", Target::within(0.9, 1.1));
+            if vertices == 1_000 {
+                quantity = quantity.misses(
+                    "5.25 of 6 cells across: those at its sides have a third of their material outside",
+                );
+            }
+            let name = format!("mesh bar 1 x 1 x 4, {vertices} vertices, Poisson's ratio {poisson_ratio}");
+            Case::new(name, [quantity], move || bent_mesh(vertices, poisson_ratio))
+        })
+    })
+}
+
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let case = |(cells, step_rate, accuracy)| {
@@ -77,5 +121,5 @@ pub(super) fn cases() -> Vec<Case> {
     let wide = [(5, 240.0), (8, 240.0), (16, 240.0), (20, 480.0)];
     let wide = wide.map(|(cells, rate)| (cells, rate, Accuracy::Fast));
     let cells = [(5, 240.0), (8, 240.0), (16, 480.0)].map(|(cells, rate)| (cells, rate, Accuracy::Exact));
-    wide.into_iter().chain(cells).map(case).collect()
+    wide.into_iter().chain(cells).map(case).chain(mesh_cases()).collect()
 }

@@ -6,6 +6,7 @@ mod decay;
 mod hanging;
 mod modes;
 mod moduli;
+mod pressed;
 mod released;
 mod rest;
 mod rolling;
@@ -17,7 +18,7 @@ use super::case::Case;
 /// Creates the cases of a family.
 type Cases = fn() -> Vec<Case>;
 
-const FAMILIES: [(&str, Cases); 11] = [
+const FAMILIES: [(&str, Cases); 12] = [
     ("hanging bar", hanging::cases),
     ("moduli", moduli::cases),
     ("free bar", modes::cases),
@@ -28,6 +29,7 @@ const FAMILIES: [(&str, Cases); 11] = [
     ("ball", rolling::cases),
     ("units", units::cases),
     ("contact", contact::cases),
+    ("pressed", pressed::cases),
     ("run time", speed::cases),
 ];
 

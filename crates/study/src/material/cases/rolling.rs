@@ -1,6 +1,6 @@
 //! Cases with a ball of the diameter 1 that rolls down a slope or bounces.
 
-use supple::{Body, BodyBuilder, Preservation};
+use supple::{Body, BodyBuilder, Collider, Preservation};
 
 use crate::material::bodies::{GRAVITY, automatic, ball, ground, mean_velocity};
 use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
@@ -35,10 +35,11 @@ fn rolled(vertices: usize, damped: bool) -> Outcome {
     Ok(vec![Measured::by_law(slope(&velocities), 5.0 / 7.0 * GRAVITY * sine)])
 }
 
-/// Drops the undamped ball, and measures how high it rises again, over the drop height.
-fn bounced(vertices: usize) -> Outcome {
-    let body = at(0.5 + DROP, vertices)?.damping_ratio(0.0).build()?;
-    let mut simulation = automatic(body, [0.0, -GRAVITY, 0.0]).collider(ground()).build()?;
+/// Drops a ball, and measures how high it rises again, over the drop height.
+fn bounced(vertices: usize, damping_ratio: f64, restitution: f64) -> Outcome {
+    let body = at(0.5 + DROP, vertices)?.damping_ratio(damping_ratio).build()?;
+    let ground = Collider { restitution, ..ground() };
+    let mut simulation = automatic(body, [0.0, -GRAVITY, 0.0]).collider(ground).build()?;
     let (mut highest, mut has_bounced) = (0.0_f64, false);
     // It falls for √(2 DROP/g) = 0.45 s, and rises again for less.
     for _ in 0..90 {
@@ -69,7 +70,10 @@ pub(super) fn cases() -> Vec<Case> {
     for vertices in [500, 4_000] {
         let quantity = Quantity::new("bounce height, m", Target::within(0.75, 1.0));
         let name = format!("bounces, {vertices} vertices, undamped");
-        cases.push(Case::new(name, [quantity], move || bounced(vertices)));
+        cases.push(Case::new(name, [quantity], move || bounced(vertices, 0.0, 0.0)));
+        let quantity = Quantity::new("bounce height, m", Target::within(0.5, 0.8));
+        let name = format!("bounces, {vertices} vertices, damping ratio 0.02, restitution 0.8");
+        cases.push(Case::new(name, [quantity], move || bounced(vertices, 0.02, 0.8)));
     }
     cases
 }
