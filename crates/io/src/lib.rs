@@ -2,6 +2,7 @@
 //!
 //! * [`memory_limit`] asks for the memory of the machine.
 //! * `space` converts the coordinates of scenes to those of files.
+//! * `image` reads images for files that contain them.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
 //! * [`model`] reads OBJ, GLB, glTF, STL and PLY models, as OBJ documents.
 //! * `usd` writes USD stages.
@@ -23,6 +24,7 @@ mod file;
 pub mod frames;
 mod glb;
 mod html;
+mod image;
 mod memory;
 pub mod model;
 pub mod obj;

@@ -13,6 +13,7 @@ use super::error::check_finite;
 use super::normal_transform::NormalTransform;
 use super::pc2::{self, PointCache, SampleReader};
 use super::record::{Compare, Record, Recorder};
+use super::single_file::{no_frames, without};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path, remove_if_present, write_durably};
@@ -128,7 +129,7 @@ impl ClipWriter {
                 let run = (self.interval.recip(), extras);
                 let written = write_textures(&path, &body.points(), run, &self.materials, &mut samples);
                 let left_out = written.map_err(OutputError::io("write", &path))?;
-                Ok(without(&format!("{}_vat", body.name), &left_out).collect())
+                Ok(without(&format!("{}_vat", body.name), left_out.iter().map(PathBuf::as_path)).collect())
             }
             _ => self.write_glb(&path, extras, &mut samples),
         }
@@ -160,17 +161,9 @@ impl ClipWriter {
                 format!("{file}: body {}: {targets}, error {:.1e} of its size", body.name, motion.error)
             })
             .collect();
-        lines.extend(without(&file, &left_out));
+        lines.extend(without(&file, left_out.iter().map(PathBuf::as_path)));
         Ok(lines)
     }
-}
-
-/// Returns lines about images that glTF cannot have.
-fn without<'a>(file: &'a str, images: &'a [PathBuf]) -> impl Iterator<Item = String> + 'a {
-    images.iter().map(move |image| {
-        let image = image.display();
-        format!("{file}: without the image {image}: it cannot be read, or is neither PNG nor JPEG")
-    })
 }
 
 impl FrameSink for ClipWriter {
@@ -306,9 +299,7 @@ pub(super) fn check(
     }
     let name = path.display();
     if continues {
-        return Ok(Some(format!(
-            "the frames of {name} are not kept any more, as it is complete, or were removed"
-        )));
+        return Ok(Some(no_frames(&path)));
     }
     let mut recorder = Recorder::default();
     records.iter().for_each(|record| add(&mut recorder, record));

@@ -26,6 +26,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) meters_per_unit: f64,
     /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body.
     pub(crate) glb_error: f64,
+    /// Whether USD stages have velocities.
+    pub(crate) usd_velocities: bool,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

@@ -6,11 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use supple::mesh::Mesh;
 
-use crate::file;
+use crate::image::read_image;
 use crate::obj::{Appearance, Document, MaterialColor, Part};
-
-/// Largest size of an image that is taken into the file, in bytes.
-const MAX_IMAGE: u64 = 256 << 20;
 
 /// What tells materials apart.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -92,12 +89,8 @@ impl Materials {
     /// Reads the images. Returns those that can be read and that glTF can have, PNG and JPEG, by their paths.
     pub(super) fn images(&self) -> Vec<(&Path, Image)> {
         let read = |path: &'_ Path| {
-            let bytes = file::read(path, MAX_IMAGE).ok()?;
-            let mime = match bytes[..] {
-                [0x89, b'P', b'N', b'G', ..] => "image/png",
-                [0xff, 0xd8, 0xff, ..] => "image/jpeg",
-                _ => return None,
-            };
+            let (kind, bytes) = read_image(path)?;
+            let mime = kind.mime();
             let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             Some(Image { bytes, mime, name })
         };

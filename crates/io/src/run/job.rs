@@ -191,8 +191,12 @@ impl Job {
             path.file_name().map_or_else(|| directory.clone(), |name| directory.join(name))
         };
         let output = &self.scene.output;
-        let glb_error =
-            output.format.contains(Format::Glb).then(|| ("output.glb_error", output.glb_error.to_string()));
+        let of_formats = [
+            (Format::Glb, "output.glb_error", output.glb_error.to_string()),
+            (Format::Usd, "output.usd_velocities", output.usd_velocities.to_string()),
+            (Format::Usdz, "output.usd_velocities", output.usd_velocities.to_string()),
+        ];
+        let of_formats = of_formats.into_iter().filter(|(format, ..)| output.format.contains(*format));
         Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
@@ -204,7 +208,7 @@ impl Job {
                 ("output.meters_per_unit", self.scene.output.meters_per_unit.to_string()),
             ]
             .into_iter()
-            .chain(glb_error)
+            .chain(of_formats.map(|(_, key, value)| (key, value)))
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
             start_frame: self.start_frame,

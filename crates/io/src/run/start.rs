@@ -100,6 +100,7 @@ impl Job {
             space: self.space(),
             meters_per_unit: self.scene.output.meters_per_unit,
             glb_error: self.scene.output.glb_error,
+            usd_velocities: self.scene.output.usd_velocities,
             kept,
         }
     }

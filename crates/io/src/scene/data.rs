@@ -118,6 +118,8 @@ pub struct OutputData {
     /// 0.001.
     #[serde(deserialize_with = "keys::fraction")]
     pub glb_error: f64,
+    /// Whether USD stages have the velocities of their points, for motion blur; default false.
+    pub usd_velocities: bool,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -272,6 +274,7 @@ impl Default for OutputData {
             fps: None,
             meters_per_unit: 1.0,
             glb_error: GLB_ERROR,
+            usd_velocities: false,
         }
     }
 }

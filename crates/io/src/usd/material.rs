@@ -4,16 +4,46 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::name::Names;
+use super::package::Packed;
 use super::prim::{Prim, Property, Value};
 use crate::obj::MaterialColor;
 use crate::path::{relative, resolve, resolve_directory};
+
+/// Where the images of a stage are.
+pub(super) enum Images<'a> {
+    /// In their files. The stage is in this directory.
+    Beside(&'a Path),
+    /// In the package of the stage.
+    Packed(Packed),
+}
+
+impl Images<'_> {
+    /// Returns the path of an image from the stage; `None` if the stage cannot have it.
+    fn asset(&mut self, image: &Path) -> Option<String> {
+        let path = match self {
+            Self::Beside(directory) => {
+                relative(&resolve(image), &resolve_directory(directory)).to_str()?.replace('\\', "/")
+            }
+            Self::Packed(packed) => packed.name_of(image)?,
+        };
+        // USD paths have slashes on all systems. A name alone would be searched in the paths of the program.
+        Some(if path.starts_with(['.', '/']) { path } else { format!("./{path}") })
+    }
+
+    /// Returns the images of the package.
+    pub(super) fn into_packed(self) -> Packed {
+        match self {
+            Self::Beside(_) => Packed::default(),
+            Self::Packed(packed) => packed,
+        }
+    }
+}
 
 /// The materials of a stage.
 pub(super) struct Materials<'a> {
     /// Path of the prim that has them.
     path: &'a str,
-    /// Directory of the stage.
-    directory: &'a Path,
+    pub(super) images: Images<'a>,
     names: Names,
     pub(super) prims: Vec<Prim>,
     /// Paths of the prims by file and name.
@@ -21,17 +51,17 @@ pub(super) struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(path: &'a str, directory: &'a Path) -> Self {
-        Self { path, directory, names: Names::default(), prims: Vec::new(), known: BTreeMap::new() }
+    pub(super) fn new(path: &'a str, images: Images<'a>) -> Self {
+        Self { path, images, names: Names::default(), prims: Vec::new(), known: BTreeMap::new() }
     }
 
     /// Returns the path of the prim of a material of an OBJ file.
     pub(super) fn path_of(&mut self, file: &'a Path, name: &str, color: &MaterialColor) -> String {
-        let Self { path, directory, names, prims, known } = self;
+        let Self { path, images, names, prims, known } = self;
         let new_path = || {
             let prim = Prim::new("Material", name, names);
             let path = format!("{path}/{}", prim.name);
-            prims.push(shaded(prim, &path, color, directory));
+            prims.push(shaded(prim, &path, color, images));
             path
         };
         known.entry((file, name.to_owned())).or_insert_with(new_path).clone()
@@ -39,7 +69,7 @@ impl<'a> Materials<'a> {
 }
 
 /// Adds the shaders of a material.
-fn shaded(material: Prim, path: &str, color: &MaterialColor, directory: &Path) -> Prim {
+fn shaded(material: Prim, path: &str, color: &MaterialColor, images: &mut Images<'_>) -> Prim {
     let connected = |type_name: &str, name: &str, source: &str| {
         let source = Value::Paths(vec![format!("{path}/{source}")]);
         Property::declared(type_name, name).with("connectionPaths", source)
@@ -48,12 +78,7 @@ fn shaded(material: Prim, path: &str, color: &MaterialColor, directory: &Path) -
         let prim = Prim::new("Shader", name, &mut Names::default());
         prim.uniform("token", "info:id", Value::Token(id.to_owned()))
     };
-    let image = color.image.as_deref().and_then(|image| {
-        let image = relative(&resolve(image), &resolve_directory(directory));
-        // USD paths have slashes on all systems. A name alone would be searched in the paths of the program.
-        let image = image.to_str()?.replace('\\', "/");
-        Some(if image.starts_with(['.', '/']) { image } else { format!("./{image}") })
-    });
+    let image = color.image.as_deref().and_then(|image| images.asset(image));
     let diffuse = match &image {
         Some(_) => connected("color3f", "inputs:diffuseColor", "Image.outputs:rgb"),
         None => Property::attribute("color3f", "inputs:diffuseColor", Value::Vector(color.diffuse)),
