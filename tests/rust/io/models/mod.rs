@@ -5,4 +5,6 @@ mod files;
 mod formats;
 mod fuzz;
 mod gltf;
+mod matrix;
+mod packages;
 mod runs;
