@@ -742,6 +742,30 @@ class Body:
 
         Raises ValueError for a bare lattice, which has no mesh.
         """
+    @overload
+    def surface_velocities(self, out: None = None) -> NDArray[np.float64]:
+        """Evaluate the velocities of the vertices of the surface in scene units per second: (k, 3).
+
+        They are the velocities of the lattice by the weights of the skin. The motion of the volume correction relative to
+        the lattice is not in them.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
+    @overload
+    def surface_velocities(self, out: NDArray[_Float]) -> NDArray[_Float]:
+        """Evaluate the velocities of the vertices of the surface in scene units per second: (k, 3).
+
+        They are the velocities of the lattice by the weights of the skin. The motion of the volume correction relative to
+        the lattice is not in them.
+
+        out : (k, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+
+        Raises ValueError for a bare lattice, which has no mesh.
+        """
     def volume_report(self) -> VolumeReport:
         """Return a VolumeReport: the volume by each measure at rest, before and after the correction."""
     def to_trimesh(self, *, uv: bool = False) -> Trimesh:
@@ -1366,6 +1390,7 @@ class Recording:
         fps: float | None = None,
         meters_per_unit: float = 1.0,
         glb_error: float = 0.001,
+        usd_velocities: bool = False,
     ) -> Recording: ...
     def record(self) -> None:
         """Append a frame with the present state."""

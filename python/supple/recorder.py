@@ -15,7 +15,7 @@ __all__ = ["Recorder", "save_glb", "save_html", "save_usd"]
 
 
 class Recorder:
-    """A USD stage (`.usd`), a page (`.html`) or an animated GLB file (`.glb`) that grows with each call of `record`.
+    """A USD stage (`.usd`, `.usdz`), a page (`.html`) or a GLB file (`.glb`) that grows with each call of `record`.
 
         with supple.Recorder(sim, "squeeze.usd") as recorder:
             recorder.record()               # the state as it is now
@@ -40,6 +40,8 @@ class Recorder:
     glb_error : float, default 0.001
         Largest distance of a vertex of a GLB file from its place, relative to the largest extent of its body, in
         [0, 1]. 0 keeps all frames exactly, with a morph target per frame.
+    usd_velocities : bool, default False
+        Whether a USD stage has the velocities of its points, for motion blur.
 
     In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
 
@@ -57,13 +59,21 @@ class Recorder:
         fps: float | None = None,
         meters_per_unit: float = 1.0,
         glb_error: float = 0.001,
+        usd_velocities: bool = False,
     ) -> None:
         """Start the file."""
         self._path = Path(path).absolute()
         #: Lines about what the closed file holds approximately: the error of a GLB file.
         self.files: tuple[str, ...] = ()
         self._recording = _core.Recording(
-            sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit, glb_error=glb_error
+            sim,
+            path,
+            up=up,
+            scale=scale,
+            fps=fps,
+            meters_per_unit=meters_per_unit,
+            glb_error=glb_error,
+            usd_velocities=usd_velocities,
         )
 
     @property
@@ -112,23 +122,30 @@ def save_usd(
     scale: float = 1.0,
     fps: float | None = None,
     meters_per_unit: float = 1.0,
+    usd_velocities: bool = False,
 ) -> Recorder:
     """Advance a simulation by a number of frames and save it as a USD stage.
 
     sim : Simulation
         It needs fps. The present state becomes frame 0.
     path : str or os.PathLike
-        The file to write, which ends in `.usd`; an existing one is replaced.
+        The file to write, which ends in `.usd` or `.usdz`; an existing one is replaced.
     frames : int
         Number of frames after frame 0, at least 0.
-    up, scale, fps, meters_per_unit : optional
+    up, scale, fps, meters_per_unit, usd_velocities : optional
         As for Recorder.
 
     For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of models, use
     `run(..., format="usd")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
     """
-    options = {"up": up, "scale": scale, "fps": fps, "meters_per_unit": meters_per_unit}
-    return _save(sim, path, ".usd", frames, options)
+    options = {
+        "up": up,
+        "scale": scale,
+        "fps": fps,
+        "meters_per_unit": meters_per_unit,
+        "usd_velocities": usd_velocities,
+    }
+    return _save(sim, path, (".usd", ".usdz"), frames, options)
 
 
 def save_html(
@@ -153,7 +170,7 @@ def save_html(
 
     Returns the closed Recorder, which shows the page in a notebook. Raises its errors, and ValueError without fps.
     """
-    return _save(sim, path, ".html", frames, {"up": up, "scale": scale, "fps": fps})
+    return _save(sim, path, (".html",), frames, {"up": up, "scale": scale, "fps": fps})
 
 
 def save_glb(
@@ -181,13 +198,19 @@ def save_glb(
     `run(..., format="glb")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
     """
     options = {"scale": scale, "fps": fps, "meters_per_unit": meters_per_unit, "glb_error": glb_error}
-    return _save(sim, path, ".glb", frames, options)
+    return _save(sim, path, (".glb",), frames, options)
 
 
-def _save(sim: Simulation, path: str | os.PathLike[str], ending: str, frames: int, options: dict[str, Any]) -> Recorder:
+def _save(
+    sim: Simulation,
+    path: str | os.PathLike[str],
+    endings: tuple[str, ...],
+    frames: int,
+    options: dict[str, Any],
+) -> Recorder:
     """Record the present state and a number of further frames."""
-    if not os.fspath(path).endswith(ending):
-        raise ValueError(f"path is {os.fspath(path)!r}; it must end in {ending}")
+    if not os.fspath(path).endswith(endings):
+        raise ValueError(f"path is {os.fspath(path)!r}; it must end in {' or '.join(endings)}")
     sim.advance(0)  # raises before the file is written if the simulation has no frames
     with Recorder(sim, path, **options) as recorder:
         recorder.record()

@@ -14,7 +14,7 @@ from .reports import Progress, RunReport
 __all__ = ["load_scene", "run"]
 
 if TYPE_CHECKING:
-    _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "html", "glb", "vat", "vtu", "lattice"]
+    _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "usdz", "html", "glb", "vat", "vtu", "lattice"]
 
 
 def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
@@ -53,11 +53,11 @@ def run(
         A scene (.toml) or a model, as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
         Directory of the frames `NAME_0000.obj`, ... The directory is created if it does not exist.
-    format : "obj", "ply", "pc2", "usd", "html", "glb", "vat", "vtu" or "lattice", or a list, default the scene's
-        File formats of the frames. "usd" writes one USD stage, `supple.usd`, "html" one page for browsers,
-        `supple.html`, and "glb" one animated GLB file, `supple.glb`, with all bodies and frames; "vat" vertex animation
-        textures, `NAME_vat/`, in PNG, or in OpenEXR with overrides={"output.vat_encoding": "exr"}; "vtu" and "lattice"
-        grids of VTK, of the surface and of the cells.
+    format : "obj", "ply", "pc2", "usd", "usdz", "html", "glb", "vat", "vtu", "lattice", or a list, default the scene's
+        File formats of the frames. "usd" writes one USD stage, `supple.usd`, "usdz" the same with its images,
+        `supple.usdz`, "html" one page for browsers, `supple.html`, and "glb" one animated GLB file, `supple.glb`, with
+        all bodies and frames; "vat" vertex animation textures, `NAME_vat/`, in PNG, or in OpenEXR with
+        overrides={"output.vat_encoding": "exr"}; "vtu" and "lattice" grids of VTK, of the surface and of the cells.
     frames : int, default the scene's
         Number of frames after frame 0. Frame 0 is the rest pose in its initial placement.
     progress : callable, optional

@@ -1,6 +1,6 @@
 """Imports USD stages into Blender, and compares every frame with the OBJ frames of the same run.
 
-    python stages.py RUN [RUN ...]      each a folder of a run with --format obj,usd; writes blender.png into it
+    python stages.py RUN [RUN ...]      folders of runs with --format obj,usd or obj,usdz; writes blender.png into each
 
 Needs the package bpy. Exits with an error at the first difference.
 """
@@ -14,6 +14,9 @@ from pathlib import Path
 import bpy
 import mathutils
 import numpy as np
+
+#: Frames per second of the runs. An import does not set the rate of the scene.
+FPS = 30
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
@@ -31,7 +34,8 @@ def evaluated(found: bpy.types.Object) -> bpy.types.Mesh:
 def check(run: Path) -> None:
     """Compare the stage of a run with its frames, and render its last frame."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.wm.usd_import(filepath=str(run / "supple.usd"))
+    (stage,) = run.glob("supple.usd*")
+    bpy.ops.wm.usd_import(filepath=str(stage))
     frames = sorted({int(path.stem.rpartition("_")[2]) for path in run.glob("*.obj")})
     scene = bpy.context.scene
     assert (scene.frame_start, scene.frame_end) == (frames[0], frames[-1]), "range of frames"
@@ -57,6 +61,8 @@ def check(run: Path) -> None:
             assert np.abs(world - turned).max() <= 1e-6 * size, f"axes of {name}"
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
     check_surface(run, names, meshes)
+    for found in meshes.values():
+        check_velocities(found, frames[len(frames) // 2])
     render(run / "blender.png", (low + high) / 2, float(np.linalg.norm(high - low)))
     print(f"{run.name}: {len(frames)} frames of {len(names)} bodies, as in the OBJ frames")
 
@@ -74,6 +80,28 @@ def check_surface(run: Path, names: list[str], meshes: dict[str, bpy.types.Objec
             expected = np.array([coordinates[int(corner) - 1] for corner in corners], np.float32)
             layer = found.data.uv_layers[0].data
             assert np.array_equal(np.array([corner.uv for corner in layer], np.float32), expected), f"UVs of {name}"
+
+
+def check_velocities(found: bpy.types.Object, frame: int) -> None:
+    """Compare the velocities of a stage that has them with the change of its points, per second."""
+    scene = bpy.context.scene
+    vectors = {}
+    for number in (frame - 1, frame, frame + 1):
+        scene.frame_set(number)
+        mesh = evaluated(found)
+        for name, attribute in mesh.attributes.items():
+            if name in ("position", "velocity"):
+                values = np.empty(3 * len(mesh.vertices), np.float32)
+                attribute.data.foreach_get("vector", values)
+                vectors[name, number] = values.reshape(-1, 3)
+    velocities = vectors.get(("velocity", frame))
+    if velocities is None:
+        return
+    change = (vectors["position", frame + 1] - vectors["position", frame - 1]) * FPS / 2
+    # A choice: the bodies fall freely in the middle of the run, and steps have half of their length of delay.
+    error = np.linalg.norm(velocities - change, axis=1).max() / np.linalg.norm(change, axis=1).max()
+    assert error < 0.05, f"velocities of {found.name} differ by {error:.0%}"
+    print(f"{found.name}: velocities, within {error:.1%} of the change of its points")
 
 
 def render(path: Path, center: np.ndarray, size: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pyvista
 
 folder = Path(sys.argv[1])
-for name, arrays in (("bust.pvd", {"Normals"}), ("bust.lattice.pvd", {"velocity", "strain", "volume_ratio"})):
+for name, arrays in (("bust.pvd", {"Normals"}), ("bust.lattice.pvd", {"velocity", "strain", "volume_ratio", "E"})):
     reader = pyvista.get_reader(folder / name)
     assert len(reader.time_values) == 41
     assert np.allclose(reader.time_values, np.arange(41) / 30)
@@ -25,5 +25,9 @@ for name, arrays in (("bust.pvd", {"Normals"}), ("bust.lattice.pvd", {"velocity"
             if frame == 0:
                 assert np.allclose(volumes, volumes[0], rtol=1e-3)
                 at_rest = volumes[0]
+                modulus = grid["E"][0]
+            # The scene has no zones.
+            assert modulus > 0
+            assert (grid["E"] == modulus).all()
             assert np.allclose(volumes / at_rest, grid["volume_ratio"], atol=0.1)
 print("PyVista reads the surface and the lattice")

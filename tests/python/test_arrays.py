@@ -102,9 +102,9 @@ def test_values_beyond_the_limit_are_errors_with_their_index(body, name, scale):
         setattr(body, name, values)
 
 
-@pytest.mark.parametrize("method", ["surface", "surface_normals"])
+@pytest.mark.parametrize("method", ["surface", "surface_normals", "surface_velocities"])
 def test_out_arguments_are_filled_and_returned(cube, method):
-    body = supple.Body(cube, lattice_vertices=100)
+    body = supple.Body(cube, lattice_vertices=100, velocity=(1, 2, 3), spin=(0, 0, 4))
     expected = getattr(body, method)()
     assert expected.dtype == np.float64
     for dtype, tolerance in [(np.float64, 0), (np.float32, 1e-6)]:
@@ -174,7 +174,7 @@ def test_an_edit_that_fails_changes_no_bit(body):
     assert (body.positions.tobytes(), body.velocities.tobytes()) == (positions, velocities)
 
 
-@pytest.mark.parametrize("method", ["surface", "surface_normals"])
+@pytest.mark.parametrize("method", ["surface", "surface_normals", "surface_velocities"])
 def test_unaligned_arrays_are_read_and_filled(cube, method):
     body = supple.Body(cube, lattice_vertices=100)
     expected = getattr(body, method)()

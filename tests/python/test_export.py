@@ -91,11 +91,11 @@ def test_save_glb_advances_and_refuses_other_names_and_errors(tmp_path: Path) ->
 
 def test_runs_write_the_files_of_all_formats(tmp_path: Path) -> None:
     """Run a scene to the formats for other programs."""
-    formats = ["glb", "vat", "vtu", "lattice"]
+    formats = ["glb", "vat", "vtu", "lattice", "usdz"]
     report = supple.run(EXAMPLES / "stretch_and_drop.toml", tmp_path, formats, frames=2)
     assert report.written == 3
     names = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
-    assert {"supple.glb", "bust_vat/bust_vat.png", "bust_vat/bust-remap_info.json", "bust.pvd"} <= names
+    assert {"supple.glb", "bust_vat/bust_vat.png", "bust_vat/bust-remap_info.json", "bust.pvd", "supple.usdz"} <= names
     assert {"bust_0002.vtu", "bust_0002.lattice.vtu", "bust.lattice.pvd"} <= names
     with pytest.raises(ValueError, match="glb"):
         supple.run(EXAMPLES / "stretch_and_drop.toml", tmp_path, "gltf", frames=2)

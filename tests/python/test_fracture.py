@@ -128,7 +128,7 @@ def test_the_message_about_another_shape_says_that_the_body_broke():
     body = bar()
     out = body.surface()
     body.cut(((5.9, 0, 0), (1, 0, 0)))
-    for function in (body.surface, body.surface_normals):
+    for function in (body.surface, body.surface_normals, body.surface_velocities):
         with pytest.raises(ValueError, match="because the body broke; see topology_version"):
             function(out=out)
     sim = supple.Simulation([body], dt=1 / 60)
@@ -454,6 +454,8 @@ def test_run_writes_a_page_of_a_body_that_breaks_and_no_point_cache(tmp_path):
     header = page_header(tmp_path / "out" / "supple.html")
     assert header["frames"] == 41
     assert header["version"] == 2  # a body is broken in a frame
-    with pytest.raises(ValueError, match="pc2 has the same faces in all frames: write obj, ply, usd, html, vtu or"):
+    with pytest.raises(
+        ValueError, match="pc2 has the same faces in all frames: write obj, ply, usd, usdz, html, vtu or"
+    ):
         supple.run(scene, tmp_path / "points", format="pc2")
     assert not (tmp_path / "points").exists()

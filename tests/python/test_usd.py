@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -396,6 +397,72 @@ def test_a_recorded_stage_has_the_faces_of_each_frame_of_a_body_that_is_cut(fold
         assert set(corners) == set(faces.ravel())
 
 
+def test_a_frame_and_its_velocities_give_the_points_between_frames(folder):
+    # The body spins in the air.
+    air = {"body.0.volume": "off", "body.0.translate": [0, 4, 0], "simulation.gravity": [0, 0, 0], "output.scale": 10}
+    stage = run(folder, overrides=SPIN | air | {"output.usd_velocities": True}, format="usd")
+    assert problems(stage) == []
+    twice = {"simulation.fps": 50, "simulation.substeps": 4, "simulation.frames": 12}
+    fine = run(folder, "fine", overrides=SPIN | air | twice, format="usd")
+    for frame in range(6):
+        between = mesh(stage, "soft_1").ComputePointsAtTime(Usd.TimeCode(frame + 0.5), Usd.TimeCode(frame))
+        expected = np.array(mesh(fine, "soft_1").GetPointsAttr().Get(2 * frame + 1))
+        error = np.linalg.norm(np.array(between) - expected, axis=1).max()
+        # Half of the acceleration spin² x radius in 0.02 s, and as much again for the elastic motion, a choice.
+        assert error < 10 * 0.5 * 0.02**2 * 2 * 9 * 9 * 0.9
+        points = np.array(mesh(stage, "soft_1").GetPointsAttr().Get(frame))
+        assert error < 0.25 * np.linalg.norm(points - expected, axis=1).max()
+    assert not mesh(fine, "soft_1").GetVelocitiesAttr().HasAuthoredValue()
+
+
+def test_a_package_has_the_stage_and_its_images(folder):
+    report = supple.run(folder / "scene.toml", folder / "out", format=["usd", "usdz"])
+    assert report.written == 7
+    path = str(folder / "out" / "supple.usdz")
+    with zipfile.ZipFile(path) as archive:
+        assert archive.namelist() == ["stage.usdc", "images/a_b.png"]
+        assert archive.testzip() is None
+        assert archive.read("images/a_b.png") == (folder / "textures" / "a b.png").read_bytes()
+    stage, package = Usd.Stage.Open(str(folder / "out" / "supple.usd")), Usd.Stage.Open(path)
+    assert problems(package) == []
+    for prim in ("soft_1", "Materials"):
+        for frame in range(7):
+            points = [mesh(found, prim).GetPointsAttr().Get(frame) for found in (stage, package)]
+            assert points[0] == points[1]
+    (image,) = (prim for prim in package.Traverse() if prim.GetName() == "Image")
+    file = UsdShade.Shader(image).GetInput("file").Get()
+    assert file.resolvedPath == f"{path}[images/a_b.png]"
+
+
+def test_a_recording_is_a_package(folder):
+    sim = supple.load_scene(folder / "scene.toml")
+    supple.save_usd(sim, folder / "mine.usdz", 2)
+    package = Usd.Stage.Open(str(folder / "mine.usdz"))
+    assert problems(package) == []
+    assert package.GetEndTimeCode() == 2
+    assert not (folder / "mine.usdz.usd.part").exists()
+
+
+def test_a_recorded_stage_of_a_broken_body_has_a_velocity_per_point(folder):
+    sim = supple.load_scene(folder / "scene.toml")
+    body = sim.bodies[0]
+    with supple.Recorder(sim, folder / "mine.usd", usd_velocities=True, scale=2) as recorder:
+        recorder.record()
+        body.cut(supple.Plane(body.center_of_mass, (1, 0.2, 0)))
+        expected = []
+        for _ in range(2):
+            sim.advance()
+            recorder.record()
+            expected.append(body.surface_velocities())
+    mine = Usd.Stage.Open(str(folder / "mine.usd"))
+    assert problems(mine) == []
+    (prim,) = (prim for prim in mine.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetDisplayName() == body.name)
+    for frame, velocities in enumerate(expected, 1):
+        found = np.array(UsdGeom.Mesh(prim).GetVelocitiesAttr().Get(frame))
+        assert len(found) > 8
+        np.testing.assert_allclose(found, 2 * velocities, rtol=1e-6, atol=1e-6)
+
+
 def test_a_recorder_keeps_its_frames_after_an_exception(folder):
     sim = supple.load_scene(folder / "scene.toml")
 
@@ -412,7 +479,7 @@ def test_a_recorder_keeps_its_frames_after_an_exception(folder):
 def test_wrong_arguments_of_a_recorder_are_errors(folder, block):
     sim = supple.load_scene(folder / "scene.toml")
     for options, words in [
-        ({"path": folder / "a.obj"}, r"ends in \.usd, \.html or \.glb"),
+        ({"path": folder / "a.obj"}, r"ends in \.usd, \.usdz, \.html or \.glb"),
         ({"up": "x"}, 'up is "x"'),
         ({"scale": 0}, "scale = 0 is out of range: it must be a number above 0"),
         ({"fps": float("nan")}, "fps = NaN is out of range"),

@@ -34,7 +34,7 @@ fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
 }
 
 /// A grid: the bytes of its arrays by their names.
-struct Grid {
+pub(crate) struct Grid {
     points: usize,
     cells: usize,
     arrays: BTreeMap<String, Vec<u8>>,
@@ -42,7 +42,7 @@ struct Grid {
 
 impl Grid {
     /// Reads a file, by the description of the format.
-    fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let bytes = fs::read(path).unwrap();
         let data = bytes.windows(2).position(|text| text == b"\n_").unwrap() + 2;
         let head = std::str::from_utf8(&bytes[..data]).unwrap();
@@ -62,7 +62,7 @@ impl Grid {
         Self { points: count("NumberOfPoints"), cells: count("NumberOfCells"), arrays: arrays.collect() }
     }
 
-    fn numbers(&self, name: &str) -> Vec<f32> {
+    pub(crate) fn numbers(&self, name: &str) -> Vec<f32> {
         self.arrays[name].as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
     }
 
@@ -158,6 +158,42 @@ fn cells_have_their_strain_and_volume_and_vertices_their_velocities() {
     for (a, b) in sides {
         assert!((length(a, b) / length(0, 1) - 1.0).abs() < 1e-4);
     }
+}
+
+#[test]
+fn cells_have_the_modulus_of_their_material_and_zone() {
+    let folder = tempfile::tempdir().unwrap();
+    let zone = "body.block.zone=[{ plane = { point = [0, 1.5, 0], normal = [0, 1, 0] }, factor = 0.25 }]";
+    let moduli = |out: &str, overrides: &[&str]| {
+        let material = "body.block.youngs_modulus=20000";
+        let overrides: Vec<&str> =
+            [material, "simulation.frames=1"].into_iter().chain(overrides.iter().copied()).collect();
+        let job = job(folder.path(), out, &overrides);
+        job.run(&mut ()).unwrap();
+        let grid = Grid::read(&job.directory.join("block_0001.lattice.vtu"));
+        let (points, corners) = (grid.numbers("Points"), grid.indices("connectivity"));
+        // The lowest corner of each cell, in lengths of the scene.
+        let lowest = |corners: &[i64; 8]| {
+            corners.iter().map(|&corner| points[3 * corner as usize + 1] / 10.0).fold(f32::INFINITY, f32::min)
+        };
+        let heights = corners.as_chunks::<8>().0.iter().map(lowest);
+        heights.zip(grid.numbers("E")).collect::<Vec<(f32, f32)>>()
+    };
+    // Lengths of the files are ten times those of the scene: a force per area of a hundred times the size is the tenth of a
+    // mass per length and squared time.
+    for (_, modulus) in moduli("plain", &[]) {
+        assert!((modulus - 2000.0).abs() < 1.0, "{modulus}");
+    }
+    let zones = moduli("zone", &[zone]);
+    // The factor changes over a cell around the plane.
+    let cell = 0.75;
+    let far: Vec<&(f32, f32)> =
+        zones.iter().filter(|(height, _)| *height < 1.4 - 2.0 * cell || *height > 1.6 + cell).collect();
+    for (height, modulus) in &far {
+        let expected = if *height > 1.5 { 500.0 } else { 2000.0 };
+        assert!((modulus - expected).abs() < 1.0, "{height}: {modulus}");
+    }
+    assert!(far.iter().any(|(height, _)| *height > 1.5) && far.iter().any(|(height, _)| *height < 1.5));
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod input_time;
 mod models;
 mod obj;
 mod obj_frames;
+mod packages;
 mod page_reader;
 mod pages;
 mod piece_frames;

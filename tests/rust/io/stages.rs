@@ -410,8 +410,97 @@ fn recordings_of_other_files_or_of_bare_lattices_are_refused() {
         error.to_string()
     };
     for name in ["a.obj", "a.pc2", "a", "a.abc"] {
-        assert!(refused(name).ends_with("the name of a recording ends in .usd, .html or .glb"));
+        assert!(refused(name).ends_with("the name of a recording ends in .usd, .usdz, .html or .glb"));
     }
     assert!(refused("a.usd").contains("is a bare lattice"), "{}", refused("a.usd"));
     assert!(fs::read_dir(folder.path()).unwrap().next().is_none());
+}
+
+/// A block that flies above the ground.
+const FALL: &str = r#"
+[simulation]
+fps = 24
+substeps = 4
+
+[output]
+up = "z"
+scale = 10
+fps = 12
+usd_velocities = true
+
+[[body]]
+name = "soft"
+mesh = "block.obj"
+translate = [0, 0.4, 0]
+lattice_vertices = 60
+volume = "off"
+velocity = [3, 0, 1]
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+"#;
+
+#[test]
+fn velocities_are_the_changes_of_points_in_a_step_per_second_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
+    let frame_size = 2 * (8 + 12 * POINTS) + 8 + 24 + 128;
+    // The motion has the same steps, with a frame after every fourth one, or after each.
+    let run = |name: &str, overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        let scene = Scene::parse(FALL, "scene.toml", folder.path(), &overrides).unwrap();
+        Job::new(scene, folder.path().join(name)).run(&mut ()).unwrap();
+    };
+    run("coarse", &["output.format=\"usd\"", "simulation.frames=6"]);
+    run(
+        "fine",
+        &["output.format=\"ply\"", "simulation.frames=24", "simulation.fps=96", "simulation.substeps=1"],
+    );
+    let stage = fs::read(folder.path().join("coarse/supple.usd")).unwrap();
+    let vectors = |at: usize| -> Vec<f32> {
+        assert_eq!(u64::from_le_bytes(stage[at..at + 8].try_into().unwrap()), POINTS as u64);
+        let bytes = &stage[at + 8..at + 8 + 12 * POINTS];
+        bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+    };
+    let ply = |frame: usize| -> Vec<f32> {
+        let bytes = fs::read(folder.path().join(format!("fine/soft_{frame:04}.ply"))).unwrap();
+        let start = bytes.windows(11).position(|text| text == b"end_header\n").unwrap() + 11;
+        let rows = bytes[start..start + 24 * POINTS].as_chunks::<24>().0.iter().map(|row| &row[..12]);
+        rows.flat_map(|row| row.as_chunks::<4>().0).map(|bytes| f32::from_le_bytes(*bytes)).collect()
+    };
+    // The block meets the ground after 0.28 s. Without a rotation, a step moves the points by their velocities after it.
+    for frame in 1..=6 {
+        let points = FRAMES + frame_size * frame;
+        let velocities = vectors(points + 8 + 12 * POINTS + 8 + 24);
+        let (before, after) = (ply(4 * frame - 1), ply(4 * frame));
+        assert_eq!(vectors(points), after, "frame {frame}");
+        let fastest = velocities.iter().fold(0.0_f32, |fastest, v| fastest.max(v.abs()));
+        assert!(fastest > 10.0, "the lengths of the file are ten times those of the scene: {fastest}");
+        for ((velocity, before), after) in velocities.iter().zip(before).zip(after) {
+            // 96 steps per second, at half the speed. Coordinates are below 64, with steps of 4e-6 in f32; that of the
+            // program, in cells, are as fine.
+            let change = (after - before) * 48.0;
+            assert!((velocity - change).abs() < 48.0 * 4.0 * 4e-6, "frame {frame}: {velocity}, {change}");
+        }
+    }
+}
+
+#[test]
+fn a_broken_body_has_a_velocity_per_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = supple_tests::example("notch.toml");
+    let overrides = ["output.format=\"usd\"", "output.usd_velocities=true", "simulation.frames=40"];
+    let overrides = overrides.map(ToString::to_string);
+    let mut killed = Job::new(Scene::read_with(&scene, &overrides).unwrap(), folder.path().join("killed"));
+    let whole = Job { directory: folder.path().join("whole"), ..killed.clone() };
+    whole.run(&mut ()).unwrap();
+    killed.run(&mut StopAfter(30)).unwrap();
+    killed.resume = true.into();
+    killed.run(&mut ()).unwrap();
+    let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
+    assert!(written(&killed) == written(&whole));
+    let mut other = Job::new(Scene::read_with(&scene, &overrides[..1]).unwrap(), killed);
+    (other.resume, other.scene.simulation.frames) = (true.into(), 40);
+    let error = other.run(&mut ()).unwrap_err().to_string();
+    assert!(error.contains("`output.usd_velocities` of the files changed from true to false"), "{error}");
 }

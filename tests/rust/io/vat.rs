@@ -96,8 +96,65 @@ impl Image {
     }
 }
 
+/// The textures of a body.
+pub(crate) struct Textures {
+    first: Vec<[f32; 3]>,
+    texels: Vec<[f32; 2]>,
+    remap: serde_json::Value,
+    offsets: Image,
+    normals: Image,
+}
+
+impl Textures {
+    /// Reads the folder of a body. `encoding`: `png` or `exr`.
+    pub(crate) fn read(directory: &Path, body: &str, encoding: &str) -> Self {
+        let at = |name: String| directory.join(format!("{body}_vat")).join(name);
+        let gltf = Gltf::from_slice(&fs::read(at(format!("{body}.glb"))).unwrap()).unwrap();
+        let bytes = gltf.blob.clone().unwrap();
+        let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+        let reader = primitive.reader(|_| Some(&bytes[..]));
+        let info: serde_json::Value =
+            serde_json::from_slice(&fs::read(at(format!("{body}-remap_info.json"))).unwrap()).unwrap();
+        Self {
+            first: reader.read_positions().unwrap().collect(),
+            texels: reader.read_tex_coords(1).unwrap().into_f32().collect(),
+            remap: info["os-remap"].clone(),
+            offsets: Image::read(&at(format!("{body}_vat.{encoding}"))),
+            normals: Image::read(&at(format!("{body}_vnrm.{encoding}"))),
+        }
+    }
+
+    /// Returns the least offset along each axis of glTF, and the extent of the offsets.
+    fn range(&self) -> [[f64; 3]; 2] {
+        let number = |key: &str, axis: usize| self.remap[key][axis].as_f64().unwrap();
+        // The axes of Blender, and those of glTF: (x, z, -y).
+        let [low, high] = ["Min", "Max"].map(|key| [0, 1, 2].map(|axis| number(key, axis)));
+        [[low[0], low[2], -high[1]], [high[0] - low[0], high[2] - low[2], high[1] - low[1]]]
+    }
+
+    /// Returns the largest error of a position along each axis: that of a number of the image, `error`, of the extent of the
+    /// offsets, and the rounding of positions of 32 bits.
+    pub(crate) fn tolerance(&self, error: f64) -> [f64; 3] {
+        self.range()[1].map(|extent| error * extent + 2e-6)
+    }
+
+    /// Returns the position and the normal of each vertex in a frame.
+    pub(crate) fn frame(&self, frame: usize) -> Vec<[[f64; 3]; 2]> {
+        let [low, extent] = self.range();
+        let vertices = self.first.iter().zip(&self.texels);
+        let decoded = vertices.map(|(first, texel)| {
+            let turned = |[x, y, z, _]: [f64; 4], flip: f64| [x, z, flip - y];
+            let offset = turned(self.offsets.at(*texel, frame), 1.0);
+            let normal = turned(self.normals.at(*texel, frame).map(|number| 2.0 * number - 1.0), 0.0);
+            let position = |axis| f64::from(first[axis]) + low[axis] + offset[axis] * extent[axis];
+            [std::array::from_fn(position), normal]
+        });
+        decoded.collect()
+    }
+}
+
 /// Positions and normals of a PLY frame.
-fn ply(path: &Path) -> Vec<[[f64; 3]; 2]> {
+pub(crate) fn ply(path: &Path) -> Vec<[[f64; 3]; 2]> {
     let bytes = fs::read(path).unwrap();
     let start = bytes.windows(11).position(|text| text == b"end_header\n").unwrap() + 11;
     let head = std::str::from_utf8(&bytes[..start]).unwrap();
@@ -109,8 +166,7 @@ fn ply(path: &Path) -> Vec<[[f64; 3]; 2]> {
 
 #[test]
 fn texels_give_the_positions_and_normals_of_the_frames() {
-    // Half a step of 16 bits.
-    check_texels("png", 0.5 / 65535.0);
+    check_texels("png", PNG_ERROR);
 }
 
 #[test]
@@ -119,44 +175,27 @@ fn texels_with_a_floating_point_give_the_positions_and_normals_of_the_frames() {
     check_texels("exr", 4.0 * 0.5 * f64::from(f32::EPSILON));
 }
 
+/// The largest error of a number of an image of 16 bits: half a step.
+pub(crate) const PNG_ERROR: f64 = 0.5 / 65535.0;
+
 /// Compares the texels of a run with its frames. `error`: largest error of a number of the image.
 fn check_texels(encoding: &str, error: f64) {
     let folder = tempfile::tempdir().unwrap();
     let job = job(folder.path(), "out", &[&format!("output.vat_encoding={encoding}")]);
     job.run(&mut ()).unwrap();
     for body in ["ball", "block"] {
-        let at = |name: String| job.directory.join(format!("{body}_vat")).join(name);
-        let gltf = Gltf::from_slice(&fs::read(at(format!("{body}.glb"))).unwrap()).unwrap();
-        let bytes = gltf.blob.clone().unwrap();
-        let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
-        let reader = primitive.reader(|_| Some(&bytes[..]));
-        let first: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
-        let texels: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
-        let info: serde_json::Value =
-            serde_json::from_slice(&fs::read(at(format!("{body}-remap_info.json"))).unwrap()).unwrap();
-        let remap = &info["os-remap"];
-        assert_eq!(remap["Frames"], 21);
-        let number = |key: &str, axis: usize| remap[key][axis].as_f64().unwrap();
-        let (offsets, normals) =
-            ["vat", "vnrm"].map(|kind| Image::read(&at(format!("{body}_{kind}.{encoding}")))).into();
+        let textures = Textures::read(&job.directory, body, encoding);
+        assert_eq!(textures.remap["Frames"], 21);
         for frame in 0..21 {
             let expected = ply(&job.directory.join(format!("{body}_{frame:04}.ply")));
-            assert_eq!(expected.len(), first.len());
-            for (vertex, [position, normal]) in expected.iter().enumerate() {
-                let texel = offsets.at(texels[vertex], frame);
-                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| {
-                    number("Min", axis) + texel[axis] * (number("Max", axis) - number("Min", axis))
-                });
-                let [nx, ny, nz, _] = normals.at(texels[vertex], frame).map(|number| 2.0 * number - 1.0);
-                // From Blender's axes to those of glTF.
-                for (axis, (offset, found)) in [(x, nx), (z, nz), (-y, -ny)].into_iter().enumerate() {
-                    let extent = number("Max", [0, 2, 1][axis]) - number("Min", [0, 2, 1][axis]);
-                    let found_error = (f64::from(first[vertex][axis]) + offset - position[axis]).abs();
-                    // The image of 16 bits is made from numbers of 32 bits.
-                    let largest = (error + 4.0 * 0.5 * f64::from(f32::EPSILON)) * extent;
-                    assert!(found_error <= largest, "{body}, frame {frame}: {found_error} > {largest}");
+            let found = textures.frame(frame);
+            assert_eq!(expected.len(), found.len());
+            for ([position, normal], [found, found_normal]) in expected.iter().zip(&found) {
+                for (axis, tolerance) in textures.tolerance(error).into_iter().enumerate() {
+                    let found_error = (found[axis] - position[axis]).abs();
+                    assert!(found_error <= tolerance, "{body}, frame {frame}: {found_error} > {tolerance}");
                     // A normal has twice the error of its texel; its length is 1 but for rounding.
-                    let found_error = (found - normal[axis]).abs();
+                    let found_error = (found_normal[axis] - normal[axis]).abs();
                     assert!(found_error <= 2.0 * error + 4.0 * f64::from(f32::EPSILON), "{found_error}");
                 }
             }

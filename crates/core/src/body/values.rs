@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use super::soft_body::Body;
+use super::surface::Surface;
 use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::parallel::Executor;
 use crate::state::ArrayError;
@@ -54,6 +55,19 @@ impl Body {
         self.state.set_world_velocities(self.pipeline.matching.layout.slots(), velocities);
         self.wake();
         Ok(())
+    }
+
+    /// Returns the velocities of the mesh vertices in scene units per second, shape `(k, 3)`; empty for a bare lattice.
+    ///
+    /// They are the velocities of the lattice by the weights of the skin. The motion of the volume correction relative to
+    /// the lattice is not in them.
+    pub fn surface_velocities(&self) -> Vec<Vector3<f64>> {
+        let Some(Surface { embedding, .. }) = self.surface() else { return Vec::new() };
+        let positions = self.by_vertex(|slot| self.state.positions.get(slot));
+        let velocities = self.by_vertex(|slot| self.state.velocities.get(slot));
+        let mut local = vec![[0.0; 3]; embedding.len()];
+        embedding.interpolate_rates(&positions, &velocities, &mut local);
+        local.into_iter().map(|velocity| self.state.frame.velocity_to_world(velocity)).collect()
     }
 
     /// Returns the rotation of the region around each vertex, from the rest pose, as of the last step, shape

@@ -188,11 +188,24 @@ impl Embedding {
     /// [`Embedding::len`].
     #[cfg(feature = "internals")]
     pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
+        self.interpolate_rates(vertices, vertices, points);
+    }
+
+    /// Writes the velocities of the points to `points`: the derivative of their positions for the velocities `rates` of
+    /// the lattice vertices at `vertices`. The weights of smooth positions are those at `vertices`, without their change.
+    ///
+    /// Shapes and panics are those of [`Embedding::interpolate`].
+    pub(crate) fn interpolate_rates(
+        &self,
+        vertices: &[[f32; 3]],
+        rates: &[[f32; 3]],
+        points: &mut [[f32; 3]],
+    ) {
         assert_eq!(points.len(), self.len(), "one output per embedded point");
-        let lattice: Vec<Xyzx> = vertices.iter().copied().map(xyzx).collect();
+        let rates: Vec<Xyzx> = rates.iter().copied().map(xyzx).collect();
         let (mut slopes, mut slope_weights) = (Vec::new(), super::slopes::SlopeWeights::default());
         if let Some(smoothing) = &self.smoothing {
-            smoothing.update_slopes(&lattice, &mut slopes);
+            smoothing.update_slopes(&rates, &mut slopes);
             smoothing.update_slope_weights(vertices, &mut slope_weights);
         }
         let slopes = self
@@ -200,7 +213,7 @@ impl Embedding {
             .as_ref()
             .map(|_| Slopes { slopes: &slopes, slope_weights: slope_weights.values() });
         for CellPoints { corners, points: members, .. } in self.by_cell() {
-            let map = PointMap::new(corners, &lattice, slopes);
+            let map = PointMap::new(corners, &rates, slopes);
             for &point in members {
                 points[point as usize] = map.at(self.local[point as usize]);
             }

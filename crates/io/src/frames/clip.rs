@@ -13,6 +13,7 @@ use super::error::check_finite;
 use super::normal_transform::NormalTransform;
 use super::pc2::{self, PointCache, SampleReader};
 use super::record::{Compare, Record, Recorder};
+use super::single_file::{no_frames, without};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path, remove_if_present, write_durably};
@@ -133,7 +134,7 @@ impl ClipWriter {
                 let materials = &self.materials;
                 let written = write_textures(&path, &points, self.encoding, run, materials, &mut samples);
                 let left_out = written.map_err(OutputError::io("write", &path))?;
-                Ok(without(&format!("{}_vat", body.name), &left_out).collect())
+                Ok(without(&format!("{}_vat", body.name), left_out.iter().map(PathBuf::as_path)).collect())
             }
             _ => self.write_glb(&path, extras, &mut samples),
         }
@@ -165,17 +166,9 @@ impl ClipWriter {
                 format!("{file}: body {}: {targets}, error {:.1e} of its size", body.name, motion.error)
             })
             .collect();
-        lines.extend(without(&file, &left_out));
+        lines.extend(without(&file, left_out.iter().map(PathBuf::as_path)));
         Ok(lines)
     }
-}
-
-/// Returns lines about images that glTF cannot have.
-fn without<'a>(file: &'a str, images: &'a [PathBuf]) -> impl Iterator<Item = String> + 'a {
-    images.iter().map(move |image| {
-        let image = image.display();
-        format!("{file}: without the image {image}: it cannot be read, or is neither PNG nor JPEG")
-    })
 }
 
 impl FrameSink for ClipWriter {
@@ -311,9 +304,7 @@ pub(super) fn check(
     }
     let name = path.display();
     if continues {
-        return Ok(Some(format!(
-            "the frames of {name} are not kept any more, as it is complete, or were removed"
-        )));
+        return Ok(Some(no_frames(&path)));
     }
     let mut recorder = Recorder::default();
     records.iter().for_each(|record| add(&mut recorder, record));

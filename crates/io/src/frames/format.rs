@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::count::alternatives;
 
-/// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `html`, `glb`, `vat`, `vtu`,
+/// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `usdz`, `html`, `glb`, `vat`, `vtu`,
 /// `lattice`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -32,6 +32,9 @@ pub enum Format {
     /// A USD stage with all bodies of a run, one binary file per run. [`Job`](crate::run::Job) writes it;
     /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
     Usd,
+    /// A USDZ package, a USD stage with its images in one file per run. [`Job`](crate::run::Job) writes it;
+    /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
+    Usdz,
     /// A page for browsers with all bodies of a run, one file per run. [`Job`](crate::run::Job) writes it;
     /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
     Html,
@@ -45,8 +48,8 @@ pub enum Format {
     /// their times.
     Vtu,
     /// VTU with the cells of the lattice as hexahedra, one file per frame, and `NAME.lattice.pvd` with their times. The
-    /// cells have the greatest principal strain and the ratio of their volume to that at rest, and the vertices their
-    /// velocities.
+    /// cells have the greatest principal strain, the ratio of their volume to that at rest and Young's modulus, and the
+    /// vertices their velocities.
     Lattice,
 }
 
@@ -102,6 +105,13 @@ impl Format {
                 contents: Contents::Run,
                 ..FRAME
             },
+            Self::Usdz => &Facts {
+                name: "usdz",
+                about: "A USD stage with its images in one file, supple.usdz",
+                contents: Contents::Run,
+                data: ".usd",
+                ..FRAME
+            },
             Self::Html => &Facts {
                 name: "html",
                 about: "A page for browsers, supple.html, with all bodies",
@@ -138,11 +148,12 @@ impl Format {
     }
 
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Obj,
         Self::Ply,
         Self::Pc2,
         Self::Usd,
+        Self::Usdz,
         Self::Html,
         Self::Glb,
         Self::Vat,
@@ -178,7 +189,7 @@ impl Format {
 
     /// Returns whether the files can only be written when all frames are known, and no frames can be added to them.
     pub(crate) const fn needs_all_frames(self) -> bool {
-        matches!(self, Self::Glb | Self::Vat)
+        matches!(self, Self::Usdz | Self::Glb | Self::Vat)
     }
 
     /// Returns whether images inside of models are written beside the frames, which refer to them.

@@ -23,6 +23,8 @@ pub(super) struct GridWriter {
     /// The cells after a break, with the version of the topology of the body.
     broken: Option<(u64, Cells)>,
     space: FileSpace,
+    /// Young's modulus of the material.
+    modulus: Option<f64>,
     fps: f64,
     /// Number of the last frame that was written or kept; `None` if there is none.
     last: Option<u64>,
@@ -43,6 +45,7 @@ impl GridWriter {
             cells,
             broken: None,
             space: run.space,
+            modulus: run.simulation.body(body).youngs_modulus(),
             fps: run.fps,
             last,
             unsynced: Vec::new(),
@@ -94,10 +97,26 @@ impl GridWriter {
             })
             .unzip();
         let of_points = [("velocity", Data::Vectors(&velocities))];
-        let of_cells = [("strain", Data::Numbers(&strains)), ("volume_ratio", Data::Numbers(&volumes))];
-        let (cells, of_points, of_cells) = (self.cells(body), &of_points, &of_cells);
+        let moduli = self.modulus.map(|modulus| moduli(body, modulus / scale));
+        let mut of_cells =
+            vec![("strain", Data::Numbers(&strains)), ("volume_ratio", Data::Numbers(&volumes))];
+        of_cells.extend(moduli.iter().map(|moduli| ("E", Data::Numbers(moduli))));
+        let (cells, of_points, of_cells) = (self.cells(body), &of_points[..], &of_cells[..]);
         Ok(Grid { points: &points, cells, of_points, of_cells }.bytes())
     }
+}
+
+/// Returns Young's modulus of each cell: that of the material times the mean factor of its corners.
+fn moduli(body: &Body, modulus: f64) -> Vec<f32> {
+    let lattice = body.lattice();
+    let Some(factors) = body.stiffness_factors() else {
+        return vec![modulus as f32; lattice.cells().len()];
+    };
+    let of_cell = |cell: u32| {
+        let corners = lattice.cell_corners(cell).map(|corner| factors[corner as usize]);
+        (modulus * corners.iter().sum::<f64>() / 8.0) as f32
+    };
+    (0..lattice.cells().len() as u32).map(of_cell).collect()
 }
 
 /// Returns the deformation gradient of each cell: the mean of its edges along each axis, relative to those at rest.
@@ -164,7 +183,7 @@ pub(super) fn surface_bytes(source: &Source<'_>) -> u64 {
 
 /// Returns the size of a frame of a lattice in the format [`Format::Lattice`], in bytes, approximately.
 pub fn lattice_frame_bytes(lattice: &Lattice) -> u64 {
-    (24 * lattice.len() + 81 * lattice.cells().len() + 1000) as u64
+    (24 * lattice.len() + 85 * lattice.cells().len() + 1000) as u64
 }
 
 /// Returns whether a sequence whose run has ended has its file with the times.

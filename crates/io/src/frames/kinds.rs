@@ -5,7 +5,7 @@ use super::per_frame::{Renames, check_files};
 use super::record::{Compare, Record};
 use super::sink::{FrameRun, FrameSink};
 use super::{Format, FrameWriter, OutputError, Sequence, Source};
-use super::{clip, grids, obj, page, pc2, ply, stage};
+use super::{clip, grids, obj, package, page, pc2, ply, stage};
 
 /// What a run does with the files of a format.
 pub(super) struct Kind {
@@ -49,6 +49,7 @@ impl Format {
             Self::Ply => &PLY,
             Self::Pc2 => &PC2,
             Self::Usd => &USD,
+            Self::Usdz => &USDZ,
             Self::Html => &HTML,
             Self::Glb => &CLIP,
             Self::Vat => &CLIP,
@@ -95,10 +96,19 @@ static PC2: Kind = Kind {
 static USD: Kind = Kind {
     // The points and their bounds.
     frame_bytes: |source| 12 * source.mesh().vertices().len() as u64 + 48,
-    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run)?)),
+    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run, false)?)),
     check: |_, sequence, records, compare| stage::check(sequence, records, compare),
     finish: stage::is_complete,
     check_link: Sequence::check_continued_path,
+    ..PER_FRAME
+};
+
+static USDZ: Kind = Kind {
+    frame_bytes: USD.frame_bytes,
+    open: |sequence, _, run| Ok(Box::new(package::PackageWriter::open(&sequence, run)?)),
+    check: |found, sequence, records, compare| package::check(sequence, records, compare, found.continues),
+    finish: |sequence, _, _| Ok(clip::is_complete(sequence)),
+    check_link: clip::check_link,
     ..PER_FRAME
 };
 

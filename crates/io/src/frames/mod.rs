@@ -6,6 +6,7 @@
 //! | [`Format::Ply`] | `NAME_0000.ply`, ... | positions, vertex normals and faces, binary little endian |
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: positions of all frames, in input vertex order |
 //! | [`Format::Usd`] | `supple.usd` | a USD stage with all bodies and frames of a run |
+//! | [`Format::Usdz`] | `supple.usdz` | a USD stage with its images |
 //! | [`Format::Html`] | `supple.html` | a page for browsers, with all bodies and frames of a run |
 //! | [`Format::Glb`] | `supple.glb` | glTF 2.0: nodes with morph targets, with all bodies and frames of a run |
 //! | [`Format::Vat`] | `NAME_vat/` | vertex animation textures |
@@ -24,7 +25,7 @@
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
 //! file of a refined mesh in the same way.
 //!
-//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, and GLB files and textures by a
+//! A USD stage is written by a `StageWriter`, and a package of it by a `PackageWriter`. A page is written by a `PageWriter`, and GLB files and textures by a
 //! `ClipWriter`, which keep their frames in a file of their own until the run ends. Grids are written by a `GridWriter`. A
 //! run uses them through the trait `FrameSink`; the table in `kinds` says how the files of a format are opened, checked and
 //! completed, and `format` what they are called.
@@ -50,6 +51,7 @@ mod obj;
 mod obj_context;
 mod obj_pieces;
 mod open;
+mod package;
 mod page;
 mod page_data;
 mod pc2;

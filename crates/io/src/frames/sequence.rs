@@ -61,10 +61,11 @@ impl Sequence {
         }
     }
 
-    /// Returns the sequence of the point cache that has the frames of a clip until its run ends.
+    /// Returns the sequence of the file that has the frames of a clip or a package until its run ends.
     pub(super) fn frames(&self) -> Self {
         let name = format!("{}.{}", self.name, self.format);
-        Self { name, format: Format::Pc2, ..self.clone() }
+        let format = if self.format == Format::Usdz { Format::Usd } else { Format::Pc2 };
+        Self { name, format, ..self.clone() }
     }
 
     /// Returns an error if files of two sequences with more than one frame would have the same path.

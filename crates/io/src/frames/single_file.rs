@@ -1,4 +1,4 @@
-//! Compares a file that has all frames of a sequence with the records of the frames.
+//! Compares a file that has all frames of a sequence with the records of the frames, and says what it does not have.
 
 use std::path::Path;
 
@@ -15,6 +15,22 @@ pub(super) fn too_short(complete: u64, frames: u64) -> String {
 pub(super) fn changed(sequence: &Sequence, index: u64, path: &Path) -> String {
     let number = sequence.first + index * sequence.every;
     format!("frame {number} of {} has changed since it was written", path.display())
+}
+
+/// Returns the problem of a complete file that is to get more frames.
+pub(super) fn no_frames(path: &Path) -> String {
+    format!("the frames of {} are not kept any more, as it is complete, or were removed", path.display())
+}
+
+/// Returns lines about images that a file cannot have.
+pub(super) fn without<'a>(
+    file: &str,
+    images: impl Iterator<Item = &'a Path>,
+) -> impl Iterator<Item = String> {
+    images.map(move |image| {
+        let image = image.display();
+        format!("{file}: without the image {image}: it cannot be read, or is neither PNG nor JPEG")
+    })
 }
 
 /// Compares the contents of the frames of [`Sequence::continued_path`] with their records. `start`: offset of the first

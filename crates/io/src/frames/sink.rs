@@ -29,6 +29,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) glb_error: f64,
     /// Encoding of the images of vertex animation textures.
     pub(crate) vat_encoding: VatEncoding,
+    /// Whether USD stages have velocities.
+    pub(crate) usd_velocities: bool,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

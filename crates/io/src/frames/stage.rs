@@ -6,7 +6,8 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use supple::Simulation;
+use nalgebra::Vector3;
+use supple::{Body, Simulation};
 
 use super::broken_surface::BrokenSurface;
 use super::error::check_finite;
@@ -17,7 +18,8 @@ use super::single_file::{check_frames, too_short};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence, Source};
 use crate::file::{create_part, part_path};
-use crate::usd::{BodyInput, CONTENTS, FRAMES, PiecesBuilder, Places, Stage, StageDescription, head};
+use crate::space::FileSpace;
+use crate::usd::{BodyInput, CONTENTS, FRAMES, Packed, PiecesBuilder, Places, Stage, StageDescription, head};
 
 /// Size of the beginning of a file that does not depend on its end, in bytes.
 const SIGNATURE: usize = 16;
@@ -33,6 +35,8 @@ pub(super) struct StageWriter {
     /// Number of frames in the file, and the offset of their end.
     frames: u64,
     end: u64,
+    /// The velocities, if the stage has them.
+    velocities: Option<Velocities>,
     /// Bytes of the frame so far, and the number of its bodies.
     frame: Vec<u8>,
     bodies: usize,
@@ -49,14 +53,53 @@ pub(super) struct StageWriter {
     directions: Vec<[f32; 3]>,
 }
 
+/// The velocities of the points of a body in a frame.
+#[derive(Debug)]
+struct Velocities {
+    space: FileSpace,
+    /// Seconds of the simulation in a second of the file.
+    rate: f64,
+    of_points: Vec<[f32; 3]>,
+}
+
+impl Velocities {
+    /// Returns the velocities of the points of a body, in units of length of the file per second of the file.
+    fn of_points(&mut self, body: &Body) -> &[[f32; 3]] {
+        let scale = self.space.length(self.rate);
+        let of_file =
+            |velocity: Vector3<f64>| self.space.direction((velocity * scale).into()).map(|x| x as f32);
+        self.of_points.clear();
+        self.of_points.extend(body.surface_velocities().into_iter().map(of_file));
+        &self.of_points
+    }
+}
+
 impl StageWriter {
     /// Starts a stage, or continues a finished or unfinished one after the frames that `run` keeps. Changes nothing if
-    /// it cannot be continued.
-    pub(super) fn open(sequence: &Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
-        let &FrameRun { simulation, ref sources, fps, space, meters_per_unit, kept, .. } = run;
+    /// it cannot be continued. `is_packed`: whether a package has the stage and its images.
+    pub(super) fn open(
+        sequence: &Sequence,
+        run: &FrameRun<'_>,
+        is_packed: bool,
+    ) -> Result<Self, OutputError> {
+        let &FrameRun { simulation, ref sources, fps, space, meters_per_unit, usd_velocities, kept, .. } =
+            run;
         let &Sequence { first, every, .. } = sequence;
         let directory = sequence.directory.clone();
-        let description = StageDescription { directory, space, meters_per_unit, fps, first, every };
+        let has_velocities = usd_velocities;
+        let description = StageDescription {
+            directory,
+            space,
+            meters_per_unit,
+            fps,
+            first,
+            every,
+            is_packed,
+            has_velocities,
+        };
+        // A frame of the simulation is one of the file, which may be played at another rate.
+        let rate = fps / simulation.fps().unwrap_or(1.0 / simulation.dt());
+        let velocities = has_velocities.then(|| Velocities { space, rate, of_points: Vec::new() });
         let stage = Stage::new(simulation, sources.iter().copied().map(input), description);
         for (source, body) in sources.iter().zip(simulation.bodies()) {
             if let Some((document, _)) = source.file() {
@@ -99,6 +142,7 @@ impl StageWriter {
             path,
             file,
             stage,
+            velocities,
             frames: kept.unwrap_or(0),
             end: places.end,
             frame: Vec::new(),
@@ -111,6 +155,21 @@ impl StageWriter {
             directions: Vec::new(),
         })
     }
+
+    /// Completes the stage in the file, whose path it returns, with the images of its package.
+    pub(super) fn complete(self) -> Result<(PathBuf, Packed), OutputError> {
+        let Self { path, file, stage, frames, .. } = self;
+        drop(file);
+        let part = part_path(&path);
+        let complete = || {
+            let mut file = File::options().read(true).write(true).open(&part)?;
+            let packed = stage.complete(&mut file, frames)?;
+            file.sync_all()?;
+            Ok(packed)
+        };
+        let packed = complete().map_err(OutputError::io("write", &path))?;
+        Ok((part, packed))
+    }
 }
 
 impl FrameSink for StageWriter {
@@ -119,12 +178,14 @@ impl FrameSink for StageWriter {
     /// # Panics
     /// If there is not one position per vertex of the mesh.
     fn push_body(&mut self, body: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
-        let &BodyFrame { number, positions, ref pieces, .. } = body;
-        let Self { stage, normals, bodies, corners, directions, broken, written, added, .. } = self;
+        let &BodyFrame { number, positions, ref pieces, body, .. } = body;
+        let Self { stage, normals, velocities, bodies, corners, directions, broken, written, added, .. } =
+            self;
         let surface = &stage.bodies()[*bodies];
         let vertices = pieces.as_ref().map_or(surface.points(), |pieces| pieces.mesh.vertices().len());
         assert_eq!(positions.len(), vertices, "there is one position per mesh vertex");
         check_finite(number, positions)?;
+        let velocities = velocities.as_mut().map(|velocities| velocities.of_points(body));
         let mut transform = normals[*bodies].as_ref();
         if let Some(pieces) = pieces {
             if broken.get(bodies).is_none_or(|broken| broken.identity != pieces.identity) {
@@ -138,7 +199,8 @@ impl FrameSink for StageWriter {
             }
             let is_new = written.get(bodies) != Some(identity);
             added.insert(*bodies, *identity);
-            self.pieces.push((*bodies, *identity), positions, directions, is_new.then_some(topology));
+            let vectors = [positions, velocities.unwrap_or_default(), directions];
+            self.pieces.push((*bodies, *identity), vectors, is_new.then_some(topology));
         }
         // The first vertices of the pieces, and the first `vn`, are those of the whole body.
         let whole = &positions[..surface.points()];
@@ -146,7 +208,8 @@ impl FrameSink for StageWriter {
             transform.transform(0..transform.len(), positions, corners, directions);
             vn.iter().map(|&vn| directions[vn as usize])
         });
-        stage.push_body(&mut self.frame, whole, positions, vn);
+        let velocities = velocities.map(|velocities| &velocities[..surface.points()]);
+        stage.push_body(&mut self.frame, whole, positions, velocities, vn);
         *bodies += 1;
         Ok(None)
     }
@@ -190,15 +253,8 @@ impl FrameSink for StageWriter {
 
     /// Completes the stage, and gives the file its final name when it is on disk.
     fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
-        let Self { path, file, stage, frames, .. } = *self;
-        drop(file);
-        let part = part_path(&path);
-        let complete = || {
-            let mut file = File::options().read(true).write(true).open(&part)?;
-            stage.complete(&mut file, frames)?;
-            file.sync_all()
-        };
-        complete().map_err(OutputError::io("write", &path))?;
+        let path = self.path.clone();
+        let (part, _) = self.complete()?;
         fs::rename(&part, &path).map_err(OutputError::io("rename to", &path))?;
         Ok(Vec::new())
     }

@@ -7,11 +7,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 use supple::mesh::Mesh;
 
-use crate::file;
 use crate::obj::{Appearance, Document, Image, ImageKind, MaterialColor, Part};
-
-/// Largest size of an image that is taken into the file, in bytes.
-const MAX_IMAGE: u64 = 256 << 20;
 
 /// What tells materials apart.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -134,17 +130,8 @@ impl Materials {
 impl<'a> ImageContents<'a> {
     /// Reads an image; `None` if it cannot be read, or is neither PNG nor JPEG.
     fn read(image: &'a Image) -> Option<Self> {
-        match image {
-            Image::File(path) => {
-                let bytes = file::read(path, MAX_IMAGE).ok()?;
-                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                Some(Self { image, kind: ImageKind::of(&bytes)?, bytes: bytes.into(), name })
-            }
-            Image::Embedded(embedded) => {
-                let name = format!("image{}", embedded.index);
-                Some(Self { image, kind: embedded.kind, bytes: (&embedded.bytes[..]).into(), name })
-            }
-        }
+        let (kind, bytes) = image.read()?;
+        Some(Self { image, kind, bytes, name: image.stem() })
     }
 
     /// Returns the JSON of the image in a buffer view.

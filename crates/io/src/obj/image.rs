@@ -1,7 +1,13 @@
 //! Defines the images of materials.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use crate::file;
+
+/// Largest size of an image file, in bytes.
+const MAX_IMAGE: u64 = 256 << 20;
 
 /// Image of the color of a material.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -52,7 +58,8 @@ impl ImageKind {
         }
     }
 
-    const fn extension(self) -> &'static str {
+    /// Returns the extension of files.
+    pub(crate) const fn extension(self) -> &'static str {
         match self {
             Self::Png => "png",
             Self::Jpeg => "jpg",
@@ -80,6 +87,26 @@ impl Image {
         match self {
             Self::File(path) => path.clone(),
             Self::Embedded(image) => directory.join(image.file_name(body)),
+        }
+    }
+
+    /// Reads the image. Returns its type and contents; `None` if it cannot be read, is neither PNG nor JPEG, or is larger than
+    /// 256 MiB.
+    pub(crate) fn read(&self) -> Option<(ImageKind, Cow<'_, [u8]>)> {
+        match self {
+            Self::File(path) => {
+                let bytes = file::read(path, MAX_IMAGE).ok()?;
+                Some((ImageKind::of(&bytes)?, bytes.into()))
+            }
+            Self::Embedded(image) => Some((image.kind, (&image.bytes[..]).into())),
+        }
+    }
+
+    /// Returns the name of the image, without an extension.
+    pub(crate) fn stem(&self) -> String {
+        match self {
+            Self::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            Self::Embedded(image) => format!("image{}", image.index),
         }
     }
 }

@@ -198,6 +198,8 @@ impl Job {
         let of_formats = [
             (Format::Glb, "output.glb_error", output.glb_error.to_string()),
             (Format::Vat, "output.vat_encoding", output.vat_encoding.name().to_owned()),
+            (Format::Usd, "output.usd_velocities", output.usd_velocities.to_string()),
+            (Format::Usdz, "output.usd_velocities", output.usd_velocities.to_string()),
         ];
         let of_formats = of_formats.into_iter().filter(|(format, ..)| output.format.contains(*format));
         Settings {

@@ -24,11 +24,20 @@ pub struct RecordingOptions {
     /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body, in [0, 1]; default
     /// 0.001.
     pub glb_error: f64,
+    /// Whether a USD stage has the velocities of its points, for motion blur; default false.
+    pub usd_velocities: bool,
 }
 
 impl Default for RecordingOptions {
     fn default() -> Self {
-        Self { up: None, scale: 1.0, fps: None, meters_per_unit: 1.0, glb_error: GLB_ERROR }
+        Self {
+            up: None,
+            scale: 1.0,
+            fps: None,
+            meters_per_unit: 1.0,
+            glb_error: GLB_ERROR,
+            usd_velocities: false,
+        }
     }
 }
 
@@ -76,6 +85,7 @@ impl Recording {
             glb_error: options.glb_error,
             // A recording is a file with all bodies.
             vat_encoding: VatEncoding::default(),
+            usd_velocities: options.usd_velocities,
             kept: None,
         };
         sequence.remove_existing()?;

@@ -101,6 +101,7 @@ impl Job {
             meters_per_unit: self.scene.output.meters_per_unit,
             glb_error: self.scene.output.glb_error,
             vat_encoding: self.scene.output.vat_encoding,
+            usd_velocities: self.scene.output.usd_velocities,
             kept,
         }
     }

@@ -120,6 +120,8 @@ pub struct OutputData {
     pub glb_error: f64,
     /// Encoding of the images of vertex animation textures; default PNG.
     pub vat_encoding: VatEncoding,
+    /// Whether USD stages have the velocities of their points, for motion blur; default false.
+    pub usd_velocities: bool,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -275,6 +277,7 @@ impl Default for OutputData {
             meters_per_unit: 1.0,
             glb_error: GLB_ERROR,
             vat_encoding: VatEncoding::default(),
+            usd_velocities: false,
         }
     }
 }

@@ -13,7 +13,8 @@
 //! * `layout`: the layout of a frame;
 //! * `pieces`: the pieces of broken bodies in the frames; `surface_pieces`: their attributes;
 //! * `material`, `surface`, `collider`: the prims of each;
-//! * `stage`: the stage.
+//! * `stage`: the stage;
+//! * `package`: packages of a stage and its images.
 
 mod coding;
 mod collider;
@@ -22,6 +23,7 @@ mod layer;
 mod layout;
 mod material;
 mod name;
+mod package;
 mod pieces;
 mod prim;
 mod section;
@@ -30,7 +32,8 @@ mod surface;
 mod surface_pieces;
 
 pub(crate) use kind::{FRAMES, head};
+pub(crate) use package::{Packed, STAGE as PACKAGED_STAGE};
 pub(crate) use pieces::{PiecesBuilder, Places, Topology};
 pub(crate) use section::CONTENTS;
-pub(crate) use stage::{BodyInput, Stage, StageDescription};
-pub(crate) use surface::Surface;
+pub(crate) use stage::{Stage, StageDescription};
+pub(crate) use surface::{BodyInput, Surface};

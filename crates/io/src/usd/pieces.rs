@@ -3,7 +3,7 @@
 //! ```text
 //! u64 mark, u64 size of what follows the frame
 //! for each broken body  u64 index of the body, u64 hash of the topology, u64 1 if the topology follows or else 0
-//!                       points; normals, as in the other frames
+//!                       points; velocities, none if the other frames have none; normals, as in the other frames
 //!                       if the topology follows: i32 number of corners of each face, i32 corners, i32 face of the
 //!                       whole body or -1 for a cap, i32 index of the normal of each corner, f32 texture coordinates
 //!                       of each corner
@@ -46,8 +46,7 @@ impl PiecesBuilder {
     pub(crate) fn push(
         &mut self,
         (body, identity): (usize, u64),
-        points: &[[f32; 3]],
-        normals: &[[f32; 3]],
+        [points, velocities, normals]: [&[[f32; 3]]; 3],
         topology: Option<&Topology>,
     ) {
         let Self { bytes } = self;
@@ -56,8 +55,9 @@ impl PiecesBuilder {
         }
         let head = [body as u64, identity, topology.is_some().into()];
         bytes.extend(head.iter().flat_map(|word| word.to_le_bytes()));
-        push_vectors(bytes, points.iter().copied());
-        push_vectors(bytes, normals.iter().copied());
+        for vectors in [points, velocities, normals] {
+            push_vectors(bytes, vectors.iter().copied());
+        }
         if let Some(Topology { counts, corners, sources, normals, textures }) = topology {
             for integers in [counts, corners, sources, normals] {
                 push_array(bytes, integers.iter().map(|integer| integer.to_le_bytes()), 1);
@@ -106,8 +106,9 @@ pub(super) struct PiecesPlace {
     pub(super) frame: usize,
     pub(super) body: usize,
     identity: u64,
-    /// The field values of the points and the normals.
+    /// The field values of the points, the velocities and the normals.
     pub(super) points: u64,
+    pub(super) velocities: u64,
     pub(super) normals: u64,
     /// Those of the topology if it is in this frame.
     pub(super) topology: Option<TopologyPlace>,
@@ -182,6 +183,7 @@ impl Places {
             let (body, identity, has_topology) = (body? as usize, identity?, has_topology? != 0);
             let mut at = range.start + 24;
             let points = Type::Vec3f.array(array(file, &mut at, 12)?.0);
+            let velocities = Type::Vec3f.array(array(file, &mut at, 12)?.0);
             let normals = Type::Vec3f.array(array(file, &mut at, 12)?.0);
             let topology = if has_topology {
                 let counts = Type::Int.array(array(file, &mut at, 4)?.0);
@@ -198,7 +200,7 @@ impl Places {
             } else {
                 None
             };
-            self.pieces.push(PiecesPlace { frame, body, identity, points, normals, topology });
+            self.pieces.push(PiecesPlace { frame, body, identity, points, velocities, normals, topology });
             range.start = at;
         }
         Ok(())

@@ -2,23 +2,21 @@
 
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use nalgebra::Matrix4;
 use supple::Simulation;
-use supple::mesh::Mesh;
 
 use super::collider::ColliderPrim;
 use super::kind::{FRAMES, FrameTable};
 use super::layer::write_layer;
 use super::layout::{ARRAY_HEAD, Layout, MATRIX, push_bounds, push_matrix, push_vectors};
-use super::material::Materials;
+use super::material::{Images, Materials};
 use super::name::Names;
+use super::package::Packed;
 use super::pieces::Places;
 use super::prim::{Prim, Stored, Value, token};
-use super::surface::Surface;
+use super::surface::{BodyInput, Surface};
 use super::surface_pieces::SurfacePieces;
-use crate::obj::{Document, Part};
 use crate::space::{FileSpace, Up};
 
 /// The prim that contains all others.
@@ -48,10 +46,11 @@ pub(crate) struct StageDescription {
     pub(crate) first: u64,
     /// Interval between frames, at least 1.
     pub(crate) every: u64,
+    /// Whether the images are in a package with the stage.
+    pub(crate) is_packed: bool,
+    /// Whether the bodies have velocities.
+    pub(crate) has_velocities: bool,
 }
-
-/// Input of a body: its mesh, or the part of an OBJ file that it is.
-pub(crate) type BodyInput = (Mesh, Option<(Arc<Document>, Part)>);
 
 impl Stage {
     /// Describes a simulation. `inputs` has one entry per body.
@@ -61,9 +60,11 @@ impl Stage {
         description: StageDescription,
     ) -> Self {
         let mut layout = Layout::default();
+        let has_velocities = description.has_velocities;
         let bodies = simulation.bodies().iter().zip(inputs);
-        let bodies =
-            bodies.map(|(body, (mesh, file))| Surface::new(body.name(), mesh, file, &mut layout)).collect();
+        let bodies = bodies
+            .map(|(body, input)| Surface::new(body.name(), input, has_velocities, &mut layout))
+            .collect();
         let shapes =
             (0..simulation.collider_count()).map(|index| &simulation.collider(index).description().shape);
         let colliders = shapes.map(|shape| ColliderPrim::new(shape, &mut layout)).collect();
@@ -80,17 +81,21 @@ impl Stage {
         &self.bodies
     }
 
-    /// Appends the next body to a frame: its positions in the coordinates of the file, and its normals if it has any.
-    /// `bounded`: the positions within its bounds.
+    /// Appends the next body to a frame: its positions in the coordinates of the file, and its velocities and normals if it
+    /// has any. `bounded`: the positions within its bounds.
     pub(crate) fn push_body(
         &self,
         frame: &mut Vec<u8>,
         positions: &[[f32; 3]],
         bounded: &[[f32; 3]],
+        velocities: Option<&[[f32; 3]]>,
         normals: Option<impl ExactSizeIterator<Item = [f32; 3]>>,
     ) {
         push_vectors(frame, positions.iter().copied());
         push_bounds(frame, bounded);
+        if let Some(velocities) = velocities {
+            push_vectors(frame, velocities.iter().copied());
+        }
         if let Some(normals) = normals {
             push_vectors(frame, normals);
         }
@@ -109,27 +114,34 @@ impl Stage {
         }
     }
 
-    /// Completes a file that has the beginning and `count` frames.
-    pub(crate) fn complete(&self, file: &mut (impl Read + Write + Seek), count: u64) -> io::Result<()> {
+    /// Completes a file that has the beginning and `count` frames. Returns the images of its package.
+    pub(crate) fn complete(&self, file: &mut (impl Read + Write + Seek), count: u64) -> io::Result<Packed> {
         let StageDescription { first, every, .. } = self.description;
         let times: Vec<f64> = (0..count).map(|frame| (first + frame * every) as f64).collect();
         let places =
             Places::find(file, self.frame_bytes(), count)?.map_err(|_| io::ErrorKind::InvalidData)?;
-        let root = self.root(file, &times, &places)?;
+        let (root, packed) = self.root(file, &times, &places)?;
         let frames = FrameTable { starts: &places.starts, end: places.end, times: &times };
-        write_layer(&mut io::BufWriter::new(file), &root, frames)
+        write_layer(&mut io::BufWriter::new(file), &root, frames)?;
+        Ok(packed)
     }
 
-    /// Returns the stage with the metadata of the file.
-    fn root(&self, file: &mut (impl Read + Seek), times: &[f64], places: &Places) -> io::Result<Prim> {
-        let StageDescription { space, meters_per_unit, fps, directory, .. } = &self.description;
+    /// Returns the stage with the metadata of the file, and the images of its package.
+    fn root(
+        &self,
+        file: &mut (impl Read + Seek),
+        times: &[f64],
+        places: &Places,
+    ) -> io::Result<(Prim, Packed)> {
+        let StageDescription { space, meters_per_unit, fps, directory, is_packed, .. } = &self.description;
         let mut names = Names::default();
         let world = names.unique(ROOT);
         let mut inside = Names::default();
         // Bodies keep their names; the other prims get different ones.
         let materials_name = self.scope_name("Materials");
         let materials_path = format!("/{world}/{materials_name}");
-        let mut materials = Materials::new(&materials_path, directory);
+        let images = if *is_packed { Images::Packed(Packed::default()) } else { Images::Beside(directory) };
+        let mut materials = Materials::new(&materials_path, images);
         let mut children: Vec<Prim> = self
             .bodies
             .iter()
@@ -139,6 +151,7 @@ impl Stage {
                 body.prim(&mut inside, &mut materials, pieces.as_ref())
             })
             .collect();
+        let packed = materials.images.into_packed();
         if !materials.prims.is_empty() {
             let mut scope = Prim::new("Scope", &materials_name, &mut inside);
             scope.children = materials.prims;
@@ -166,7 +179,7 @@ impl Stage {
         let mut world = Prim::new("Xform", &world, &mut Names::default()).with("kind", token("component"));
         world.children = children;
         root.children.push(world);
-        Ok(root)
+        Ok((root, packed))
     }
 
     /// Returns a name that no body has.

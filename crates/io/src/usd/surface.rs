@@ -12,6 +12,9 @@ use super::prim::{Prim, Property, Stored, Value, face_varying, integers, subset_
 use super::surface_pieces::SurfacePieces;
 use crate::obj::{Appearance, Document, Part};
 
+/// Input of a body: its mesh, or the part of an OBJ file that it is.
+pub(crate) type BodyInput = (Mesh, Option<(Arc<Document>, Part)>);
+
 /// The surface of a body, and the places of its values in the frames.
 #[derive(Debug)]
 pub(crate) struct Surface {
@@ -22,6 +25,8 @@ pub(crate) struct Surface {
     normals: Option<(Normals, Stored)>,
     pub(super) points: Stored,
     pub(super) bounds: Stored,
+    /// The velocities of the points, if the frames have them.
+    velocities: Option<Stored>,
 }
 
 /// The normals of a surface: `vn` of its file.
@@ -62,18 +67,19 @@ impl Normals {
 impl Surface {
     pub(super) fn new(
         name: &str,
-        mesh: Mesh,
-        file: Option<(Arc<Document>, Part)>,
+        (mesh, file): BodyInput,
+        has_velocities: bool,
         layout: &mut Layout,
     ) -> Self {
         let points = layout.add_vectors(mesh.vertices().len());
         let bounds = layout.add_vectors(2);
+        let velocities = has_velocities.then(|| layout.add_vectors(mesh.vertices().len()));
         let normals = file.as_ref().and_then(|(document, part)| Normals::new(document, part));
         let normals = normals.map(|normals| {
             let stored = layout.add_vectors(normals.vn.len());
             (normals, stored)
         });
-        Self { name: name.to_owned(), mesh, file, normals, points, bounds }
+        Self { name: name.to_owned(), mesh, file, normals, points, bounds, velocities }
     }
 
     /// Returns the `vn` of its file, from 0, of each normal in a frame; `None` if the frames have no normals.
@@ -109,7 +115,7 @@ impl Surface {
                 let normals = self.normals.as_ref().map(|(Normals { corners: of_corner, .. }, stored)| {
                     (of_corner.clone().unwrap_or(corners), *stored)
                 });
-                pieces.with_points(prim, (self.points, self.bounds), normals)
+                pieces.with_points(prim, (self.points, self.bounds, self.velocities), normals)
             }
         };
         let mut subset_names = Names::default();
@@ -146,6 +152,10 @@ impl Surface {
         let prim = mesh_prim(&self.name, names, &self.mesh)
             .animated("float3[]", "extent", self.bounds)
             .animated("point3f[]", "points", self.points);
+        let prim = match self.velocities {
+            Some(stored) => prim.animated("vector3f[]", "velocities", stored),
+            None => prim,
+        };
         match &self.normals {
             None => prim,
             Some((Normals { corners: None, .. }, stored)) => {

@@ -13,8 +13,8 @@ pub(super) struct SurfacePieces<'a> {
     /// For each frame, its topology: 0 if the body is whole, or 1 and the index in `topologies`.
     of_frame: Vec<usize>,
     topologies: Vec<&'a TopologyPlace>,
-    /// Offset of each frame, and the field values of its points and normals if the body is broken.
-    frames: Vec<(u64, Option<(u64, u64)>)>,
+    /// Offset of each frame, and the field values of its points, velocities and normals if the body is broken.
+    frames: Vec<(u64, Option<[u64; 3]>)>,
 }
 
 impl<'a> SurfacePieces<'a> {
@@ -28,7 +28,7 @@ impl<'a> SurfacePieces<'a> {
         for place in places.pieces.iter().filter(|place| place.body == body) {
             pieces.topologies.extend(&place.topology);
             pieces.of_frame[place.frame] = pieces.topologies.len();
-            pieces.frames[place.frame].1 = Some((place.points, place.normals));
+            pieces.frames[place.frame].1 = Some([place.points, place.velocities, place.normals]);
         }
         (!pieces.topologies.is_empty()).then_some(pieces)
     }
@@ -56,28 +56,32 @@ impl<'a> SurfacePieces<'a> {
         prim.property(counts).property(corners)
     }
 
-    /// Adds the points with their bounds, and the normals, each with the index of each corner of the whole body.
+    /// Adds the points with their bounds and velocities, and the normals, each with the index of each corner of the whole body.
     pub(super) fn with_points(
         &self,
         prim: Prim,
-        (points, bounds): (Stored, Stored),
+        (points, bounds, velocities): (Stored, Stored, Option<Stored>),
         normals: Option<(Vec<i32>, Stored)>,
     ) -> Prim {
         let every: Vec<usize> = (0..self.frames.len()).collect();
-        let points = self.frames.iter().map(|(start, broken)| {
-            Value::Written(broken.map_or(points.in_frame(*start), |(points, _)| points))
-        });
-        let prim = prim.animated("float3[]", "extent", bounds).property(Property::chosen(
-            "point3f[]",
-            "points",
-            points.collect(),
-            &every,
+        // `array`: index of the field value of a broken body.
+        let of_frames = |(type_name, name): (&str, &str), whole: Stored, array: usize| {
+            let values = self.frames.iter().map(|(start, broken)| {
+                Value::Written(broken.map_or(whole.in_frame(*start), |arrays| arrays[array]))
+            });
+            Property::chosen(type_name, name, values.collect(), &every)
+        };
+        let prim = prim.animated("float3[]", "extent", bounds).property(of_frames(
+            ("point3f[]", "points"),
+            points,
+            0,
         ));
+        let prim = match velocities {
+            Some(stored) => prim.property(of_frames(("vector3f[]", "velocities"), stored, 1)),
+            None => prim,
+        };
         let Some((whole, stored)) = normals else { return prim };
-        let normals = self.frames.iter().map(|(start, broken)| {
-            Value::Written(broken.map_or(stored.in_frame(*start), |(_, normals)| normals))
-        });
-        let normals = Property::chosen("normal3f[]", "primvars:normals", normals.collect(), &every);
+        let normals = of_frames(("normal3f[]", "primvars:normals"), stored, 2);
         let indices =
             self.attribute(("int[]", "primvars:normals:indices"), Value::Integers(whole), |place| {
                 Value::Written(place.normals)

@@ -140,6 +140,24 @@ impl Body {
         self.surface_rows(py, out, Rows::Normals)
     }
 
+    /// Evaluate the velocities of the vertices of the surface in scene units per second: (k, 3).
+    ///
+    /// They are the velocities of the lattice by the weights of the skin. The motion of the volume correction relative to
+    /// the lattice is not in them.
+    ///
+    /// out : (k, 3) float32 or float64, optional
+    ///     Array to write to and return. Default: a new float64 array.
+    ///
+    /// Raises ValueError for a bare lattice, which has no mesh.
+    #[pyo3(signature = (out=None))]
+    fn surface_velocities<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.surface_rows(py, out, Rows::Velocities)
+    }
+
     /// Volume after the correction, in cubed scene units, never negative.
     ///
     /// The volume is by the measure of the correction or, with volume "off", by the measure that "auto" would
@@ -221,6 +239,7 @@ impl Body {
 enum Rows {
     Positions,
     Normals,
+    Velocities,
 }
 
 impl Body {
@@ -290,10 +309,14 @@ impl SharedBody {
                     return false;
                 }
                 let mut display = self.display();
-                let mut displayed = display.evaluate(body);
                 match rows {
-                    Rows::Positions => displayed.surface_into(target, None),
-                    Rows::Normals => displayed.normals_into(target),
+                    Rows::Positions => display.evaluate(body).surface_into(target, None),
+                    Rows::Normals => display.evaluate(body).normals_into(target),
+                    Rows::Velocities => {
+                        for (row, velocity) in target.iter_mut().zip(body.surface_velocities()) {
+                            *row = velocity.map(nalgebra::convert).into();
+                        }
+                    }
                 }
                 true
             })?;

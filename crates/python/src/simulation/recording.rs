@@ -15,7 +15,7 @@ use crate::body::SharedSimulation;
 use crate::{error, keys};
 
 /// Keyword arguments of a recording; of them, `up` and `fps` may be `None`.
-const KEYS: [&str; 5] = ["up", "scale", "fps", "meters_per_unit", "glb_error"];
+const KEYS: [&str; 6] = ["up", "scale", "fps", "meters_per_unit", "glb_error", "usd_velocities"];
 const OPTIONAL: [&str; 2] = ["up", "fps"];
 
 /// A file with the surfaces of a simulation; see supple.Recorder.
@@ -33,7 +33,8 @@ impl Recording {
     #[new]
     #[pyo3(
         signature = (simulation, path, **options),
-        text_signature = "(simulation, path, *, up=None, scale=1.0, fps=None, meters_per_unit=1.0, glb_error=0.001)"
+        text_signature = "(simulation, path, *, up=None, scale=1.0, fps=None, meters_per_unit=1.0, glb_error=0.001, \
+                          usd_velocities=False)"
     )]
     fn new(
         simulation: &Bound<'_, PyAny>,
@@ -47,10 +48,11 @@ impl Recording {
         let path = argument::path(path, "path")?;
         let settings = Settings::from_call(options, "Recorder()", &KEYS, &OPTIONAL)?;
         let output = keys::read(settings.iter(), |key, value| keys::value(value, key).map(Some))?;
-        let OutputData { up, scale, fps, meters_per_unit, glb_error, .. } = output;
+        let OutputData { up, scale, fps, meters_per_unit, glb_error, usd_velocities, .. } = output;
         let mut options = RecordingOptions::default();
         (options.up, options.scale, options.fps) = (up, scale, fps);
         (options.meters_per_unit, options.glb_error) = (meters_per_unit, glb_error);
+        options.usd_velocities = usd_velocities;
         let shared = simulation.get().shared.clone();
         let start = |simulation: &mut supple::Simulation| run::Recording::create(&path, simulation, &options);
         let recording = shared.with(py, start)?.map_err(error::output)?;

@@ -6,4 +6,6 @@ mod formats;
 mod fuzz;
 mod gltf;
 mod images;
+mod matrix;
+mod packages;
 mod runs;
