@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::count::alternatives;
 
 /// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `html`, `glb`, `vat`, `vtu`,
-/// `lattice`.
+/// `lattice`, `film`, `gif`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -48,6 +48,11 @@ pub enum Format {
     /// cells have the greatest principal strain and the ratio of their volume to that at rest, and the vertices their
     /// velocities.
     Lattice,
+    /// A moving picture with all bodies and colliders of a run, animated WebP, one file per run. [`Job`](crate::run::Job)
+    /// writes it; [`FrameWriter`](super::FrameWriter), which writes one body, does not.
+    Film,
+    /// As [`Format::Film`], an animated GIF.
+    Gif,
 }
 
 /// What the files of a sequence contain.
@@ -134,11 +139,26 @@ impl Format {
                 about: "One VTU file with the cells of the lattice per frame and body",
                 ..FRAME
             },
+            Self::Film => &Facts {
+                name: "film",
+                extension: "webp",
+                about: "A moving picture, supple.webp, with all bodies",
+                contents: Contents::Run,
+                data: ".data",
+                ..FRAME
+            },
+            Self::Gif => &Facts {
+                name: "gif",
+                about: "A moving picture, supple.gif, with all bodies",
+                contents: Contents::Run,
+                data: ".data",
+                ..FRAME
+            },
         }
     }
 
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Obj,
         Self::Ply,
         Self::Pc2,
@@ -148,11 +168,18 @@ impl Format {
         Self::Vat,
         Self::Vtu,
         Self::Lattice,
+        Self::Film,
+        Self::Gif,
     ];
 
     /// Returns the name.
     pub const fn name(self) -> &'static str {
         self.facts().name
+    }
+
+    /// Returns the format of a file with all bodies of a run, by its extension.
+    pub(crate) fn of_recording(extension: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.is_per_run() && format.extension() == extension)
     }
 
     /// Returns the extension of the files.
@@ -178,7 +205,7 @@ impl Format {
 
     /// Returns whether the files can only be written when all frames are known, and no frames can be added to them.
     pub(crate) const fn needs_all_frames(self) -> bool {
-        matches!(self, Self::Glb | Self::Vat)
+        matches!(self, Self::Glb | Self::Vat | Self::Film | Self::Gif)
     }
 
     /// Returns what is appended to the name of a file with all frames while frames are added to it, before `.part`.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use supple::{Body, Displayed, Simulation, VolumeReport};
 
 use super::{OutputError, Pieces, Record, Source};
+use crate::film::FilmOptions;
 use crate::space::FileSpace;
 
 /// A run whose files are opened.
@@ -26,6 +27,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) meters_per_unit: f64,
     /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body.
     pub(crate) glb_error: f64,
+    /// Look of films.
+    pub(crate) film: FilmOptions,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

@@ -12,6 +12,7 @@ use super::report::Outcome;
 use super::settings::Settings;
 use super::stats;
 use crate::file::{is_same_file, parent};
+use crate::film::FilmOptions;
 use crate::frames::{Format, Sequence, check_inputs};
 use crate::scene::Scene;
 use crate::space::{FileSpace, Up};
@@ -193,6 +194,15 @@ impl Job {
         let output = &self.scene.output;
         let glb_error =
             output.format.contains(Format::Glb).then(|| ("output.glb_error", output.glb_error.to_string()));
+        let has_film = output.format.contains(Format::Film) || output.format.contains(Format::Gif);
+        let film = has_film.then(|| {
+            let FilmOptions { size, view, coloring } = output.film();
+            [
+                ("output.film_size", format!("{size:?}")),
+                ("output.film_view", view.map_or("the default".to_owned(), |view| format!("{view:?}"))),
+                ("output.film_color", coloring.name().to_owned()),
+            ]
+        });
         Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
@@ -205,6 +215,7 @@ impl Job {
             ]
             .into_iter()
             .chain(glb_error)
+            .chain(film.into_iter().flatten())
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
             start_frame: self.start_frame,

@@ -100,6 +100,7 @@ impl Job {
             space: self.space(),
             meters_per_unit: self.scene.output.meters_per_unit,
             glb_error: self.scene.output.glb_error,
+            film: self.scene.output.film(),
             kept,
         }
     }
