@@ -28,6 +28,7 @@ Contents:
                                             contacts lists the contacts of the last step; sim["name"] is a body
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
+    film                                    a simulation, or a run on disk, as a moving picture
     save_usd, save_html, save_glb, Recorder    a live simulation as a USD stage, a page for browsers, or an animated GLB
     PointCache                              positions of a mesh in all frames, as a PC2 file
     screenshot                              picture of a simulation, without a display; notebooks show simulations,
@@ -70,7 +71,7 @@ from .errors import (
 )
 from .plots import plot_study, plot_volume
 from .point_cache import PointCache
-from .recorder import Recorder, save_glb, save_html, save_usd
+from .recorder import Recorder, film, save_glb, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
 from .screenshots import screenshot
@@ -113,6 +114,7 @@ __all__ = [
     "__version__",
     "edits",
     "errors",
+    "film",
     "load_scene",
     "notebook",
     "pictures",

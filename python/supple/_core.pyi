@@ -1391,6 +1391,9 @@ class Recording:
         meters_per_unit: float = 1.0,
         glb_error: float = 0.001,
         usd_velocities: bool = False,
+        film_size: tuple[int, int] = (800, 600),
+        film_view: ArrayLike | None = None,
+        film_color: str = "material",
     ) -> Recording: ...
     def record(self) -> None:
         """Append a frame with the present state."""
@@ -1401,6 +1404,18 @@ class Recording:
         """Complete the file. Returns lines about what it holds approximately or not at all. Does nothing when the recording
         has ended.
         """
+
+def film(
+    run: _Path,
+    path: _Path,
+    *,
+    up: str | None = None,
+    fps: float | None = None,
+    film_size: tuple[int, int] = (800, 600),
+    film_view: ArrayLike | None = None,
+    film_color: str = "material",
+) -> int:
+    """Write a film of a run on disk. Returns the number of frames."""
 
 def load_scene(path: _Path, overrides: list[str]) -> Simulation:
     """Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`."""

@@ -7,15 +7,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
+from numpy.typing import ArrayLike
+
 from . import _core
 from ._core import Simulation
 from .notebook import page_html
+from .reports import RunReport
 
-__all__ = ["Recorder", "save_glb", "save_html", "save_usd"]
+__all__ = ["Recorder", "film", "save_glb", "save_html", "save_usd"]
 
 
 class Recorder:
-    """A USD stage (`.usd`, `.usdz`), a page (`.html`) or a GLB file (`.glb`) that grows with each call of `record`.
+    """A file with the frames of `record`: USD stage (.usd, .usdz), page (.html), animated GLB (.glb) or film (.webp, .gif).
 
         with supple.Recorder(sim, "squeeze.usd") as recorder:
             recorder.record()               # the state as it is now
@@ -42,11 +45,18 @@ class Recorder:
         [0, 1]. 0 keeps all frames exactly, with a morph target per frame.
     usd_velocities : bool, default False
         Whether a USD stage has the velocities of its points, for motion blur.
+    film_size : (int, int), default (800, 600)
+        Width and height of a film in pixels, in [16, 4096].
+    film_view : (3,), default from the front, the right and above
+        Direction from the bodies to the camera of a film, in the axes of the file; not zero.
+    film_color : "material" or "volume", default "material"
+        Colors of the bodies of a film: one each, as models of simulations have no materials; or blue where the volume
+        is that at rest, and red from an error of 20 % on.
 
     In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
 
     Raises ValueError for another extension, a number out of range, or a body without a mesh, and OutputError if the
-    file cannot be written. A GLB file needs at least one frame.
+    file cannot be written. A GLB file and a film need at least one frame.
     """
 
     def __init__(
@@ -60,6 +70,9 @@ class Recorder:
         meters_per_unit: float = 1.0,
         glb_error: float = 0.001,
         usd_velocities: bool = False,
+        film_size: tuple[int, int] = (800, 600),
+        film_view: ArrayLike | None = None,
+        film_color: Literal["material", "volume"] = "material",
     ) -> None:
         """Start the file."""
         self._path = Path(path).absolute()
@@ -74,6 +87,9 @@ class Recorder:
             meters_per_unit=meters_per_unit,
             glb_error=glb_error,
             usd_velocities=usd_velocities,
+            film_size=film_size,
+            film_view=film_view,
+            film_color=film_color,
         )
 
     @property
@@ -199,6 +215,60 @@ def save_glb(
     """
     options = {"scale": scale, "fps": fps, "meters_per_unit": meters_per_unit, "glb_error": glb_error}
     return _save(sim, path, (".glb",), frames, options)
+
+
+def film(
+    run: Simulation | RunReport | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    frames: int | None = None,
+    *,
+    size: tuple[int, int] = (800, 600),
+    view: ArrayLike | None = None,
+    color: Literal["material", "volume"] = "material",
+    fps: float | None = None,
+    up: Literal["y", "z"] | None = None,
+) -> Path:
+    """Show a motion as a moving picture: animated WebP or GIF.
+
+    run : Simulation, RunReport, str or os.PathLike
+        A simulation, which needs fps and advances; its present state becomes the first frame. Or a run on disk: its
+        report or folder with the page `supple.html`, or else with OBJ or PLY frames; or a page. Frames of a folder are
+        shown without colliders, above a ground below their lowest point.
+    path : str or os.PathLike
+        The film, which ends in `.webp` or `.gif`; an existing one is replaced.
+    frames : int, default 4 seconds
+        Number of frames after the first one by which a simulation advances, at least 0; not for runs on disk.
+    size : (int, int), default (800, 600)
+        Width and height in pixels, in [16, 4096].
+    view : (3,), default from the front, the right and above
+        Direction from the bodies to the camera, in the axes of the simulation or the files; not zero.
+    color : "material" or "volume", default "material"
+        Colors of the bodies: those of their materials, of OBJ frames, or one each; or blue where the volume is that at
+        rest, and red from an error of 20 % on, of simulations and pages.
+    fps : float, default that of the run
+        Frames per second at which the film is played, > 0. A frame of a GIF lasts 0.02 s or longer in most programs.
+    up : "y" or "z", default that of the simulation or the page, and y for frames
+        Axis that points up.
+
+    The camera stands still. It shows the bodies in the first frame, and where they go, up to 8 times half the diagonal
+    of their bounds. Returns the path.
+
+    Raises ValueError for an argument out of range or a run without frames, FileNotFoundError for a missing run, and
+    OutputError if the film cannot be written.
+    """
+    if Path(path).suffix.lower() not in (".webp", ".gif"):
+        raise ValueError(f"path is {os.fspath(path)!r}; it must end in .webp or .gif")
+    look: dict[str, Any] = {"up": up, "fps": fps, "film_size": size, "film_view": view, "film_color": color}
+    if isinstance(run, Simulation):
+        if frames is None:
+            run.advance(0)  # raises if the simulation has no frames
+            frames = round(4 / (run.dt * run.steps_per_frame))
+        _save(run, path, (Path(path).suffix,), frames, look)
+        return Path(path)
+    if frames is not None:
+        raise ValueError("frames is for simulations; a run on disk has its own")
+    _core.film(run.directory if isinstance(run, RunReport) else run, path, **look)
+    return Path(path)
 
 
 def _save(

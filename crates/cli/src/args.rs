@@ -29,6 +29,8 @@ pub(crate) enum Command {
     Study(StudyArgs),
     /// Show finished runs side by side in one page for browsers
     Html(HtmlArgs),
+    /// Show a finished run as a moving picture, animated WebP or GIF
+    Film(FilmArgs),
 }
 
 /// Arguments of `supple run`.
@@ -149,6 +151,64 @@ pub(crate) struct HtmlArgs {
     pub(crate) output: PathBuf,
 }
 
+/// Arguments of `supple film`.
+#[derive(Debug, Args)]
+pub(crate) struct FilmArgs {
+    /// Folder of a run with --format html, obj or ply, or a page (.html). OBJ and PLY frames have no colliders, but a ground
+    #[arg(value_name = "RUN")]
+    pub(crate) input: PathBuf,
+    /// Film to write, .webp or .gif; an existing file is replaced
+    #[arg(short, long, value_name = "FILM", default_value = "film.webp")]
+    pub(crate) output: PathBuf,
+    /// Width and height in pixels, from 16 to 4096
+    #[arg(long, value_name = "W,H", default_value = "800,600", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    /// Direction from the bodies to the camera [default: from the front, the right and above]
+    #[arg(long, value_name = "X,Y,Z", value_parser = view, allow_hyphen_values = true)]
+    pub(crate) view: Option<[f64; 3]>,
+    /// Color of the bodies: that of their materials, or their error of volume (runs with --format html)
+    #[arg(long, value_enum, default_value = "material")]
+    pub(crate) color: Color,
+    /// Frames per second [default: those of the run]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub(crate) fps: Option<f64>,
+    /// Up axis of OBJ and PLY frames [default: y]; pages tell theirs
+    #[arg(long, value_enum)]
+    pub(crate) up: Option<Up>,
+    /// Number of threads; 0 uses all processors
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count::<0, 1024>, allow_negative_numbers = true)]
+    pub(crate) threads: u32,
+}
+
+/// What colors of bodies show.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Color {
+    Material,
+    Volume,
+}
+
+/// Parses the size of a picture.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides: Option<Vec<u32>> = text.split(',').map(|side| side.trim().parse().ok()).collect();
+    let sides = sides.and_then(|sides| <[u32; 2]>::try_from(sides).ok());
+    let valid = sides.filter(|sides| sides.iter().all(|side| (16..=4096).contains(side)));
+    valid.ok_or_else(|| "it must be width and height such as 800,600, from 16 to 4096".to_owned())
+}
+
+/// Parses a direction.
+fn view(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let vector = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    let valid = vector.filter(|vector| vector.iter().all(|x| x.is_finite()) && *vector != [0.0; 3]);
+    valid.ok_or_else(|| "it must be three numbers such as 1,0.5,1 that are not all 0".to_owned())
+}
+
+/// Parses a number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "it must be a number above 0".to_owned())
+}
+
 /// Arguments that select or change the scene of an input.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
@@ -184,7 +244,10 @@ impl Command {
             Self::Html(args) if !has_extension(&args.output, &["html"]) => {
                 return Err(format!("-o {}: the page must end in .html", args.output.display()));
             }
-            Self::Html(_) => return Ok(()),
+            Self::Film(args) if !has_extension(&args.output, &["webp", "gif"]) => {
+                return Err(format!("-o {}: the film must end in .webp or .gif", args.output.display()));
+            }
+            Self::Html(_) | Self::Film(_) => return Ok(()),
         };
         let input = inputs.iter().find(|input| has_extension(input, &["toml"]));
         match (scene.up, input) {

@@ -11,6 +11,7 @@
 
 mod args;
 mod exit;
+mod film;
 mod html;
 mod inspect;
 mod interrupt;
@@ -71,6 +72,7 @@ fn execute(arguments: &[OsString]) -> u8 {
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Study(args) => study::study(&args),
         Command::Html(args) => html::html(&args),
+        Command::Film(args) => film::film(&args),
     };
     exit.code()
 }

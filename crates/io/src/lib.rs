@@ -8,11 +8,13 @@
 //! * `glb` writes runs as animated GLB files.
 //! * `vat` writes vertex animation textures.
 //! * `vtk` writes grids of VTK.
+//! * [`film`] renders moving pictures.
 //! * `html` writes and reads pages that show runs in a browser.
 //! * [`frames`] writes frame sequences in all formats.
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //! * [`pages`] joins the pages of several runs.
+//! * [`films`] writes films of runs on disk.
 //! * [`saved_state`] converts the state of a simulation to bytes.
 //!
 //! Each module may use only the modules above it in this list.
@@ -20,6 +22,8 @@
 mod count;
 mod escape;
 mod file;
+pub mod film;
+pub mod films;
 pub mod frames;
 mod glb;
 mod html;

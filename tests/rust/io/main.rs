@@ -1,6 +1,7 @@
 //! Files: OBJ, frames, pages, stages and scenes, with fuzzers of the readers.
 
 mod broken_pages;
+mod film;
 mod frames;
 mod fuzz;
 mod fuzz_obj;

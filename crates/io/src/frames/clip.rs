@@ -275,17 +275,11 @@ fn extras(frames: usize, hash: u64) -> Value {
     json!({ "frames": frames, "hash": format!("{hash:016x}") })
 }
 
-/// Adds the record of a frame to the hash of a file.
-fn add(recorder: &mut Recorder, record: &Record) {
-    recorder.append(&record.bytes.to_le_bytes());
-    recorder.append(&record.hash.to_le_bytes());
-}
-
 /// Returns the hash of all frames.
 fn hash(samples: &mut SampleReader) -> io::Result<u64> {
     let mut recorder = Recorder::default();
     for frame in 0..samples.samples() {
-        add(&mut recorder, &samples.record(frame)?);
+        recorder.append_record(&samples.record(frame)?);
     }
     Ok(recorder.record().hash)
 }
@@ -307,7 +301,7 @@ pub(super) fn check(
         return Ok(Some(no_frames(&path)));
     }
     let mut recorder = Recorder::default();
-    records.iter().for_each(|record| add(&mut recorder, record));
+    records.iter().for_each(|record| recorder.append_record(record));
     if let Some(missing) = sequence.whole_files().iter().find(|file| !file.is_file()) {
         return Ok(Some(format!("{} is missing", missing.display())));
     }

@@ -186,7 +186,7 @@ fn with_topology() -> String {
 /// Returns the extensions of recordings, for messages.
 fn recorded() -> String {
     let formats = Format::ALL.into_iter().filter(|format| format.is_per_run());
-    let extensions: Vec<String> = formats.map(|format| format!(".{format}")).collect();
+    let extensions: Vec<String> = formats.map(|format| format!(".{}", format.extension())).collect();
     alternatives(&extensions.iter().map(String::as_str).collect::<Vec<_>>())
 }
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::count::alternatives;
 
 /// Format of frames. Displayed and parsed by its name: `obj`, `ply`, `pc2`, `usd`, `usdz`, `html`, `glb`, `vat`, `vtu`,
-/// `lattice`.
+/// `lattice`, `film`, `gif`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -51,6 +51,11 @@ pub enum Format {
     /// cells have the greatest principal strain, the ratio of their volume to that at rest and Young's modulus, and the
     /// vertices their velocities.
     Lattice,
+    /// A moving picture with all bodies and colliders of a run, animated WebP, one file per run. [`Job`](crate::run::Job)
+    /// writes it; [`FrameWriter`](super::FrameWriter), which writes one body, does not.
+    Film,
+    /// As [`Format::Film`], an animated GIF.
+    Gif,
 }
 
 /// What the files of a sequence contain.
@@ -144,11 +149,26 @@ impl Format {
                 about: "One VTU file with the cells of the lattice per frame and body",
                 ..FRAME
             },
+            Self::Film => &Facts {
+                name: "film",
+                extension: "webp",
+                about: "A moving picture, supple.webp, with all bodies",
+                contents: Contents::Run,
+                data: ".data",
+                ..FRAME
+            },
+            Self::Gif => &Facts {
+                name: "gif",
+                about: "A moving picture, supple.gif, with all bodies",
+                contents: Contents::Run,
+                data: ".data",
+                ..FRAME
+            },
         }
     }
 
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Obj,
         Self::Ply,
         Self::Pc2,
@@ -159,11 +179,18 @@ impl Format {
         Self::Vat,
         Self::Vtu,
         Self::Lattice,
+        Self::Film,
+        Self::Gif,
     ];
 
     /// Returns the name.
     pub const fn name(self) -> &'static str {
         self.facts().name
+    }
+
+    /// Returns the format of a file with all bodies of a run, by its extension.
+    pub(crate) fn of_recording(extension: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.is_per_run() && format.extension() == extension)
     }
 
     /// Returns the extension of the files.
@@ -189,7 +216,7 @@ impl Format {
 
     /// Returns whether the files can only be written when all frames are known, and no frames can be added to them.
     pub(crate) const fn needs_all_frames(self) -> bool {
-        matches!(self, Self::Usdz | Self::Glb | Self::Vat)
+        matches!(self, Self::Usdz | Self::Glb | Self::Vat | Self::Film | Self::Gif)
     }
 
     /// Returns whether images inside of models are written beside the frames, which refer to them.

@@ -5,7 +5,7 @@ use super::per_frame::{Renames, check_files};
 use super::record::{Compare, Record};
 use super::sink::{FrameRun, FrameSink};
 use super::{Format, FrameWriter, OutputError, Sequence, Source};
-use super::{clip, grids, obj, package, page, pc2, ply, stage};
+use super::{clip, film, grids, obj, package, page, pc2, ply, stage};
 
 /// What a run does with the files of a format.
 pub(super) struct Kind {
@@ -55,6 +55,7 @@ impl Format {
             Self::Vat => &CLIP,
             Self::Vtu => &VTU,
             Self::Lattice => &LATTICE,
+            Self::Film | Self::Gif => &FILM,
         }
     }
 }
@@ -62,7 +63,7 @@ impl Format {
 impl Source<'_> {
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
     /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them;
-    /// in the page they are compressed. For GLB and textures it is that of the frames on disk while a run writes them,
+    /// in the page they are compressed, and in films they are pictures. For GLB and textures it is that of the frames on disk while a run writes them,
     /// without vertices that are split.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         (format.kind().frame_bytes)(self)
@@ -112,7 +113,8 @@ static USDZ: Kind = Kind {
     ..PER_FRAME
 };
 
-static HTML: Kind = Kind {
+/// The parts that pages and films have in common.
+const PAGE: Kind = Kind {
     frame_bytes: |source| 6 * source.mesh().vertices().len() as u64,
     open: |sequence, _, run| Ok(Box::new(page::PageWriter::open(sequence, run)?)),
     check: |_, sequence, records, compare| page::check(sequence, records, compare),
@@ -120,6 +122,8 @@ static HTML: Kind = Kind {
     check_link: page::check_link,
     ..PER_FRAME
 };
+
+static HTML: Kind = PAGE;
 
 static CLIP: Kind = Kind {
     // Positions and normals, while the run writes them.
@@ -145,3 +149,10 @@ static VTU: Kind = Kind { frame_bytes: grids::surface_bytes, ..GRID };
 
 // A surface does not tell the size of its lattice.
 static LATTICE: Kind = GRID;
+
+static FILM: Kind = Kind {
+    open: |sequence, _, run| Ok(Box::new(film::FilmWriter::open(sequence, run)?)),
+    check: |found, sequence, records, compare| film::check(sequence, records, compare, found.continues),
+    finish: |sequence, _, _| Ok(film::is_complete(sequence)),
+    ..PAGE
+};

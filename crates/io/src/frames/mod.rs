@@ -11,6 +11,7 @@
 //! | [`Format::Glb`] | `supple.glb` | glTF 2.0: nodes with morph targets, with all bodies and frames of a run |
 //! | [`Format::Vat`] | `NAME_vat/` | vertex animation textures |
 //! | [`Format::Vtu`] | `NAME_0000.vtu`, ..., `NAME.pvd` | grids of VTK: positions, normals and faces |
+//! | [`Format::Film`], [`Format::Gif`] | `supple.webp`, `supple.gif` | a moving picture of a run |
 //! | [`Format::Lattice`] | `NAME_0000.lattice.vtu`, ..., `NAME.lattice.pvd` | grids of VTK: the cells of the lattice |
 //!
 //! A [`Sequence`] names the files, and a [`FrameWriter`] writes them from positions and a [`Source`], the
@@ -25,8 +26,9 @@
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
 //! file of a refined mesh in the same way.
 //!
-//! A USD stage is written by a `StageWriter`, and a package of it by a `PackageWriter`. A page is written by a `PageWriter`, and GLB files and textures by a
-//! `ClipWriter`, which keep their frames in a file of their own until the run ends. Grids are written by a `GridWriter`. A
+//! A USD stage is written by a `StageWriter`, and a package of it by a `PackageWriter`. A page is written by a `PageWriter`.
+//! GLB files and textures are written by a `ClipWriter`, and films by a `FilmWriter`, which keep their frames in a file of
+//! their own until the run ends. Grids are written by a `GridWriter`. A
 //! run uses them through the trait `FrameSink`; the table in `kinds` says how the files of a format are opened, checked and
 //! completed, and `format` what they are called.
 //!
@@ -40,6 +42,7 @@
 mod broken_surface;
 mod clip;
 mod error;
+mod film;
 mod format;
 mod grids;
 mod kinds;

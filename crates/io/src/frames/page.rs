@@ -28,6 +28,8 @@ pub(super) struct PageWriter {
     sequence: Sequence,
     /// Coordinates of the page.
     space: FileSpace,
+    /// Whether the frames have the volumes of the bodies; otherwise they are zero.
+    has_volumes: bool,
     data: Data,
     frame: FrameBuilder,
     /// Number of the bodies that were added to the frame.
@@ -42,8 +44,19 @@ impl PageWriter {
     /// Starts a page, or continues a finished or unfinished one after the frames that `run` keeps, and removes later
     /// frames.
     pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
+        Self::open_with(sequence, run, true, |_| {})
+    }
+
+    /// As [`PageWriter::open`]. `describe` adds to the description of the run.
+    pub(super) fn open_with(
+        sequence: Sequence,
+        run: &FrameRun<'_>,
+        has_volumes: bool,
+        describe: impl FnOnce(&mut Header),
+    ) -> Result<Self, OutputError> {
         let &FrameRun { simulation, ref name, fps, space, kept, .. } = run;
-        let (header, arrays) = Header::new(simulation, name, fps, sequence.first, sequence.every, space);
+        let (mut header, arrays) = Header::new(simulation, name, fps, sequence.first, sequence.every, space);
+        describe(&mut header);
         let path = data_path(&sequence);
         let (mut data, written) = match kept {
             None => (page_data::create(&path, &header, &arrays)?, BTreeMap::new()),
@@ -51,7 +64,12 @@ impl PageWriter {
         };
         data.truncate(kept.unwrap_or(0)).map_err(OutputError::io("write", &path))?;
         let (frame, bodies, broken) = (FrameBuilder::default(), 0, BTreeMap::new());
-        Ok(Self { sequence, space, data, frame, bodies, written, broken })
+        Ok(Self { sequence, space, has_volumes, data, frame, bodies, written, broken })
+    }
+
+    /// Returns the data of the frames so far.
+    pub(super) fn into_data(self) -> Data {
+        self.data
     }
 }
 
@@ -98,8 +116,11 @@ impl FrameSink for PageWriter {
         let lattice = displayed.positions().map(|point| space.position(point.into()));
         let lattice: Vec<[f32; 3]> = lattice.map(|point| point.map(|number| number as f32)).collect();
         check_finite(number, &lattice)?;
-        let volumes = body.volumes();
-        self.frame.push_volumes([volumes.rest, volumes.before, volumes.after].map(|v| space.volume(v)));
+        let volumes = self.has_volumes.then(|| {
+            let volumes = body.volumes();
+            [volumes.rest, volumes.before, volumes.after].map(|v| space.volume(v))
+        });
+        self.frame.push_volumes(volumes.unwrap_or_default());
         self.frame.push_mesh(positions);
         self.frame.push_lattice(&lattice);
         if let Some(Pieces { identity, mesh, origin, lattice: of_body, .. }) = pieces {
@@ -155,11 +176,7 @@ impl FrameSink for PageWriter {
 /// Writes the page of its data, and removes the data.
 fn complete(sequence: &Sequence, data: Data) -> Result<(), OutputError> {
     let (path, data_path) = (sequence.path(0), data_path(sequence));
-    let mut runs = [Run {
-        header: data.page_header(),
-        arrays: data.arrays.clone(),
-        frames: Box::new(DataFrames::open(&data_path, &data)?),
-    }];
+    let mut runs = [run_of(&data_path, &data)?];
     let write = |file: &mut File| {
         let mut out = BufWriter::new(file);
         write_page(&mut out, &mut runs)?;
@@ -168,6 +185,12 @@ fn complete(sequence: &Sequence, data: Data) -> Result<(), OutputError> {
     write_durably(&path, write).map_err(OutputError::io("write", &path))?;
     drop((runs, data));
     fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
+}
+
+/// Returns the run of data, which are in the file `path`.
+pub(super) fn run_of(path: &Path, data: &Data) -> Result<Run<'static>, OutputError> {
+    let frames = Box::new(DataFrames::open(path, data)?);
+    Ok(Run { header: data.page_header(), arrays: data.arrays.clone(), frames })
 }
 
 /// Reads the only run of a page.

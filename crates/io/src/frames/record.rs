@@ -68,6 +68,12 @@ impl Recorder {
         self.hasher.update(bytes);
     }
 
+    /// Appends the record of a frame.
+    pub(super) fn append_record(&mut self, record: &Record) {
+        self.append(&record.bytes.to_le_bytes());
+        self.append(&record.hash.to_le_bytes());
+    }
+
     /// Returns the number of bytes so far.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use supple::{Body, Displayed, Simulation, VolumeReport};
 
 use super::{OutputError, Pieces, Record, Source};
+use crate::film::FilmOptions;
 use crate::space::FileSpace;
 use crate::vat::VatEncoding;
 
@@ -31,6 +32,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) vat_encoding: VatEncoding,
     /// Whether USD stages have velocities.
     pub(crate) usd_velocities: bool,
+    /// Look of films.
+    pub(crate) film: FilmOptions,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

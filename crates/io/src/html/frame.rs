@@ -54,7 +54,7 @@ impl Layout {
 
     /// Returns the number of points of each set of a frame, and the size of its pieces, with which `bytes` begin.
     /// `None` if they are incomplete or invalid.
-    fn points(&self, bytes: &[u8]) -> Option<(Vec<usize>, usize)> {
+    pub(super) fn points(&self, bytes: &[u8]) -> Option<(Vec<usize>, usize)> {
         let (broken, size) = pieces::read(bytes)?;
         let mut points: Vec<usize> = self.sets.iter().map(|(points, _)| *points).collect();
         for BrokenBody { body, points: of_body, .. } in broken {
@@ -74,12 +74,12 @@ impl Layout {
     }
 
     /// Returns the size of the head, in bytes.
-    fn head(&self) -> usize {
+    pub(super) fn head(&self) -> usize {
         VOLUMES * self.bodies + POSE * self.colliders + BOUNDS * self.sets.len()
     }
 
     /// Returns the offset of the bounds of a set in a frame, in bytes.
-    fn bounds(&self, set: usize) -> usize {
+    pub(super) fn bounds(&self, set: usize) -> usize {
         VOLUMES * self.bodies + POSE * self.colliders + BOUNDS * set
     }
 
@@ -90,6 +90,15 @@ impl Layout {
             f64::from_le_bytes(std::array::from_fn(|byte| frame[at + byte]))
         };
         [0, 1, 2].map(number)
+    }
+
+    /// Returns the pose of a collider in a frame: its displacement, and Euler angles in degrees.
+    pub(super) fn pose(&self, frame: &[u8], collider: usize) -> [[f64; 3]; 2] {
+        let number = |k: usize| {
+            let at = VOLUMES * self.bodies + POSE * collider + 8 * k;
+            f64::from_le_bytes(std::array::from_fn(|byte| frame[at + byte]))
+        };
+        [[0, 1, 2].map(number), [3, 4, 5].map(number)]
     }
 }
 

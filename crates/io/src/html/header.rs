@@ -7,6 +7,7 @@ use supple::{Shape, Simulation, euler_degrees};
 
 use super::pieces::{ears, links};
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
+use crate::film::{Color, Tint};
 use crate::space::FileSpace;
 
 /// Version of the format of the data of a run in which no body is broken.
@@ -38,6 +39,10 @@ pub(crate) struct Header {
     pub(super) colliders: Vec<ColliderHeader>,
     /// Size of the arrays that follow the header, in bytes.
     pub(super) arrays: usize,
+    /// For films, the colors of the faces of each body: numbers of faces that follow each other, with the color of their
+    /// material, linear. Empty in pages.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    colors: Vec<Vec<(u32, Option<Color>)>>,
 }
 
 /// Numbers of elements of the arrays of a surface.
@@ -56,26 +61,26 @@ pub(super) struct SurfaceSize {
 pub(super) struct BodyHeader {
     pub(super) name: String,
     /// Index of its surface.
-    surface: usize,
+    pub(super) surface: usize,
     /// Number of vertices of its lattice.
     lattice: u32,
     /// Number of links of its lattice.
-    links: u32,
+    pub(super) links: u32,
 }
 
 /// A collider.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ColliderHeader {
     /// Center of its rotation.
-    center: [f64; 3],
+    pub(super) center: [f64; 3],
     #[serde(flatten)]
-    shape: ColliderShape,
+    pub(super) shape: ColliderShape,
 }
 
 /// Shape of a collider before it moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case")]
-enum ColliderShape {
+pub(super) enum ColliderShape {
     Plane {
         point: [f64; 3],
         normal: [f64; 3],
@@ -154,8 +159,27 @@ impl Header {
             bodies,
             colliders,
             arrays: arrays.len(),
+            colors: Vec::new(),
         };
         (header, arrays)
+    }
+
+    /// Sets the colors of the faces of each body; `None` for those without a material.
+    pub(crate) fn set_colors(&mut self, bodies: &[Vec<Option<Color>>]) {
+        let has_any = bodies.iter().flatten().any(Option::is_some);
+        let runs = |faces: &Vec<Option<Color>>| {
+            faces.chunk_by(|a, b| a == b).map(|equal| (equal.len() as u32, equal[0])).collect()
+        };
+        self.colors = if has_any { bodies.iter().map(runs).collect() } else { Vec::new() };
+    }
+
+    /// Returns the colors of the faces of a body; none if no body has materials.
+    pub(super) fn tints(&self, body: usize) -> Vec<Tint> {
+        let runs = self.colors.get(body).into_iter().flatten();
+        let tint = |color: Option<Color>| color.map_or(Tint::Palette, Tint::Material);
+        let tints = runs.flat_map(|&(faces, color)| std::iter::repeat_n(tint(color), faces as usize));
+        // A changed page does not take more memory than its surfaces.
+        tints.take(self.surfaces[self.bodies[body].surface].faces as usize).collect()
     }
 
     /// Returns whether the frames of the run in a page have pieces.
@@ -193,6 +217,13 @@ impl Header {
         (WHOLE..=BROKEN).contains(&self.version)
             && self.every > 0
             && surfaces.all(|surface| surface < self.surfaces.len())
+    }
+}
+
+impl SurfaceSize {
+    /// Returns the numbers of vertices, faces, corners and listed triangles.
+    pub(super) fn counts(&self) -> [usize; 4] {
+        [self.vertices, self.faces, self.corners, self.triangles].map(|count| count as usize)
     }
 }
 

@@ -15,20 +15,24 @@
 //! * `run`: the data of a run;
 //! * `text`: bytes as text;
 //! * `page`: writes a page;
-//! * `read`: reads the runs of a page.
+//! * `read`: reads the runs of a page;
+//! * `playback`, `shapes`: the frames of a run as surfaces, for films.
 
 mod frame;
 mod header;
 mod page;
 mod pieces;
+mod playback;
 mod points;
 mod read;
 mod run;
+mod shapes;
 mod text;
 
 pub(crate) use frame::{FrameBuilder, Layout};
 pub(crate) use header::{Header, animated_positions};
 pub(crate) use page::write_page;
 pub(crate) use pieces::{BrokenBody, Topology};
+pub(crate) use playback::Playback;
 pub(crate) use read::read_page;
 pub(crate) use run::{FrameSource, Run, decode_header, encode_header};

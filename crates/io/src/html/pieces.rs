@@ -18,7 +18,7 @@
 use supple::mesh::Mesh;
 use supple::{FaceSource, Lattice};
 
-use super::points::pack_words;
+use super::points::{pack_words, unpack_words};
 
 /// Number of words before the arrays of a body.
 const WORDS: usize = 10;
@@ -99,25 +99,69 @@ impl BrokenBody {
     }
 }
 
+/// The faces of the pieces of a body.
+#[derive(Debug, PartialEq)]
+pub(super) struct PieceArrays {
+    /// Number of corners of each face.
+    pub(super) corners: Vec<u32>,
+    /// Face of the whole body, for each face before the caps.
+    pub(super) of_whole: Vec<u32>,
+    /// Corners of all faces.
+    pub(super) indices: Vec<u32>,
+    /// For each vertex, the first one at its place.
+    pub(super) weld: Vec<u32>,
+    /// The triangles, unless all are fans.
+    pub(super) ears: Vec<[u32; 3]>,
+}
+
+/// A broken body, with the bytes of its arrays and the numbers of words of each.
+type Entry<'a> = (BrokenBody, &'a [u8], [usize; 5]);
+
 /// Reads the pieces at the start of `bytes`. Returns the broken bodies and the size of the pieces in bytes, or `None`
 /// if they are incomplete or invalid.
 pub(super) fn read(bytes: &[u8]) -> Option<(Vec<BrokenBody>, usize)> {
+    let (entries, size) = entries(bytes)?;
+    Some((entries.into_iter().map(|(body, ..)| body).collect(), size))
+}
+
+/// Reads the pieces at the start of `bytes`. Returns the broken bodies with their faces, unless these are those of the
+/// frame before.
+pub(super) fn read_arrays(bytes: &[u8]) -> Option<Vec<(BrokenBody, Option<PieceArrays>)>> {
+    let arrays = |(body, mut bytes, counts): Entry<'_>| {
+        let mut words = |count: usize| {
+            let packed;
+            (packed, bytes) = bytes.split_at(4 * count);
+            unpack_words(packed)
+        };
+        let [corners, of_whole, indices, weld, ears] = counts.map(&mut words);
+        let arrays = PieceArrays { corners, of_whole, indices, weld, ears: ears.as_chunks().0.to_vec() };
+        (body, (counts[0] > 0).then_some(arrays))
+    };
+    Some(entries(bytes)?.0.into_iter().map(arrays).collect())
+}
+
+/// Returns the broken bodies at the start of `bytes`, and the size of the pieces in bytes.
+fn entries(bytes: &[u8]) -> Option<(Vec<Entry<'_>>, usize)> {
     let (count, mut rest) = bytes.split_first_chunk::<4>()?;
     let mut bodies = Vec::new();
     for _ in 0..u32::from_le_bytes(*count) {
         let (words, after) = rest.split_at_checked(4 * WORDS)?;
         let word = |index: usize| u32::from_le_bytes(std::array::from_fn(|byte| words[4 * index + byte]));
         let [faces, caps, corners, triangles, links] = [5, 6, 7, 8, 9].map(|index| u64::from(word(index)));
-        let arrays = match faces {
-            0 => 0,
-            _ => faces + faces.checked_sub(caps)? + corners + u64::from(word(3)) + 2 * links + 3 * triangles,
+        let counts = match faces {
+            0 => [0; 5],
+            _ => [faces, faces.checked_sub(caps)?, corners, u64::from(word(3)), 3 * triangles],
         };
-        rest = after.split_at_checked(usize::try_from(4 * arrays).ok()?)?.1;
-        bodies.push(BrokenBody {
+        let links = if faces == 0 { 0 } else { 2 * links };
+        let size = usize::try_from(4 * (counts.iter().sum::<u64>() + links)).ok()?;
+        let arrays;
+        (arrays, rest) = after.split_at_checked(size)?;
+        let body = BrokenBody {
             body: word(0) as usize,
             identity: u64::from(word(1)) | u64::from(word(2)) << 32,
             points: [word(3) as usize, word(4) as usize],
-        });
+        };
+        bodies.push((body, arrays, counts.map(|count| count as usize)));
     }
     Some((bodies, bytes.len() - rest.len()))
 }
@@ -152,6 +196,10 @@ mod tests {
         bytes.extend([1; 50]);
         assert_eq!(read(&bytes), Some((bodies.to_vec(), size)));
         assert_eq!(read(&[0; 9]), Some((Vec::new(), 4)));
+        let arrays = read_arrays(&bytes).unwrap();
+        let first = arrays[0].1.as_ref().unwrap();
+        assert_eq!(first.indices.len(), first.corners.iter().sum::<u32>() as usize);
+        assert!(first.of_whole.len() < first.corners.len() && arrays[1].1.is_none());
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub(super) fn quantize(positions: &[[f32; 3]], largest: u16, head: &mut Vec<u8>,
 }
 
 /// Returns the positions of values.
-fn positions(bounds: &[u8], largest: u16, points: &[u8]) -> Vec<[f64; 3]> {
+pub(super) fn positions(bounds: &[u8], largest: u16, points: &[u8]) -> Vec<[f64; 3]> {
     let grid = Grid::new(bounds, largest);
     let position = |point| [0, 1, 2].map(|axis| grid.coordinate(axis, value(points, point, axis)));
     (0..points.len() / POINT).map(position).collect()
@@ -170,9 +170,29 @@ pub(super) fn pack_words(words: impl Iterator<Item = u32>, packed: &mut Vec<u8>)
     }
 }
 
+/// Returns the words of [`pack_words`].
+pub(super) fn unpack_words(packed: &[u8]) -> Vec<u32> {
+    let count = packed.len() / 4;
+    let mut before = 0_u32;
+    let word = |index: usize| {
+        let zigzag = u32::from_le_bytes(std::array::from_fn(|byte| packed[byte * count + index]));
+        before = before.wrapping_add(zigzag >> 1 ^ (zigzag & 1).wrapping_neg());
+        before
+    };
+    (0..count).map(word).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_read_back() {
+        let words = [0, 1, u32::MAX, 7, 7, 1 << 31, 3];
+        let mut packed = Vec::new();
+        pack_words(words.into_iter(), &mut packed);
+        assert_eq!(unpack_words(&packed), words);
+    }
 
     /// Points on a rod that swings and stretches; one of them does not move, and z is the same for all.
     fn frame(time: f32) -> Vec<[f32; 3]> {

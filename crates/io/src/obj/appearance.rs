@@ -89,6 +89,19 @@ impl Document {
         found
     }
 
+    /// Returns the color (`Kd`) of the material of each face of a part; `None` for faces without one. Images are left out.
+    pub(crate) fn face_colors(&self, part: &Part) -> Vec<Option<[f32; 3]>> {
+        let mut colors = vec![None; part.mesh().face_count()];
+        let materials = self.material_colors();
+        for (name, faces) in self.appearance(part).materials {
+            let Some(material) = materials.get(&name) else { continue };
+            for face in faces {
+                colors[face as usize] = Some(material.diffuse);
+            }
+        }
+        colors
+    }
+
     /// Returns the first two numbers of each `vt`, after an entry for corners without one. Text that is not a finite
     /// number counts as 0, as in programs that skip it.
     pub(crate) fn texture_coordinates(&self) -> Vec<[f32; 2]> {

@@ -195,13 +195,21 @@ impl Job {
         };
         let output = &self.scene.output;
         // Keys that change nothing without their format.
-        let of_formats = [
-            (Format::Glb, "output.glb_error", output.glb_error.to_string()),
-            (Format::Vat, "output.vat_encoding", output.vat_encoding.name().to_owned()),
-            (Format::Usd, "output.usd_velocities", output.usd_velocities.to_string()),
-            (Format::Usdz, "output.usd_velocities", output.usd_velocities.to_string()),
+        let film = output.film();
+        let look = [
+            ("output.film_size", format!("{:?}", film.size)),
+            ("output.film_view", film.view.map_or("the default".to_owned(), |view| format!("{view:?}"))),
+            ("output.film_color", film.coloring.name().to_owned()),
         ];
-        let of_formats = of_formats.into_iter().filter(|(format, ..)| output.format.contains(*format));
+        let velocities = ("output.usd_velocities", output.usd_velocities.to_string());
+        let of_formats = [
+            ([Format::Glb; 2], vec![("output.glb_error", output.glb_error.to_string())]),
+            ([Format::Vat; 2], vec![("output.vat_encoding", output.vat_encoding.name().to_owned())]),
+            ([Format::Usd, Format::Usdz], vec![velocities]),
+            ([Format::Film, Format::Gif], look.to_vec()),
+        ];
+        let is_written = |formats: &[Format]| formats.iter().any(|format| output.format.contains(*format));
+        let of_formats = of_formats.into_iter().filter(|(formats, _)| is_written(formats));
         Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
@@ -213,7 +221,7 @@ impl Job {
                 ("output.meters_per_unit", self.scene.output.meters_per_unit.to_string()),
             ]
             .into_iter()
-            .chain(of_formats.map(|(_, key, value)| (key, value)))
+            .chain(of_formats.flat_map(|(_, settings)| settings))
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
             start_frame: self.start_frame,

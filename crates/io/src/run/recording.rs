@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::output::Output;
+use crate::film::FilmOptions;
 use crate::frames::{Ending, Format, FrameRun, OutputError, Sequence, Source, VatEncoding};
 use crate::scene::GLB_ERROR;
 use crate::space::{FileSpace, Up};
 use supple::{Body, Simulation};
 
 /// Axes, units and rate of a recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RecordingOptions {
     /// Axis of the file that points up; by default that of the simulation, by [`Up::of_gravity`].
@@ -26,6 +27,8 @@ pub struct RecordingOptions {
     pub glb_error: f64,
     /// Whether a USD stage has the velocities of its points, for motion blur; default false.
     pub usd_velocities: bool,
+    /// Look of a film.
+    pub film: FilmOptions,
 }
 
 impl Default for RecordingOptions {
@@ -37,11 +40,12 @@ impl Default for RecordingOptions {
             meters_per_unit: 1.0,
             glb_error: GLB_ERROR,
             usd_velocities: false,
+            film: FilmOptions::default(),
         }
     }
 }
 
-/// A file with all bodies of a simulation that a program advances: a USD stage, a page or a GLB file. A
+/// A file with all bodies of a simulation that a program advances: a USD stage, a page, a GLB file or a film. A
 /// [`Job`](super::Job) writes such files for scenes.
 #[derive(Debug)]
 pub struct Recording {
@@ -51,8 +55,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd`, `.html`
-    /// or `.glb`. Until the recording ends, the frames are in `path` with `.part`, `.data` or `.pc2.part` appended.
+    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd`, `.html`,
+    /// `.glb`, `.webp` or `.gif`. Until the recording ends, the frames are in `path` with `.part`, `.data` or `.pc2.part` appended.
     ///
     /// # Errors
     ///
@@ -63,10 +67,8 @@ impl Recording {
         options: &RecordingOptions,
     ) -> Result<Self, OutputError> {
         let extension = path.extension().and_then(|extension| extension.to_str());
-        let format = extension.and_then(|extension| extension.parse::<Format>().ok());
-        let (Some(format), Some(name)) =
-            (format.filter(|format| format.is_per_run()), path.file_stem().and_then(|stem| stem.to_str()))
-        else {
+        let format = extension.and_then(Format::of_recording);
+        let (Some(format), Some(name)) = (format, path.file_stem().and_then(|stem| stem.to_str())) else {
             return Err(OutputError::NoRecording { path: path.to_owned() });
         };
         if let Some(body) = simulation.bodies().iter().find(|body| body.whole_mesh().is_none()) {
@@ -86,6 +88,7 @@ impl Recording {
             // A recording is a file with all bodies.
             vat_encoding: VatEncoding::default(),
             usd_velocities: options.usd_velocities,
+            film: options.film.clone(),
             kept: None,
         };
         sequence.remove_existing()?;
@@ -115,7 +118,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// If the file cannot be written, or a GLB file has no frames.
+    /// If the file cannot be written, or a GLB file or a film has no frames.
     pub fn finish(mut self) -> Result<Vec<String>, OutputError> {
         self.output.sync()?;
         self.output.finish(Ending::Complete)

@@ -102,6 +102,7 @@ impl Job {
             glb_error: self.scene.output.glb_error,
             vat_encoding: self.scene.output.vat_encoding,
             usd_velocities: self.scene.output.usd_velocities,
+            film: self.scene.output.film(),
             kept,
         }
     }

@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 use super::collider::ColliderData;
 use super::handle::HandleData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
+use crate::film::{Coloring, FilmOptions};
 use crate::frames::{Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
@@ -122,6 +123,22 @@ pub struct OutputData {
     pub vat_encoding: VatEncoding,
     /// Whether USD stages have the velocities of their points, for motion blur; default false.
     pub usd_velocities: bool,
+    /// Width and height of a film in pixels, in [16, 4096]; default `[800, 600]`.
+    #[serde(deserialize_with = "keys::film_size")]
+    pub film_size: [u32; 2],
+    /// Direction from the bodies to the camera of a film, in the axes of the files, not zero; by default from the front,
+    /// the right and above.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::view")]
+    pub film_view: Option<[f64; 3]>,
+    /// What the colors of the bodies of a film show; default `material`.
+    pub film_color: Coloring,
+}
+
+impl OutputData {
+    /// Returns how films look.
+    pub fn film(&self) -> FilmOptions {
+        FilmOptions { size: self.film_size, view: self.film_view, coloring: self.film_color }
+    }
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -268,6 +285,7 @@ impl Default for SimulationData {
 
 impl Default for OutputData {
     fn default() -> Self {
+        let film = FilmOptions::default();
         Self {
             directory: "frames".into(),
             format: Formats::default(),
@@ -278,6 +296,9 @@ impl Default for OutputData {
             glb_error: GLB_ERROR,
             vat_encoding: VatEncoding::default(),
             usd_velocities: false,
+            film_size: film.size,
+            film_view: film.view,
+            film_color: film.coloring,
         }
     }
 }

@@ -55,11 +55,11 @@ impl Packed {
 
     /// Returns the paths of the images that the package cannot have.
     pub(crate) fn left_out(&self) -> impl Iterator<Item = &Path> {
-        let path = |(image, name): &'_ (Image, Option<String>)| match (image, name) {
-            (Image::File(path), None) => Some(path.as_path()),
-            _ => None,
-        };
-        self.images.iter().filter_map(path)
+        let missing = self.images.iter().filter(|(_, name)| name.is_none());
+        missing.filter_map(|(image, _)| match image {
+            Image::File(path) => Some(path.as_path()),
+            Image::Embedded(_) => None,
+        })
     }
 
     /// Writes a package with the stage in `stage`.

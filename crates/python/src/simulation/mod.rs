@@ -21,7 +21,7 @@ mod substeps;
 mod surfaces;
 
 pub(crate) use cautions::warn;
-pub(crate) use recording::Recording;
+pub(crate) use recording::{Recording, film};
 
 use std::sync::{Arc, Mutex, PoisonError};
 

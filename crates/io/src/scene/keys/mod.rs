@@ -52,8 +52,8 @@ pub(super) use fracture::optional_fracture;
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
 pub(super) use ranges::{
-    count, direction, directory, extents, finite, fps, fraction, mesh, name, not_negative, point_cache,
-    positive,
+    count, direction, directory, extents, film_size, finite, fps, fraction, mesh, name, not_negative,
+    point_cache, positive, view,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
 use supple::Range;
 
+use crate::film::SIDES;
 use crate::scene::name::is_name;
 
 /// Defines functions that deserialize a number, or an optional number that is given, and check its range.
@@ -55,6 +56,8 @@ macro_rules! ranges {
 
 ranges! {
     direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
+    view([f64; 3], v): v.iter().all(|number| number.is_finite()) && v != [0.0; 3],
+        "three finite numbers that are not all 0";
     extents([f64; 3], v): v.iter().all(|&half| Range::POSITIVE.contains(half)), "three numbers above 0";
     name(String, name): is_name(&name),
         "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, and of at most 200 bytes, because \
@@ -77,4 +80,17 @@ where
     let is_valid = (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
     let count = is_valid.then(|| T::try_from(number as u32).ok()).flatten();
     count.ok_or_else(|| D::Error::custom(format_args!("a whole number from {LOW} to {HIGH}")))
+}
+
+/// Deserializes the width and the height of a film.
+pub(in crate::scene) fn film_size<'de, D: Deserializer<'de>>(value: D) -> Result<[u32; 2], D::Error> {
+    let [low, high] = SIDES;
+    let size = <[f64; 2]>::deserialize(value)?;
+    let is_valid = |side: &f64| side.fract() == 0.0 && (f64::from(low)..=f64::from(high)).contains(side);
+    match size.iter().all(is_valid) {
+        true => Ok(size.map(|side| side as u32)),
+        false => Err(D::Error::custom(format_args!(
+            "width and height in pixels, whole numbers from {low} to {high}"
+        ))),
+    }
 }
