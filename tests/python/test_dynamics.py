@@ -73,7 +73,14 @@ def test_evaluating_a_body_changes_no_bit(cube):
     for _ in range(60):
         for sim in sims:
             sim.step()
-        for method in ("goals", "surface", "surface_normals", "corrected_positions", "volume_report"):
+        for method in (
+            "goals",
+            "surface",
+            "surface_normals",
+            "surface_velocities",
+            "corrected_positions",
+            "volume_report",
+        ):
             getattr(bodies[0], method)()
     for name in ("positions", "velocities", "rotations"):
         assert getattr(bodies[0], name).tobytes() == getattr(bodies[1], name).tobytes()

@@ -176,7 +176,9 @@ def edit_body(objects: Objects) -> Any:
 def evaluate(objects: Objects) -> Any:
     """Evaluate the surface or another result of a body."""
     draw, body = objects.draw, objects.any("bodies")
-    name = draw.one_of(["goals", "corrected_positions", "surface", "surface_normals", "volume_report"])
+    name = draw.one_of(
+        ["goals", "corrected_positions", "surface", "surface_normals", "surface_velocities", "volume_report"]
+    )
     if name.startswith("surface") and draw.chance(0.5):
         count = len(body.mesh.vertices) if body.mesh is not None else 5
         return getattr(body, name)(draw.or_invalid(np.empty((count, 3), draw.one_of(["f4", "f8"]))))
