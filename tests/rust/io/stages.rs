@@ -410,7 +410,7 @@ fn recordings_of_other_files_or_of_bare_lattices_are_refused() {
         error.to_string()
     };
     for name in ["a.obj", "a.pc2", "a", "a.abc"] {
-        assert!(refused(name).ends_with("the name of a recording ends in .usd, .html or .glb"));
+        assert!(refused(name).ends_with("the name of a recording ends in .usd, .html, .glb, .webp or .gif"));
     }
     assert!(refused("a.usd").contains("is a bare lattice"), "{}", refused("a.usd"));
     assert!(fs::read_dir(folder.path()).unwrap().next().is_none());
