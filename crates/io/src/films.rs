@@ -172,6 +172,9 @@ impl Footage for Timed {
     }
 }
 
+/// Triangles of a mesh, and its surface.
+type LastSurface = (Vec<[u32; 3]>, Arc<Surface>);
+
 /// OBJ or PLY frames of a folder.
 struct Frames {
     /// The files of each frame, one per body.
@@ -179,7 +182,7 @@ struct Frames {
     fps: f64,
     up: Up,
     /// For each body, its triangles in the last frame that was read.
-    surfaces: Vec<Option<(Vec<[u32; 3]>, Arc<Surface>)>>,
+    surfaces: Vec<Option<LastSurface>>,
     ground: f64,
 }
 

@@ -264,7 +264,7 @@ fn formats_are_named() {
     }
     assert_eq!(
         "stl".parse::<Format>().unwrap_err().to_string(),
-        "unknown format `stl`: it must be obj, ply, pc2, usd, usdz, html, glb, vat, vtu or lattice"
+        "unknown format `stl`: it must be obj, ply, pc2, usd, usdz, html, glb, vat, vtu, lattice, film or gif"
     );
     assert_eq!(Format::default(), Format::Obj);
 }

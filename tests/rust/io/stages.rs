@@ -410,7 +410,8 @@ fn recordings_of_other_files_or_of_bare_lattices_are_refused() {
         error.to_string()
     };
     for name in ["a.obj", "a.pc2", "a", "a.abc"] {
-        assert!(refused(name).ends_with("the name of a recording ends in .usd, .usdz, .html or .glb"));
+        let endings = "the name of a recording ends in .usd, .usdz, .html, .glb, .webp or .gif";
+        assert!(refused(name).ends_with(endings), "{}", refused(name));
     }
     assert!(refused("a.usd").contains("is a bare lattice"), "{}", refused("a.usd"));
     assert!(fs::read_dir(folder.path()).unwrap().next().is_none());

@@ -42,8 +42,7 @@ impl Samples {
     pub(super) fn fill(&mut self, corners: [[f32; 3]; 3], item: u32) {
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
         let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
-        // Also false for NaN.
-        if !(area.abs() > 1e-12) {
+        if area.is_nan() || area.abs() <= 1e-12 {
             return;
         }
         let rows = self.heights.len() / self.width.max(1);
