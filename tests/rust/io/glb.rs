@@ -63,24 +63,24 @@ fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
 }
 
 /// A file, and its binary chunk.
-struct File {
-    gltf: Gltf,
+pub(crate) struct File {
+    pub(crate) gltf: Gltf,
     bytes: Vec<u8>,
 }
 
 /// A node that is played back.
-struct Played {
+pub(crate) struct Played {
     /// Number of morph targets.
     targets: usize,
     times: Vec<f32>,
     /// Positions of the vertices in each frame.
-    frames: Vec<Vec<Vector3<f64>>>,
+    pub(crate) frames: Vec<Vec<Vector3<f64>>>,
     /// Lengths of the normals of the frames, before they are normalized, and the normals.
-    normals: Vec<Vec<Vector3<f64>>>,
+    pub(crate) normals: Vec<Vec<Vector3<f64>>>,
 }
 
 impl File {
-    fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let gltf = Gltf::from_slice(&fs::read(path).unwrap()).unwrap();
         let bytes = gltf.blob.clone().unwrap();
         Self { gltf, bytes }
@@ -93,7 +93,7 @@ impl File {
     }
 
     /// Plays a node: base, targets and weights, then rotation and translation.
-    fn play(&self, name: &str) -> Played {
+    pub(crate) fn play(&self, name: &str) -> Played {
         let wide = |x: [f32; 3]| Vector3::from(x.map(f64::from));
         let buffer = |_| Some(&self.bytes[..]);
         let node = self.gltf.nodes().find(|node| node.name() == Some(name)).unwrap();
@@ -126,6 +126,15 @@ impl File {
                 ReadOutputs::Scales(_) => panic!("no node is scaled"),
             }
         }
+        // A collider that rests has no channel.
+        if times.is_empty() {
+            let channel = self.gltf.animations().next().unwrap().channels().next().unwrap();
+            times = channel.reader(buffer).read_inputs().unwrap().collect();
+        }
+        let (translation, rotation, _) = node.transform().decomposed();
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::from(rotation.map(f64::from)));
+        translations.resize(times.len(), wide(translation));
+        rotations.resize(times.len(), rotation);
         let mut played = Played { targets: targets.len(), times, frames: Vec::new(), normals: Vec::new() };
         for frame in 0..played.times.len() {
             let weights = &weights[frame * targets.len()..(frame + 1) * targets.len()];
