@@ -27,6 +27,10 @@ def check(run: Path, error: float) -> None:
     bpy.ops.import_scene.gltf(filepath=str(run / "supple.glb"), import_pack_images=True)
     meshes = {found.name: found for found in bpy.data.objects if found.type == "MESH"}
     assert set(names) <= set(meshes), f"{sorted(meshes)} are not {names}"
+    group = bpy.data.objects.get("supple colliders")
+    for collider in group.children if group else ():
+        assert collider.name not in names, "colliders are no bodies"
+        collider.hide_render = True
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     indices: dict[str, np.ndarray] = {}
     largest = 0.0

@@ -40,7 +40,12 @@ test('three.js plays the frames of a run within the error', async () => {
   mixer.clipAction(clip).clampWhenFinished = true;
   assert.ok(Math.abs(clip.duration - LAST / FPS) < 1e-6, `${clip.duration} s`);
   const meshes = [];
-  gltf.scene.traverse((object) => object.isMesh && meshes.push(object));
+  gltf.scene.getObjectByName('bust').traverse((object) => object.isMesh && meshes.push(object));
+  // The ground.
+  assert.deepEqual(
+    gltf.scene.getObjectByName('supple_colliders').children.map((object) => object.name),
+    ['plane_0'],
+  );
   const first = new THREE.Box3().setFromPoints(objPoints(0)).getSize(new THREE.Vector3());
   const size = Math.max(first.x, first.y, first.z);
   for (const frame of [0, 1, 17, LAST]) {

@@ -2,6 +2,7 @@
 //!
 //! * [`memory_limit`] asks for the memory of the machine.
 //! * `space` converts the coordinates of scenes to those of files.
+//! * `collider` has the places of colliders, for the files that show them.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
 //! * [`model`] reads OBJ, GLB, glTF, STL and PLY models, as OBJ documents.
 //! * `usd` writes USD stages.
@@ -19,6 +20,7 @@
 //!
 //! Each module may use only the modules above it in this list.
 
+mod collider;
 mod count;
 mod escape;
 mod file;

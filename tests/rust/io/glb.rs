@@ -64,7 +64,7 @@ fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
 
 /// A file, and its binary chunk.
 pub(crate) struct File {
-    gltf: Gltf,
+    pub(crate) gltf: Gltf,
     bytes: Vec<u8>,
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct Played {
     /// Positions of the vertices in each frame.
     pub(crate) frames: Vec<Vec<Vector3<f64>>>,
     /// Lengths of the normals of the frames, before they are normalized, and the normals.
-    normals: Vec<Vec<Vector3<f64>>>,
+    pub(crate) normals: Vec<Vec<Vector3<f64>>>,
 }
 
 impl File {
@@ -126,6 +126,15 @@ impl File {
                 ReadOutputs::Scales(_) => panic!("no node is scaled"),
             }
         }
+        // A collider that rests has no channel.
+        if times.is_empty() {
+            let channel = self.gltf.animations().next().unwrap().channels().next().unwrap();
+            times = channel.reader(buffer).read_inputs().unwrap().collect();
+        }
+        let (translation, rotation, _) = node.transform().decomposed();
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::from(rotation.map(f64::from)));
+        translations.resize(times.len(), wide(translation));
+        rotations.resize(times.len(), rotation);
         let mut played = Played { targets: targets.len(), times, frames: Vec::new(), normals: Vec::new() };
         for frame in 0..played.times.len() {
             let weights = &weights[frame * targets.len()..(frame + 1) * targets.len()];

@@ -7,6 +7,7 @@ mod fuzz;
 mod fuzz_obj;
 mod fuzz_scene;
 mod glb;
+mod glb_colliders;
 mod grids;
 mod input_messages;
 mod input_time;

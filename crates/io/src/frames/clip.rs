@@ -17,7 +17,9 @@ use super::single_file::{no_frames, without};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path, remove_if_present, write_durably};
-use crate::glb::{self, BodyPoints, Materials, Samples, SceneDescription, SplitSurface, write_scene};
+use crate::glb::{
+    self, BodyPoints, ColliderSurface, Materials, Samples, SceneDescription, SplitSurface, write_scene,
+};
 use crate::space::{FileSpace, Up};
 use crate::vat::{self, MAX_SIZE, TexelLayout, VatEncoding, write_textures};
 
@@ -27,6 +29,7 @@ pub(super) struct ClipWriter {
     sequence: Sequence,
     cache: PointCache,
     bodies: Vec<Body>,
+    colliders: Vec<ColliderSurface>,
     materials: Materials,
     /// Whether the clip has all bodies of the run, or one.
     is_run: bool,
@@ -38,8 +41,8 @@ pub(super) struct ClipWriter {
     tolerance: f64,
     /// Encoding of textures.
     encoding: VatEncoding,
-    /// From the coordinates of files to those of glTF: y up, in meters.
-    space: FileSpace,
+    /// The coordinates of files, and those of glTF in them: y up, in meters.
+    spaces: [FileSpace; 2],
     /// Positions and normals of the bodies of the frame that is built, and the number of these bodies.
     sample: Vec<[f32; 3]>,
     added: usize,
@@ -80,6 +83,13 @@ impl ClipWriter {
             points += 2 * surface.len();
             bodies.push(Body { name, surface, normals, first });
         }
+        let mut colliders = Vec::new();
+        let count = if is_run { run.simulation.collider_count() } else { 0 };
+        for index in 0..count {
+            let collider = ColliderSurface::new(run.simulation, index, points, &mut materials);
+            points += collider.as_ref().map_or(0, ColliderSurface::len);
+            colliders.extend(collider);
+        }
         let data = sequence.frames();
         let count = u32::try_from(points).map_err(|_| OutputError::Cache {
             path: sequence.path(0),
@@ -99,13 +109,14 @@ impl ClipWriter {
         Ok(Self {
             cache,
             bodies,
+            colliders,
             materials,
             name: run.name.clone(),
             interval: sequence.every as f64 / run.fps,
             is_run,
             tolerance: run.glb_error,
             encoding: run.vat_encoding,
-            space: FileSpace::new(run.space.up(), Up::Y, run.meters_per_unit),
+            spaces: [run.space, FileSpace::new(run.space.up(), Up::Y, run.meters_per_unit)],
             sequence,
             sample: Vec::new(),
             added: 0,
@@ -150,9 +161,10 @@ impl ClipWriter {
         let description =
             SceneDescription { name: &self.name, interval: self.interval, tolerance: self.tolerance, extras };
         let bodies: Vec<BodyPoints<'_>> = self.bodies.iter().map(Body::points).collect();
+        let colliders = (&self.colliders[..], self.spaces);
         let mut written = None;
         let write = |file: &mut File| {
-            written = Some(write_scene(file, &description, &bodies, &self.materials, samples)?);
+            written = Some(write_scene(file, &description, &bodies, colliders, &self.materials, samples)?);
             Ok(())
         };
         write_durably(path, write).map_err(OutputError::io("write", path))?;
@@ -198,13 +210,16 @@ impl FrameSink for ClipWriter {
             None => sample.extend(body.surface.normals(normals).map(unit)),
         }
         let (positions, normals) = sample[body.first..].split_at_mut(body.surface.len());
-        self.space.convert_positions(positions);
-        self.space.convert_directions(normals);
+        self.spaces[1].convert_positions(positions);
+        self.spaces[1].convert_directions(normals);
         *added += 1;
         if self.is_run { Ok(None) } else { self.write_sample().map(Some) }
     }
 
-    fn finish_frame(&mut self, _: &Simulation) -> Result<Option<Record>, OutputError> {
+    fn finish_frame(&mut self, simulation: &Simulation) -> Result<Option<Record>, OutputError> {
+        for collider in &self.colliders {
+            collider.push(simulation, self.spaces, &mut self.sample);
+        }
         self.write_sample().map(Some)
     }
 

@@ -7,15 +7,18 @@
 //! ```
 //!
 //! A body is a node with a mesh. The node moves rigidly; what remains of the motion are morph targets, one per component,
-//! with a weight in each frame.
+//! with a weight in each frame. Colliders are children of a node of their own, and move rigidly.
 
+mod arrays;
+mod colliders;
 mod layout;
 mod materials;
 mod motion;
 mod scene;
 mod surface;
 
+pub(crate) use colliders::ColliderSurface;
 pub(crate) use materials::Materials;
 pub(crate) use motion::Samples;
-pub(crate) use scene::{BodyPoints, SceneDescription, read_extras, write_scene, write_still};
-pub(crate) use surface::SplitSurface;
+pub(crate) use scene::{SceneDescription, read_extras, write_scene, write_still};
+pub(crate) use surface::{BodyPoints, SplitSurface};

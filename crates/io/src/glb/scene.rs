@@ -10,14 +10,17 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::layout::{Array, Element, Layout, Usage};
-use super::motion::{Motion, Vectors};
-use super::{Materials, Samples, SplitSurface};
+use super::arrays::{Binary, BodyArrays, animation};
+use super::colliders::{ColliderNode, ColliderSurface, bounds_of};
+use super::layout::{Element, Layout, Usage};
+use super::motion::{Motion, Pose};
+use super::{BodyPoints, Materials, Samples};
+use crate::collider::COLLIDERS;
+use crate::space::FileSpace;
 
 /// Size of what precedes the JSON, in bytes.
 const BEFORE_JSON: u64 = 20;
@@ -36,27 +39,6 @@ pub(crate) struct SceneDescription<'a> {
     pub(crate) extras: Value,
 }
 
-/// A body, and its points among the samples: positions, then as many normals.
-pub(crate) struct BodyPoints<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) surface: &'a SplitSurface,
-    /// The first position.
-    pub(crate) first: usize,
-}
-
-impl BodyPoints<'_> {
-    /// Returns the positions.
-    pub(crate) fn positions(&self) -> Range<usize> {
-        self.first..self.first + self.surface.len()
-    }
-
-    /// Returns the normals.
-    pub(crate) fn normals(&self) -> Range<usize> {
-        let first = self.positions().end;
-        first..first + self.surface.len()
-    }
-}
-
 /// What was written of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WrittenMotion {
@@ -66,30 +48,26 @@ pub(crate) struct WrittenMotion {
     pub(crate) error: f64,
 }
 
-/// The arrays of a body.
-struct BodyArrays {
-    positions: Array,
-    normals: Array,
-    coordinates: Option<Array>,
-    /// Second texture coordinates.
-    texels: Option<Array>,
-    /// The corners of the triangles of each material.
-    corners: Vec<(usize, Array)>,
-    /// The displacements of positions and of normals of each morph target.
-    targets: Vec<[Array; 2]>,
-    /// Translations, rotations and weights of the frames, those that change.
-    motion: Vec<(&'static str, Array)>,
-}
-
-/// Writes a file. Returns what was written of each body, and the paths of images that glTF cannot have.
+/// Writes a file. `spaces`: see [`ColliderSurface::push`]. Returns what was written of each body, and the paths of images that glTF cannot have.
 pub(crate) fn write_scene(
     out: &mut (impl Write + Seek),
     description: &SceneDescription<'_>,
     bodies: &[BodyPoints<'_>],
+    (colliders, spaces): (&[ColliderSurface], [FileSpace; 2]),
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<(Vec<WrittenMotion>, Vec<PathBuf>)> {
     let frames = samples.frames();
+    let moved = colliders.iter().filter(|collider| !collider.is_animated);
+    let bounds = match colliders {
+        [] => Default::default(),
+        _ => bounds_of(samples, bodies.iter().map(BodyPoints::positions))?,
+    };
+    let nodes =
+        moved.map(|collider| collider.node(samples, spaces, bounds)).collect::<io::Result<Vec<_>>>()?;
+    let animated = colliders.iter().filter(|collider| collider.is_animated).map(ColliderSurface::points);
+    let shown = bodies.len();
+    let bodies: Vec<BodyPoints<'_>> = bodies.iter().copied().chain(animated).collect();
     let split = |body: &BodyPoints<'_>| Motion::new(samples, body.positions(), description.tolerance);
     let motions = bodies.iter().map(split).collect::<io::Result<Vec<Motion>>>()?;
     let mut layout = Layout::default();
@@ -99,17 +77,36 @@ pub(crate) fn write_scene(
         arrays.add_motion(motion, &mut layout);
         arrays
     };
-    let arrays: Vec<BodyArrays> = bodies.iter().zip(&motions).map(of_body).collect();
+    let mut arrays: Vec<BodyArrays> = bodies.iter().zip(&motions).map(of_body).collect();
+    arrays.extend(nodes.iter().map(|node| {
+        let mut arrays = BodyArrays::new(node.surface, 0, &mut layout);
+        arrays.add_poses(&node.poses, &mut layout);
+        arrays
+    }));
     let of_bodies = || bodies.iter().zip(&motions).zip(&arrays);
     let node = |(mesh, ((body, motion), _)): (usize, ((&BodyPoints<'_>, &Motion), &BodyArrays))| {
         let translation = <[f32; 3]>::from(motion.poses[0].translation.cast::<f32>());
         json!({ "name": body.name, "mesh": mesh, "translation": translation })
     };
+    let of_node = |(index, node): (usize, &ColliderNode<'_>)| {
+        let Pose { translation, rotation } = node.poses[0];
+        let translation = <[f32; 3]>::from(translation.cast::<f32>());
+        let rotation = <[f32; 4]>::from(rotation.coords.cast::<f32>());
+        json!({ "name": node.name, "mesh": bodies.len() + index, "translation": translation, "rotation": rotation })
+    };
+    let mut all: Vec<Value> = of_bodies().enumerate().map(node).collect();
+    all.extend(nodes.iter().enumerate().map(of_node));
+    let mut roots: Vec<usize> = (0..shown).collect();
+    if !colliders.is_empty() {
+        roots.push(all.len());
+        all.push(json!({ "name": COLLIDERS, "children": (shown..all.len()).collect::<Vec<_>>() }));
+    }
+    let names = bodies.iter().map(|body| body.name).chain(nodes.iter().map(|node| node.name));
     let mut root = json!({
         "asset": { "extras": description.extras },
-        "scenes": [{ "name": description.name, "nodes": (0..bodies.len()).collect::<Vec<_>>() }],
-        "nodes": of_bodies().enumerate().map(node).collect::<Vec<_>>(),
-        "meshes": of_bodies().map(|((body, _), arrays)| arrays.mesh(body.name)).collect::<Vec<_>>(),
+        "scenes": [{ "name": description.name, "nodes": roots }],
+        "nodes": all,
+        "meshes": arrays.iter().zip(names).map(|(arrays, name)| arrays.mesh(name)).collect::<Vec<_>>(),
     });
     if let Some(times) = times {
         root["animations"] = json!([animation(description.name, times, &arrays)]);
@@ -122,9 +119,11 @@ pub(crate) fn write_scene(
         of_bodies().try_for_each(|((body, motion), arrays)| {
             arrays.write_surface(file, body.surface)?;
             arrays.write_motion(file, motion, samples)
-        })
+        })?;
+        let of_colliders = arrays[bodies.len()..].iter().zip(&nodes);
+        of_colliders.into_iter().try_for_each(|(arrays, node)| arrays.write_collider(file, node))
     })?;
-    let written = motions.iter().map(|motion| WrittenMotion {
+    let written = motions[..shown].iter().map(|motion| WrittenMotion {
         targets: motion.components(),
         error: if motion.size > 0.0 { motion.error / motion.size } else { 0.0 },
     });
@@ -232,166 +231,4 @@ pub(crate) fn read_extras(path: &Path) -> io::Result<Option<Value>> {
     }
     let root: Option<Value> = serde_json::from_reader(file.take(word(12).into())).ok();
     Ok(root.and_then(|root| root.pointer("/asset/extras").cloned()))
-}
-
-/// A file whose arrays are written.
-struct Binary<'a, W> {
-    out: &'a mut W,
-    /// Offset of the first array in the file.
-    start: u64,
-    layout: Layout,
-}
-
-impl<W: Write + Seek> Binary<'_, W> {
-    /// Writes numbers of an array from an offset in it on, in bytes.
-    fn write(&mut self, array: Array, offset: u64, numbers: &[f32]) -> io::Result<()> {
-        self.layout.include(array, numbers);
-        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-        self.write_bytes(array.at + offset, &bytes)
-    }
-
-    fn write_bytes(&mut self, at: u64, bytes: &[u8]) -> io::Result<()> {
-        self.out.seek(SeekFrom::Start(self.start + at))?;
-        self.out.write_all(bytes)
-    }
-}
-
-impl BodyArrays {
-    /// Adds the arrays of a surface with a number of morph targets.
-    fn new(surface: &SplitSurface, targets: usize, layout: &mut Layout) -> Self {
-        let count = surface.len() as u64;
-        let mut vectors = |is_bounded: bool| {
-            let add = if is_bounded { Layout::add_bounded } else { Layout::add };
-            add(layout, Element::Vector(3), count, Usage::Vertices)
-        };
-        let (positions, normals) = (vectors(true), vectors(false));
-        let targets = (0..targets).map(|_| [vectors(true), vectors(false)]).collect();
-        let coordinates =
-            (!surface.coordinates.is_empty()).then(|| layout.add(Element::Vector(2), count, Usage::Vertices));
-        let corners = surface.primitives.iter().map(|(&material, corners)| {
-            (material, layout.add(Element::Index, corners.len() as u64, Usage::Corners))
-        });
-        let corners = corners.collect();
-        Self { positions, normals, coordinates, texels: None, corners, targets, motion: Vec::new() }
-    }
-
-    /// Adds the arrays of the frames.
-    fn add_motion(&mut self, motion: &Motion, layout: &mut Layout) {
-        let frames = motion.poses.len() as u64;
-        let numbers = [
-            ("translation", Element::Vector(3), frames),
-            ("rotation", Element::Vector(4), frames),
-            ("weights", Element::Scalar, frames * motion.components() as u64),
-        ];
-        let numbers = numbers.into_iter().filter(|&(_, _, count)| frames > 1 && count > 0);
-        let add = |(path, element, count)| (path, layout.add(element, count, Usage::Other));
-        self.motion = numbers.map(add).collect();
-    }
-
-    /// Adds second texture coordinates. The first ones are needed too, which are then zero.
-    fn add_texels(&mut self, surface: &SplitSurface, layout: &mut Layout) {
-        let mut pairs = || layout.add(Element::Vector(2), surface.len() as u64, Usage::Vertices);
-        self.coordinates = self.coordinates.or_else(|| Some(pairs()));
-        self.texels = Some(pairs());
-    }
-
-    /// Writes the texture coordinates and the triangles.
-    fn write_surface<W: Write + Seek>(
-        &self,
-        file: &mut Binary<'_, W>,
-        surface: &SplitSurface,
-    ) -> io::Result<()> {
-        if let Some(array) = self.coordinates {
-            let zeros = vec![[0.0; 2]; surface.len()];
-            let is_zero = surface.coordinates.is_empty();
-            let coordinates = if is_zero { &zeros } else { &surface.coordinates };
-            file.write(array, 0, coordinates.as_flattened())?;
-        }
-        for ((_, array), corners) in self.corners.iter().zip(surface.primitives.values()) {
-            let bytes: Vec<u8> = corners.iter().flat_map(|corner| corner.to_le_bytes()).collect();
-            file.write_bytes(array.at, &bytes)?;
-        }
-        Ok(())
-    }
-
-    /// Writes the positions, the normals, the morph targets and the frames.
-    fn write_motion<W: Write + Seek>(
-        &self,
-        file: &mut Binary<'_, W>,
-        motion: &Motion,
-        samples: &mut dyn Samples,
-    ) -> io::Result<()> {
-        for block in motion.blocks() {
-            let offset = 12 * block.start as u64;
-            for (kind, (vectors, array)) in
-                [(Vectors::Positions, self.positions), (Vectors::Normals, self.normals)]
-                    .into_iter()
-                    .enumerate()
-            {
-                let base = motion.base(samples, block.clone(), vectors)?;
-                file.write(array, offset, base.as_flattened())?;
-                let displacements = motion.displacements(samples, block.clone(), vectors)?;
-                for (target, column) in self.targets.iter().zip(displacements.column_iter()) {
-                    file.write(target[kind], offset, column.as_slice())?;
-                }
-            }
-        }
-        let poses = motion.poses.iter();
-        for &(path, array) in &self.motion {
-            // One frame after another.
-            let numbers: Vec<f32> = match path {
-                "translation" => {
-                    poses.clone().flat_map(|pose| <[f32; 3]>::from(pose.translation.cast::<f32>())).collect()
-                }
-                "rotation" => poses
-                    .clone()
-                    .flat_map(|pose| <[f32; 4]>::from(pose.rotation.coords.cast::<f32>()))
-                    .collect(),
-                _ => motion.weights.transpose().as_slice().to_vec(),
-            };
-            file.write(array, 0, &numbers)?;
-        }
-        Ok(())
-    }
-
-    fn mesh(&self, name: &str) -> Value {
-        let mut attributes = json!({ "POSITION": self.positions.accessor, "NORMAL": self.normals.accessor });
-        if let Some(coordinates) = self.coordinates {
-            attributes["TEXCOORD_0"] = json!(coordinates.accessor);
-        }
-        if let Some(texels) = self.texels {
-            attributes["TEXCOORD_1"] = json!(texels.accessor);
-        }
-        let target = |[positions, normals]: &[Array; 2]| json!({ "POSITION": positions.accessor, "NORMAL": normals.accessor });
-        let targets: Vec<Value> = self.targets.iter().map(target).collect();
-        let primitive = |(material, corners): &(usize, Array)| {
-            let mut primitive = json!({
-                "attributes": attributes, "indices": corners.accessor, "material": material,
-            });
-            if !targets.is_empty() {
-                primitive["targets"] = json!(targets);
-            }
-            primitive
-        };
-        let mut mesh =
-            json!({ "name": name, "primitives": self.corners.iter().map(primitive).collect::<Vec<_>>() });
-        if !targets.is_empty() {
-            let names: Vec<String> = (1..=targets.len()).map(|number| format!("motion {number}")).collect();
-            mesh["weights"] = json!(vec![0.0; targets.len()]);
-            mesh["extras"] = json!({ "targetNames": names });
-        }
-        mesh
-    }
-}
-
-/// Returns the animation of all nodes.
-fn animation(name: &str, times: Array, bodies: &[BodyArrays]) -> Value {
-    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-    for (node, arrays) in bodies.iter().enumerate() {
-        for &(path, array) in &arrays.motion {
-            channels.push(json!({ "sampler": samplers.len(), "target": { "node": node, "path": path } }));
-            samplers.push(json!({ "input": times.accessor, "output": array.accessor }));
-        }
-    }
-    json!({ "name": name, "samplers": samplers, "channels": channels })
 }

@@ -1,6 +1,7 @@
 //! Splits the vertices of a mesh, so that each has one normal and one pair of texture coordinates, as glTF needs.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use supple::mesh::Mesh;
 
@@ -86,6 +87,28 @@ impl SplitSurface {
     /// Returns the normals of the vertices, from the `vn` of the file or those of the mesh vertices.
     pub(crate) fn normals<'a>(&'a self, normals: &'a [[f32; 3]]) -> impl Iterator<Item = [f32; 3]> + 'a {
         self.normals.iter().map(|&normal| normals[normal as usize])
+    }
+}
+
+/// A body, and its points among the samples: positions, then as many normals.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyPoints<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) surface: &'a SplitSurface,
+    /// The first position.
+    pub(crate) first: usize,
+}
+
+impl BodyPoints<'_> {
+    /// Returns the positions.
+    pub(crate) fn positions(&self) -> Range<usize> {
+        self.first..self.first + self.surface.len()
+    }
+
+    /// Returns the normals.
+    pub(crate) fn normals(&self) -> Range<usize> {
+        let first = self.positions().end;
+        first..first + self.surface.len()
     }
 }
 

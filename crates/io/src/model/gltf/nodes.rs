@@ -5,6 +5,7 @@ use ::gltf::{Document, Node};
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::super::error::Fault;
+use crate::collider::COLLIDERS;
 
 /// Returns the transformation of each node to the axes of the scene.
 pub(super) fn places(document: &Document) -> Result<Vec<Matrix4<f64>>, Fault> {
@@ -40,6 +41,10 @@ pub(super) fn of_scene(document: &Document) -> Vec<Node<'_>> {
     next.reverse();
     let (mut nodes, mut visited) = (Vec::new(), vec![false; document.nodes().len()]);
     while let Some(node) = next.pop() {
+        // The colliders of a run of this program are not those of its bodies.
+        if node.name() == Some(COLLIDERS) {
+            continue;
+        }
         if std::mem::replace(&mut visited[node.index()], true) {
             continue;
         }
