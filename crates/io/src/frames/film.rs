@@ -29,7 +29,7 @@ impl FilmWriter {
     /// Starts a film, or continues the frames of an unfinished one.
     pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
         let colors: Vec<_> = run.sources.iter().map(colors).collect();
-        let options = run.film.clone();
+        let options = run.options.film.clone();
         let has_volumes = options.coloring == Coloring::Volume;
         let describe = |header: &mut crate::html::Header| header.set_colors(&colors);
         let page = PageWriter::open_with(sequence.clone(), run, has_volumes, describe)?;

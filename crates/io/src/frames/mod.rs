@@ -54,6 +54,7 @@ mod obj;
 mod obj_context;
 mod obj_pieces;
 mod open;
+mod options;
 mod package;
 mod page;
 mod page_data;
@@ -93,3 +94,4 @@ pub use source::Source;
 pub use writer::FrameWriter;
 
 pub use crate::vat::VatEncoding;
+pub use options::FormatOptions;

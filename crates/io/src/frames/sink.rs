@@ -6,10 +6,8 @@ use std::path::PathBuf;
 
 use supple::{Body, Displayed, Simulation, VolumeReport};
 
-use super::{OutputError, Pieces, Record, Source};
-use crate::film::FilmOptions;
+use super::{FormatOptions, OutputError, Pieces, Record, Source};
 use crate::space::FileSpace;
-use crate::vat::VatEncoding;
 
 /// A run whose files are opened.
 #[derive(Debug)]
@@ -24,16 +22,8 @@ pub(crate) struct FrameRun<'a> {
     pub(crate) fps: f64,
     /// Coordinates of the files.
     pub(crate) space: FileSpace,
-    /// Meters per unit of length of the files.
-    pub(crate) meters_per_unit: f64,
-    /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body.
-    pub(crate) glb_error: f64,
-    /// Encoding of the images of vertex animation textures.
-    pub(crate) vat_encoding: VatEncoding,
-    /// Whether USD stages have velocities.
-    pub(crate) usd_velocities: bool,
-    /// Look of films.
-    pub(crate) film: FilmOptions,
+    /// Settings of its formats.
+    pub(crate) options: FormatOptions,
     /// Number of frames of an earlier run that the files keep; `None` for new files.
     pub(crate) kept: Option<u64>,
 }

@@ -82,15 +82,14 @@ impl StageWriter {
         run: &FrameRun<'_>,
         is_packed: bool,
     ) -> Result<Self, OutputError> {
-        let &FrameRun { simulation, ref sources, fps, space, meters_per_unit, usd_velocities, kept, .. } =
-            run;
+        let &FrameRun { simulation, ref sources, fps, space, ref options, kept, .. } = run;
         let &Sequence { first, every, .. } = sequence;
         let directory = sequence.directory.clone();
-        let has_velocities = usd_velocities;
+        let has_velocities = options.usd_velocities;
         let description = StageDescription {
             directory,
             space,
-            meters_per_unit,
+            meters_per_unit: options.meters_per_unit,
             fps,
             first,
             every,

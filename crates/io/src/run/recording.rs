@@ -3,13 +3,11 @@
 use std::path::Path;
 
 use super::output::Output;
-use crate::film::FilmOptions;
-use crate::frames::{Ending, Format, FrameRun, OutputError, Sequence, Source, VatEncoding};
-use crate::scene::GLB_ERROR;
+use crate::frames::{Ending, Format, FormatOptions, FrameRun, OutputError, Sequence, Source};
 use crate::space::{FileSpace, Up};
 use supple::{Body, Simulation};
 
-/// Axes, units and rate of a recording.
+/// Axes, rate and formats of a recording.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RecordingOptions {
@@ -20,28 +18,13 @@ pub struct RecordingOptions {
     /// Frames per second at which the file is played, above 0; by default those of the simulation, or one frame per
     /// step.
     pub fps: Option<f64>,
-    /// Meters per unit of length of the file, above 0, which USD stages state and GLB files have as lengths; default 1.
-    pub meters_per_unit: f64,
-    /// Largest distance of a vertex of a GLB file from its place, relative to the size of its body, in [0, 1]; default
-    /// 0.001.
-    pub glb_error: f64,
-    /// Whether a USD stage has the velocities of its points, for motion blur; default false.
-    pub usd_velocities: bool,
-    /// Look of a film.
-    pub film: FilmOptions,
+    /// Settings of single formats.
+    pub formats: FormatOptions,
 }
 
 impl Default for RecordingOptions {
     fn default() -> Self {
-        Self {
-            up: None,
-            scale: 1.0,
-            fps: None,
-            meters_per_unit: 1.0,
-            glb_error: GLB_ERROR,
-            usd_velocities: false,
-            film: FilmOptions::default(),
-        }
+        Self { up: None, scale: 1.0, fps: None, formats: FormatOptions::default() }
     }
 }
 
@@ -83,12 +66,7 @@ impl Recording {
             name: name.to_owned(),
             fps: options.fps.or(simulation.fps()).unwrap_or(1.0 / simulation.dt()),
             space: FileSpace::new(from, options.up.unwrap_or(from), options.scale),
-            meters_per_unit: options.meters_per_unit,
-            glb_error: options.glb_error,
-            // A recording is a file with all bodies.
-            vat_encoding: VatEncoding::default(),
-            usd_velocities: options.usd_velocities,
-            film: options.film.clone(),
+            options: options.formats.clone(),
             kept: None,
         };
         sequence.remove_existing()?;

@@ -98,11 +98,7 @@ impl Job {
             name: self.name(),
             fps: self.fps(),
             space: self.space(),
-            meters_per_unit: self.scene.output.meters_per_unit,
-            glb_error: self.scene.output.glb_error,
-            vat_encoding: self.scene.output.vat_encoding,
-            usd_velocities: self.scene.output.usd_velocities,
-            film: self.scene.output.film(),
+            options: self.scene.output.format_options(),
             kept,
         }
     }

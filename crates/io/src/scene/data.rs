@@ -11,7 +11,7 @@ use super::collider::ColliderData;
 use super::handle::HandleData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
 use crate::film::{Coloring, FilmOptions};
-use crate::frames::{Formats, VatEncoding};
+use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
     BodyBuilder, BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity,
@@ -91,9 +91,6 @@ pub enum Substeps {
     Auto,
 }
 
-/// Default of `output.glb_error`.
-pub(crate) const GLB_ERROR: f64 = 1e-3;
-
 /// `[output]`: directory and formats of the frames, and the axes, units and rate of the files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -135,6 +132,17 @@ pub struct OutputData {
 }
 
 impl OutputData {
+    /// Returns the settings of single formats.
+    pub fn format_options(&self) -> FormatOptions {
+        FormatOptions {
+            meters_per_unit: self.meters_per_unit,
+            glb_error: self.glb_error,
+            vat_encoding: self.vat_encoding,
+            usd_velocities: self.usd_velocities,
+            film: self.film(),
+        }
+    }
+
     /// Returns how films look.
     pub fn film(&self) -> FilmOptions {
         FilmOptions { size: self.film_size, view: self.film_view, coloring: self.film_color }
@@ -285,17 +293,18 @@ impl Default for SimulationData {
 
 impl Default for OutputData {
     fn default() -> Self {
-        let film = FilmOptions::default();
+        let FormatOptions { meters_per_unit, glb_error, vat_encoding, usd_velocities, film } =
+            FormatOptions::default();
         Self {
             directory: "frames".into(),
             format: Formats::default(),
             up: None,
             scale: 1.0,
             fps: None,
-            meters_per_unit: 1.0,
-            glb_error: GLB_ERROR,
-            vat_encoding: VatEncoding::default(),
-            usd_velocities: false,
+            meters_per_unit,
+            glb_error,
+            vat_encoding,
+            usd_velocities,
             film_size: film.size,
             film_view: film.view,
             film_color: film.coloring,

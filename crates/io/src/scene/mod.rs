@@ -25,7 +25,6 @@ mod write;
 
 pub use crate::space::Up;
 pub use collider::{ColliderData, ColliderShape};
-pub(crate) use data::GLB_ERROR;
 pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys, table_keys};
 pub use error::{Place, SceneError};
 pub use field::read_table;

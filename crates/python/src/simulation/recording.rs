@@ -59,13 +59,10 @@ impl Recording {
             .map_err(|_| wrong_type(simulation, "simulation", "a supple.Simulation"))?;
         let path = argument::path(path, "path")?;
         let settings = Settings::from_call(options, "Recorder()", &KEYS, &OPTIONAL)?;
-        let output = keys::read(settings.iter(), |key, value| keys::value(value, key).map(Some))?;
-        let OutputData { up, scale, fps, meters_per_unit, glb_error, usd_velocities, .. } = output;
-        let film = output.film();
+        let output: OutputData = keys::read(settings.iter(), |key, value| keys::value(value, key).map(Some))?;
         let mut options = RecordingOptions::default();
-        (options.up, options.scale, options.fps) = (up, scale, fps);
-        (options.meters_per_unit, options.glb_error, options.film) = (meters_per_unit, glb_error, film);
-        options.usd_velocities = usd_velocities;
+        options.formats = output.format_options();
+        (options.up, options.scale, options.fps) = (output.up, output.scale, output.fps);
         let shared = simulation.get().shared.clone();
         let start = |simulation: &mut supple::Simulation| run::Recording::create(&path, simulation, &options);
         let recording = shared.with(py, start)?.map_err(error::output)?;
