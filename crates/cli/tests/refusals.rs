@@ -119,7 +119,7 @@ fn point_caches_of_bodies_that_can_break_are_rejected() {
     check_rejected(
         &with_table,
         &["--format", "pc2"],
-        &["`block` can break", PC2, "obj, ply, usd, usdz, html, vtu or lattice"],
+        &["`block` can break", PC2, "obj, ply, usd, usdz, html, vtu, lattice, film or gif"],
     );
     check_rejected(SCENE, &["--format", "pc2", "--set", FRACTURE], &[PC2]);
     check_rejected(SCENE, &["--set", "output.format=[\"obj\", \"pc2\"]", "--set", FRACTURE], &[PC2]);

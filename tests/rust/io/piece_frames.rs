@@ -416,7 +416,7 @@ fn a_point_cache_of_a_broken_body_is_an_error() {
     assert!(matches!(error, OutputError::Broken { frame: 3, .. }), "{error}");
     assert_eq!(
         error.to_string(),
-        "frame 3 is not written: body `body` is broken, and pc2 has the same faces in all frames; write obj, ply, usd, usdz, html, vtu or lattice"
+        "frame 3 is not written: body `body` is broken, and pc2 has the same faces in all frames; write obj, ply, usd, usdz, html, vtu, lattice, film or gif"
     );
 }
 

@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "body `bar` can break (`body.bar.fracture`), and pc2 has the same faces in all frames: write obj, ply, \
-             usd, usdz, html, vtu or lattice, or remove the key"
+             usd, usdz, html, vtu, lattice, film or gif, or remove the key"
         );
     }
 }
