@@ -373,7 +373,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[output]\nformat = \"abc\"\n",
             "output.format",
             "\"abc\"",
-            "one of \"obj\", \"ply\", \"pc2\", \"usd\", \"html\", \"glb\", \"vat\", \"vtu\", \"lattice\"",
+            "one of \"obj\", \"ply\", \"pc2\", \"usd\", \"usdz\", \"html\", \"glb\", \"vat\", \"vtu\", \"lattice\"",
         ),
         ("[output]\nup = \"x\"\n", "output.up", "\"x\"", "one of \"y\", \"z\""),
         ("[output]\nscale = 0\n", "output.scale", "0", "a number above 0"),
