@@ -79,7 +79,7 @@ fn read(format: Format, directory: &Path, body: &str, points: usize) -> Option<F
         }
         "ply" => exact(vat::ply(&at("ply")).into_iter().map(|[position, _]| position).collect()),
         "pc2" => {
-            let cache = read_pc2(&directory.join(format!("{body}.pc2"))).unwrap();
+            let cache = read_pc2(directory.join(format!("{body}.pc2"))).unwrap();
             exact(wide(cache.positions[LAST * points..].as_flattened()))
         }
         "usd" => exact(stage_points(&whole("supple.usd"), points)),
