@@ -154,7 +154,8 @@ pub(crate) struct HtmlArgs {
 /// Arguments of `supple film`.
 #[derive(Debug, Args)]
 pub(crate) struct FilmArgs {
-    /// Folder of a run with --format html, obj or ply, or a page (.html). OBJ and PLY frames have no colliders, but a ground
+    /// Folder of a run with --format html, obj or ply, or a page (.html). OBJ and PLY frames have no colliders, but a
+    /// ground
     #[arg(value_name = "RUN")]
     pub(crate) input: PathBuf,
     /// Film to write, .webp or .gif; an existing file is replaced

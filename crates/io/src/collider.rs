@@ -53,8 +53,9 @@ pub(crate) fn animated_positions(shape: &Shape, time: f64) -> Option<Vec<[f32; 3
     Some(vertices.into_iter().map(finite).collect())
 }
 
-/// Returns the corners of a square of a plane, which has no end, in its coordinates: around the center of bounds, with half of
-/// its edges as a multiple of their diagonal. `matrix` is the transformation from its coordinates to those of the bounds.
+/// Returns the corners of a square of a plane, which has no end, in its coordinates: around the center of bounds, with
+/// half of its edges as a multiple of their diagonal. `matrix` is the transformation from its coordinates to those of
+/// the bounds.
 pub(crate) fn square(matrix: &Matrix4<f64>, [low, high]: [Point3<f64>; 2], multiple: f64) -> [[f32; 3]; 4] {
     let inverse = matrix.try_inverse().unwrap_or_else(Matrix4::identity);
     let center = inverse.transform_point(&nalgebra::center(&low, &high));

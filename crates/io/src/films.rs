@@ -98,8 +98,9 @@ pub struct FilmRequest {
     pub threads: usize,
 }
 
-/// Writes a film of a run: of a page, or of a folder with the page `supple.html`, or else with OBJ or PLY frames. A page has
-/// the colliders; frames of a folder have none, and are shown above a ground below their lowest point. The extension of
+/// Writes a film of a run: of a page, or of a folder with the page `supple.html`, or else with OBJ or PLY frames. A
+/// page has the colliders; frames of a folder have none, and are shown above a ground below their lowest point. The
+/// extension of
 /// `output` is `.webp` or `.gif`; an existing film is replaced. Returns the number of frames.
 ///
 /// # Errors

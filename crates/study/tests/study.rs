@@ -130,6 +130,7 @@ fn goals_and_paths_of_partly_filled_lattices_agree_while_constraints_begin_and_e
     let (directory, mut study) = small_study();
     let scene = SCENE
         .replace("half_width = 2\nstiffness = 0.6", "material = \"rubber\"")
+        .replace("lattice_vertices = 100", "cell_size = 0.43")
         .replace("time = 0 }, {", "time = 0.1 }, {")
         .replace("end = 0.2\n\n[[collider]]", "start = 0.1\nend = 0.3\n\n[[collider]]");
     assert_eq!(scene.matches("0.1 }, {").count() + scene.matches("start = 0.1").count(), 2);

@@ -14,7 +14,8 @@ fn pulled_ring(side: f64, rotate: [f64; 3]) -> Body {
     body
 }
 
-/// The tubes of two linked rings touch where each passes through the other. Pulled apart, they become long, and stay linked.
+/// The tubes of two linked rings touch where each passes through the other. Pulled apart, they become long, and stay
+/// linked.
 #[test]
 fn linked_rings_that_are_pulled_apart_hold() {
     let [left, right] = [pulled_ring(-1.0, [0.0; 3]), pulled_ring(1.0, [90.0, 0.0, 0.0])];

@@ -168,7 +168,8 @@ fn pieces_of_random_cracks_are_closed_and_keep_the_volume() {
     }
 }
 
-/// The vertices of the box lie in planes of the grid. The two cracks have random sizes and places, and may cross each other.
+/// The vertices of the box lie in planes of the grid. The two cracks have random sizes and places, and may cross each
+/// other.
 #[test]
 fn pieces_of_a_mesh_in_planes_of_the_grid_are_closed() {
     let mesh = supple_tests::cuboid([6, 4, 4]);
@@ -203,7 +204,7 @@ fn pieces_of_a_mesh_in_planes_of_the_grid_are_closed() {
 #[test]
 fn pieces_of_crossing_cracks_are_separate() {
     let mesh = sides_box([2.0; 3], 3);
-    let lattice = lattice(&mesh, 1000);
+    let lattice = supple_tests::lattice_of(&mesh, 0.226, true);
     let plane = |normal: [f64; 3]| CrackPlane { point: Point3::new(1.05, 0.95, 1.1), normal: normal.into() };
     for (planes, expected) in [
         (vec![plane([1.0, 0.0, 0.0])], 2),

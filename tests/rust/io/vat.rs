@@ -132,8 +132,8 @@ impl Textures {
         [[low[0], low[2], -high[1]], [high[0] - low[0], high[2] - low[2], high[1] - low[1]]]
     }
 
-    /// Returns the largest error of a position along each axis: that of a number of the image, `error`, of the extent of the
-    /// offsets, and the rounding of positions of 32 bits.
+    /// Returns the largest error of a position along each axis: that of a number of the image, `error`, of the extent
+    /// of the offsets, and the rounding of positions of 32 bits.
     pub(crate) fn tolerance(&self, error: f64) -> [f64; 3] {
         self.range()[1].map(|extent| error * extent + 2e-6)
     }

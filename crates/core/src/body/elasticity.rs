@@ -302,24 +302,33 @@ fn volume_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> Op
 }
 
 /// Returns the ratio of the length of a body to its width: the root of the ratio of the greatest two principal second
-/// moments of its mass. It is 1 for a body without volume, for cubes, balls and plates, and s for a bar of 1 x 1 x s.
+/// moments of its volume. It is 1 for a body without volume, for cubes, balls and plates, and s for a bar of 1 x 1 x s.
 /// `masses`: those of the vertices, in full cells.
 pub(super) fn slenderness_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
     if volume_of(lattice, surface, masses).is_none() {
         return 1.0;
     }
+    let cell = lattice.cell_size().powi(2);
+    let moments = match surface {
+        Some(Surface { mesh, .. }) if mesh.interior() == Interior::Closed => mesh.second_moments(),
+        _ => cell * second_moments_of_cells(lattice, masses),
+    };
+    let mut moments = moments.symmetric_eigenvalues();
+    moments.as_mut_slice().sort_by(f64::total_cmp);
+    // A body is at least as wide as a cell.
+    let least = cell / 12.0;
+    (moments[2].max(least) / moments[1].max(least)).sqrt()
+}
+
+/// Returns the second moments of the mass of a lattice about its center, relative to the mass, in squared cells.
+fn second_moments_of_cells(lattice: &Lattice, masses: &[f32]) -> Matrix3<f64> {
     let points = lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from)));
     let weighted = || points.clone().zip(masses.iter().map(|&mass| f64::from(mass)));
     let mass: f64 = masses.iter().map(|&mass| f64::from(mass)).sum();
     let center = weighted().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
     let outer = |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
-    let lumped = weighted().map(outer).sum::<Matrix3<f64>>() / mass;
-    // The mass of a cell at its corners has 1/4 per axis in place of the 1/12 of the cell.
-    let mut moments = (lumped - Matrix3::identity() / 6.0).symmetric_eigenvalues();
-    moments.as_mut_slice().sort_by(f64::total_cmp);
-    // Of a single cell, or less.
-    let least = 1.0 / 12.0;
-    (moments[2].max(least) / moments[1].max(least)).sqrt()
+    // The mass of a cell is at its corners: 1/4 per axis in place of 1/12.
+    weighted().map(outer).sum::<Matrix3<f64>>() / mass - Matrix3::identity() / 6.0
 }
 
 /// Returns the largest extent of a lattice along an axis, in cells.

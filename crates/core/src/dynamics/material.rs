@@ -45,8 +45,8 @@ pub enum RegionDamping {
 /// lattice it is the cube root of the volume of its cells. 8 L/s² is the gravity under which the body falls its own
 /// size in half a second; it counts where there is little or no gravity.
 ///
-/// A body that is more than 4 times as long as it is wide, with the ratio s, has (s/4)^(8/3) times this modulus: then a bar of
-/// any length bends under its weight like one of 1 x 1 x 4, relative to its length.
+/// A body that is more than 4 times as long as it is wide, with the ratio s, has (s/4)^(8/3) times this modulus: then a
+/// bar of any length bends under its weight like one of 1 x 1 x 4, relative to its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preset {

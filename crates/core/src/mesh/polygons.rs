@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3};
 
 use super::csr::Csr;
 use super::description::{OpenSurface, Topology};
 use super::triangles;
-use super::volume::signed_volume;
+use super::volume::{second_moments, signed_volume};
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
 ///
@@ -105,5 +105,11 @@ impl Mesh {
     pub(super) fn volume_of(&self, triangles: &[[u32; 3]]) -> f64 {
         let center = self.center();
         signed_volume(triangles, |vertex| self.vertices[vertex as usize] - center)
+    }
+
+    /// Returns the second moments of the volume about its center, relative to the volume, of a closed mesh.
+    pub(crate) fn second_moments(&self) -> Matrix3<f64> {
+        let center = self.center();
+        second_moments(self.triangles(), |vertex| self.vertices[vertex as usize] - center)
     }
 }

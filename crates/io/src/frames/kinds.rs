@@ -63,8 +63,8 @@ impl Format {
 impl Source<'_> {
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
     /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them;
-    /// in the page they are compressed, and in films they are pictures. For GLB and textures it is that of the frames on disk while a run writes them,
-    /// without vertices that are split.
+    /// in the page they are compressed, and in films they are pictures. For GLB and textures it is that of the frames
+    /// on disk while a run writes them, without vertices that are split.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         (format.kind().frame_bytes)(self)
     }

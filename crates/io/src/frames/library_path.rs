@@ -55,14 +55,16 @@ pub(super) fn write_images(document: &Document, directory: &Path, body: &str) ->
     Ok(())
 }
 
-/// Returns the paths of the images in a directory that [`write_images`] writes for a body, sorted.
-pub(crate) fn written_images(directory: &Path, body: &str) -> Vec<PathBuf> {
+/// Returns the paths of the images in a directory that [`write_images`] writes, by body and sorted.
+pub(crate) fn written_images(directory: &Path, bodies: &[&str]) -> Vec<Vec<PathBuf>> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let mut paths: Vec<PathBuf> =
-        names.filter(|name| is_image_name(name, body)).map(|name| directory.join(name)).collect();
-    paths.sort();
-    paths
+    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.retain(|name| name.contains("_image") && bodies.iter().any(|body| is_image_name(name, body)));
+    names.sort();
+    let of_body = |body: &&str| {
+        names.iter().filter(|name| is_image_name(name, body)).map(|name| directory.join(name)).collect()
+    };
+    bodies.iter().map(of_body).collect()
 }
 
 /// Returns whether `name` starts with a drive (`C:\...`). `Path` recognizes drives on Windows only.

@@ -28,8 +28,8 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Returns the path of a frame, such as `NAME_0007.obj`. Formats with a file for all frames have one path for them, such
-    /// as `NAME.pc2`; that of textures is `NAME_vat/NAME-remap_info.json`.
+    /// Returns the path of a frame, such as `NAME_0007.obj`. Formats with a file for all frames have one path for them,
+    /// such as `NAME.pc2`; that of textures is `NAME_vat/NAME-remap_info.json`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);

@@ -48,7 +48,8 @@ pub(crate) struct WrittenMotion {
     pub(crate) error: f64,
 }
 
-/// Writes a file. `spaces`: see [`ColliderSurface::push`]. Returns what was written of each body, and the paths of images that glTF cannot have.
+/// Writes a file. `spaces`: see [`ColliderSurface::push`]. Returns what was written of each body, and the paths of
+/// images that glTF cannot have.
 pub(crate) fn write_scene(
     out: &mut (impl Write + Seek),
     description: &SceneDescription<'_>,

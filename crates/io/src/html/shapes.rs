@@ -37,7 +37,7 @@ pub(super) fn capsule(a: Point3<f64>, b: Point3<f64>, radius: f64) -> Triangles 
             points.push((center + radius * out).coords.into());
         }
     }
-    (points, grid(AROUND, 2 * RINGS + 1, 0).map(|[a, b, c]| [a, c, b]).collect())
+    (points, grid(AROUND, 2 * RINGS + 1, 0).collect())
 }
 
 /// Returns a box.

@@ -90,8 +90,8 @@ impl Image {
         }
     }
 
-    /// Reads the image. Returns its type and contents; `None` if it cannot be read, is neither PNG nor JPEG, or is larger than
-    /// 256 MiB.
+    /// Reads the image. Returns its type and contents; `None` if it cannot be read, is neither PNG nor JPEG, or is
+    /// larger than 256 MiB.
     pub(crate) fn read(&self) -> Option<(ImageKind, Cow<'_, [u8]>)> {
         match self {
             Self::File(path) => {

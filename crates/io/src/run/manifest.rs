@@ -65,10 +65,8 @@ pub(super) struct Files<'a> {
 pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) -> Result<(), RunError> {
     let listed = run.sequences.iter().zip(&checkpoint.frames);
     let listed = listed.map(|(sequence, records)| files(sequence, records));
-    let images = run.bodies_with_images.iter().map(|body| {
-        let written = written_images(run.directory, body).into_iter();
-        written.map(|path| whole_file(run.directory, &path)).collect()
-    });
+    let images = written_images(run.directory, &run.bodies_with_images).into_iter();
+    let images = images.map(|paths| paths.iter().map(|path| whole_file(run.directory, path)).collect());
     let listed = listed.chain(images);
     let settings = &checkpoint.settings;
     let scene = run.scene_file.and_then(Path::file_name);

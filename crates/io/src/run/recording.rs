@@ -39,7 +39,8 @@ pub struct Recording {
 
 impl Recording {
     /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd`, `.html`,
-    /// `.glb`, `.webp` or `.gif`. Until the recording ends, the frames are in `path` with `.part`, `.data` or `.pc2.part` appended.
+    /// `.glb`, `.webp` or `.gif`. Until the recording ends, the frames are in `path` with `.part`, `.data` or
+    /// `.pc2.part` appended.
     ///
     /// # Errors
     ///

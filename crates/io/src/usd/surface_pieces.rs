@@ -56,7 +56,8 @@ impl<'a> SurfacePieces<'a> {
         prim.property(counts).property(corners)
     }
 
-    /// Adds the points with their bounds and velocities, and the normals, each with the index of each corner of the whole body.
+    /// Adds the points with their bounds and velocities, and the normals, each with the index of each corner of the
+    /// whole body.
     pub(super) fn with_points(
         &self,
         prim: Prim,

@@ -7,9 +7,10 @@
 //! NAME-remap_info.json   the smallest and the largest offset, and the number of frames
 //! ```
 //!
-//! An image in PNG has 16 bits per number, and one in OpenEXR 32 bits with a floating point; the numbers are the same. A vertex has a column, and the frames are its rows from the top down; if there are
-//! more vertices than columns, further blocks of as many rows follow. Offsets and normals are in the axes of Blender, z up:
-//! a player turns (x, y, z) to (x, z, -y). An offset is `Min + texel (Max - Min)`, a normal `2 texel - 1`.
+//! An image in PNG has 16 bits per number, and one in OpenEXR 32 bits with a floating point; the numbers are the same.
+//! A vertex has a column, and the frames are its rows from the top down; if there are more vertices than columns,
+//! further blocks of as many rows follow. Offsets and normals are in the axes of Blender, z up: a player turns (x, y,
+//! z) to (x, z, -y). An offset is `Min + texel (Max - Min)`, a normal `2 texel - 1`.
 
 mod encoding;
 mod image;
@@ -45,8 +46,8 @@ pub(crate) fn existing_files(info: &Path, name: &str) -> Vec<PathBuf> {
     of(&encoding).into_iter().chain([info.to_owned()]).collect()
 }
 
-/// Writes the folder of a body, and removes images of other encodings. Its last file, which says what the others are, is at `info`. Returns the paths of images
-/// that glTF cannot have.
+/// Writes the folder of a body, and removes images of other encodings. Its last file, which says what the others are,
+/// is at `info`. Returns the paths of images that glTF cannot have.
 ///
 /// * `fps`, `extras`: the frames per second, and facts for later runs of this program.
 pub(crate) fn write_textures(

@@ -171,7 +171,8 @@ impl<'a> Meshes<'a> {
 }
 
 impl Shown<'_> {
-    /// Returns the position of a vertex in the scene. The place of the node of a skinned mesh has no effect (glTF 2.0, 3.7.3.3).
+    /// Returns the position of a vertex in the scene. The place of the node of a skinned mesh has no effect (glTF 2.0,
+    /// 3.7.3.3).
     fn position(&self, vertex: usize, element: &dyn Fn() -> String) -> Result<[f64; 3], Fault> {
         let mut position = self.positions[vertex].map(f64::from);
         for (moved, weight) in &self.morphs {

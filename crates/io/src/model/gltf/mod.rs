@@ -1,7 +1,8 @@
 //! Reads GLB and glTF files, with the crate gltf.
 //!
 //! ```text
-//! bytes -> container: JSON, binary chunk -> buffers -> accessors -> nodes: places -> meshes, with skin, materials -> Surface
+//! bytes -> container: JSON, binary chunk -> buffers -> accessors -> nodes: places -> meshes, with skin, materials ->
+//! Surface
 //! ```
 //!
 //! The iterators of the crate panic at accessors that do not fit their buffers, and so does its check of indices of

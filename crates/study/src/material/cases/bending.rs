@@ -1,8 +1,8 @@
 //! Cases with bars that are held at one end and bend under their weight.
 //!
 //! The regions stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²), with their radius R and N cells across. Several held
-//! layers stiffen the bar beside them: as if it were shorter by about R/6 (measured). Regions of one cell, with R = 0.87 cells,
-//! have the factor 1 + 2/N² alone.
+//! layers stiffen the bar beside them: as if it were shorter by about R/6 (measured). Regions of one cell, with R =
+//! 0.87 cells, have the factor 1 + 2/N² alone.
 
 use nalgebra::Matrix3;
 use supple::{Accuracy, Body, Pin, Preservation, Selection, Simulation, TimeWindow};

@@ -1,5 +1,5 @@
-//! Cases with a cube as a mesh and the automatic choice of regions and steps: how far it sinks under its weight, and what it
-//! resists with between plates. The contacts have no friction, so that the stress in a layer is uniform.
+//! Cases with a cube as a mesh and the automatic choice of regions and steps: how far it sinks under its weight, and
+//! what it resists with between plates. The contacts have no friction, so that the stress in a layer is uniform.
 
 use nalgebra::Matrix3;
 use supple::{Body, BodyBuilder, Collider, Key, Preservation, Touched};
