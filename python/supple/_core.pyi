@@ -26,6 +26,7 @@ __all__ = [
     "__version__",
     "body_keys",
     "check_collider",
+    "film",
     "load_scene",
     "main",
     "read_obj",

@@ -18,7 +18,7 @@ __all__ = ["Recorder", "film", "save_glb", "save_html", "save_usd"]
 
 
 class Recorder:
-    """A file with the frames of `record`: USD stage (.usd, .usdz), page (.html), animated GLB (.glb) or film (.webp, .gif).
+    """A file with the frames of `record`: USD stage (.usd, .usdz), page (.html), GLB (.glb) or film (.webp, .gif).
 
         with supple.Recorder(sim, "squeeze.usd") as recorder:
             recorder.record()               # the state as it is now

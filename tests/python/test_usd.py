@@ -479,7 +479,7 @@ def test_a_recorder_keeps_its_frames_after_an_exception(folder):
 def test_wrong_arguments_of_a_recorder_are_errors(folder, block):
     sim = supple.load_scene(folder / "scene.toml")
     for options, words in [
-        ({"path": folder / "a.obj"}, r"ends in \.usd, \.usdz, \.html or \.glb"),
+        ({"path": folder / "a.obj"}, r"ends in \.usd, \.usdz, \.html, \.glb, \.webp or \.gif"),
         ({"up": "x"}, 'up is "x"'),
         ({"scale": 0}, "scale = 0 is out of range: it must be a number above 0"),
         ({"fps": float("nan")}, "fps = NaN is out of range"),
