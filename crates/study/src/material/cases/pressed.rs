@@ -2,7 +2,7 @@
 //! what it resists with between plates. The contacts have no friction, so that the stress in a layer is uniform.
 
 use nalgebra::Matrix3;
-use supple::{Body, BodyBuilder, Collider, Key, Preservation, Touched};
+use supple::{Body, BodyBuilder, Collider, Key, Preservation, Simulation, Touched};
 
 use crate::material::bodies::{FPS, GRAVITY, automatic, block};
 use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
@@ -35,12 +35,16 @@ fn sunk(vertices: usize, poisson_ratio: f64) -> Outcome {
     let body = cube(vertices, poisson_ratio)?.build()?;
     let mut simulation =
         automatic(body, [0.0, -GRAVITY, 0.0]).sleep(false).collider(plate(0.0, 1.0)).build()?;
-    let before = simulation.body(0).surface().positions;
+    let heights = |simulation: &Simulation| -> Vec<f64> {
+        simulation.bodies()[0].positions().iter().map(|point| point.y).collect()
+    };
+    let before = heights(&simulation);
     simulation.advance((SECONDS * FPS) as u64);
-    let after = simulation.body(0).surface().positions;
-    let top: Vec<f64> =
-        before.iter().zip(&after).filter(|(p, _)| p.y > 0.5).map(|(p, q)| p.y - q.y).collect();
-    let sink = top.iter().sum::<f64>() / top.len() as f64;
+    let highest = before.iter().copied().fold(0.0, f64::max);
+    let after = heights(&simulation);
+    let sinks = before.iter().zip(after).filter(|(before, _)| **before > highest - 1e-6).map(|(p, q)| p - q);
+    let (count, sum) = sinks.fold((0.0, 0.0), |(count, sum), sink| (count + 1.0, sum + sink));
+    let sink = sum / count;
     Ok(vec![Measured::by_law(sink, DENSITY * GRAVITY / (2.0 * MODULUS))])
 }
 
