@@ -9,7 +9,7 @@ use std::sync::Arc;
 use supple::{Executor, Mesh};
 
 use crate::escape::Escaped;
-use crate::file::{self, is_same_file, write_durably};
+use crate::file::{self, write_durably};
 use crate::film::{FilmFile, FilmOptions, Footage, Moment, PlaneAt, Solid, Surface, Tint, write_film};
 use crate::html::{Playback, read_page};
 use crate::model::read_document;
@@ -100,8 +100,7 @@ pub struct FilmRequest {
 
 /// Writes a film of a run: of a page, or of a folder with the page `supple.html`, or else with OBJ or PLY frames. A
 /// page has the colliders; frames of a folder have none, and are shown above a ground below their lowest point. The
-/// extension of
-/// `output` is `.webp` or `.gif`; an existing film is replaced. Returns the number of frames.
+/// extension of `output` is `.webp` or `.gif`; an existing film is replaced. Returns the number of frames.
 ///
 /// # Errors
 ///
@@ -117,22 +116,21 @@ pub fn film(input: &Path, output: &Path, request: &FilmRequest) -> Result<usize,
     let is_folder = fs::metadata(input).map_err(read)?.is_dir();
     let page = if is_folder { input.join(format!("{PAGE}.html")) } else { input.to_owned() };
     let footage: Box<dyn Footage> = if !is_folder || page.is_file() {
-        debug_assert!(!is_same_file(&page, output), "the extensions differ");
         Box::new(of_page(&page)?)
     } else {
         Box::new(Frames::find(input, request.up)?)
     };
-    let mut footage = Timed { fps: request.fps.unwrap_or(footage.fps()), footage, failed: None };
+    let mut footage = Timed { fps: request.fps.unwrap_or(footage.fps()), footage, failed: false };
     let frames = footage.frames();
     let executor = Executor::new(request.threads);
     let written = write_durably(output, |file| {
         write_film(file, kind, &mut footage, &request.look, &executor, "of a run on disk")
     });
-    match (written, footage.failed.take()) {
-        (Ok(()), _) => Ok(frames),
+    match written {
+        Ok(()) => Ok(frames),
         // What stopped the film is a frame.
-        (Err(source), Some(())) => Err(read(source)),
-        (Err(source), None) => Err(FilmError::Write { path: output.to_owned(), source }),
+        Err(source) if footage.failed => Err(read(source)),
+        Err(source) => Err(FilmError::Write { path: output.to_owned(), source }),
     }
 }
 
@@ -152,7 +150,7 @@ fn of_page(path: &Path) -> Result<Playback<'static>, FilmError> {
 struct Timed {
     footage: Box<dyn Footage>,
     fps: f64,
-    failed: Option<()>,
+    failed: bool,
 }
 
 impl Footage for Timed {
@@ -169,7 +167,7 @@ impl Footage for Timed {
     }
 
     fn read(&mut self, frame: usize) -> io::Result<Moment> {
-        self.footage.read(frame).inspect_err(|_| self.failed = Some(()))
+        self.footage.read(frame).inspect_err(|_| self.failed = true)
     }
 }
 

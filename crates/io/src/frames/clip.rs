@@ -12,8 +12,8 @@ use supple::Simulation;
 use super::error::check_finite;
 use super::normal_transform::NormalTransform;
 use super::pc2::{self, PointCache, SampleReader};
-use super::record::{Compare, Record, Recorder};
-use super::single_file::{no_frames, without};
+use super::record::{Compare, Record, hash_of_frames};
+use super::single_file::{no_frames, other_frames, without};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence};
 use crate::file::{parent, part_path, remove_if_present, write_durably};
@@ -292,11 +292,8 @@ fn extras(frames: usize, hash: u64) -> Value {
 
 /// Returns the hash of all frames.
 fn hash(samples: &mut SampleReader) -> io::Result<u64> {
-    let mut recorder = Recorder::default();
-    for frame in 0..samples.samples() {
-        recorder.append_record(&samples.record(frame)?);
-    }
-    Ok(recorder.record().hash)
+    let records = (0..samples.samples()).map(|frame| samples.record(frame));
+    Ok(hash_of_frames(&records.collect::<io::Result<Vec<_>>>()?))
 }
 
 /// Compares the frames of an unfinished file, or a finished one, with the records of the frames. Returns the problem if
@@ -311,12 +308,9 @@ pub(super) fn check(
     if records.is_empty() || part_path(&frames.path(0)).exists() {
         return pc2::check(&frames, records, compare);
     }
-    let name = path.display();
     if continues {
         return Ok(Some(no_frames(&path)));
     }
-    let mut recorder = Recorder::default();
-    records.iter().for_each(|record| recorder.append_record(record));
     if let Some(missing) = sequence.whole_files().iter().find(|file| !file.is_file()) {
         return Ok(Some(format!("{} is missing", missing.display())));
     }
@@ -325,8 +319,8 @@ pub(super) fn check(
         _ => glb::read_extras(&path),
     };
     let found = found.map_err(OutputError::io("read", &path))?;
-    let is_same = found == Some(extras(records.len(), recorder.record().hash));
-    Ok((!is_same).then(|| format!("{name} has other frames, or was changed")))
+    let is_same = found == Some(extras(records.len(), hash_of_frames(records)));
+    Ok((!is_same).then(|| other_frames(&path)))
 }
 
 /// Returns whether a file whose run has ended has its final form.

@@ -1,13 +1,14 @@
 //! Writes the film of a run. Until the run ends, its frames are kept in the file `NAME.webp.data` or `NAME.gif.data`, as
 //! those of a page.
 
-use std::fs;
+use std::{fs, io};
 
 use supple::{Executor, Simulation};
 
 use super::page::{self, PageWriter, run_of};
 use super::page_data::data_path;
-use super::record::{Compare, Record, Recorder};
+use super::record::{Compare, Record, hash_of_frames};
+use super::single_file::{no_frames, other_frames};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{Format, OutputError, Sequence, Source};
 use crate::count::counted;
@@ -88,13 +89,13 @@ fn facts(frames: usize, hash: u64) -> String {
 }
 
 /// Returns the hash of all frames.
-fn hash(run: &mut Run<'_>) -> std::io::Result<u64> {
-    let (mut recorder, mut frame) = (Recorder::default(), Vec::new());
-    for index in 0..run.header.frames {
+fn hash(run: &mut Run<'_>) -> io::Result<u64> {
+    let mut frame = Vec::new();
+    let records = (0..run.header.frames).map(|index| {
         run.frames.read_frame(index, &mut frame)?;
-        recorder.append_record(&Record::of(&frame));
-    }
-    Ok(recorder.record().hash)
+        Ok(Record::of(&frame))
+    });
+    Ok(hash_of_frames(&records.collect::<io::Result<Vec<_>>>()?))
 }
 
 /// Compares the frames of an unfinished film, or a finished one, with the records of the frames. Returns the problem if
@@ -109,20 +110,15 @@ pub(super) fn check(
     if records.is_empty() || data_path(sequence).exists() {
         return page::check(sequence, records, compare);
     }
-    let name = path.display();
     if continues {
-        return Ok(Some(format!(
-            "the frames of {name} are not kept any more, as it is complete, or were removed"
-        )));
+        return Ok(Some(no_frames(&path)));
     }
     if !path.is_file() {
-        return Ok(Some(format!("{name} is missing")));
+        return Ok(Some(format!("{} is missing", path.display())));
     }
-    let mut recorder = Recorder::default();
-    records.iter().for_each(|record| recorder.append_record(record));
     let found = read_facts(&path).map_err(OutputError::io("read", &path))?;
-    let is_same = found == Some(facts(records.len(), recorder.record().hash));
-    Ok((!is_same).then(|| format!("{name} has other frames, or was changed")))
+    let is_same = found == Some(facts(records.len(), hash_of_frames(records)));
+    Ok((!is_same).then(|| other_frames(&path)))
 }
 
 /// Returns whether a film whose run has ended has its final form.

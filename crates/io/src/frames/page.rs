@@ -15,6 +15,7 @@ use super::record::{Compare, Record};
 use super::single_file::{changed, too_short};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence};
+use crate::collider;
 use crate::file::{self, is_link, write_durably};
 use crate::html::{
     BrokenBody, FrameBuilder, FrameSource, Header, Layout, Run, Topology, animated_positions, read_page,
@@ -140,9 +141,7 @@ impl FrameSink for PageWriter {
         let space = self.space;
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
-            let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
-            let pose = collider.map(|collider| (collider.translation(), collider.rotation()));
-            let (translate, rotate) = pose.unwrap_or_default();
+            let (translate, rotate) = collider::pose(simulation, index);
             self.frame.push_pose(space.position(translate), space.angles(rotate));
         }
         let mut animated = animated_positions(simulation, space);

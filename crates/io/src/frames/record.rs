@@ -45,6 +45,16 @@ impl Record {
     }
 }
 
+/// Returns the hash of all frames, from their records.
+pub(super) fn hash_of_frames(records: &[Record]) -> u64 {
+    let mut recorder = Recorder::default();
+    for record in records {
+        recorder.append(&record.bytes.to_le_bytes());
+        recorder.append(&record.hash.to_le_bytes());
+    }
+    recorder.record().hash
+}
+
 /// Which properties of the files are compared with the records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Compare {
@@ -66,12 +76,6 @@ impl Recorder {
     pub(crate) fn append(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hasher.update(bytes);
-    }
-
-    /// Appends the record of a frame.
-    pub(super) fn append_record(&mut self, record: &Record) {
-        self.append(&record.bytes.to_le_bytes());
-        self.append(&record.hash.to_le_bytes());
     }
 
     /// Returns the number of bytes so far.

@@ -22,6 +22,11 @@ pub(super) fn no_frames(path: &Path) -> String {
     format!("the frames of {} are not kept any more, as it is complete, or were removed", path.display())
 }
 
+/// Returns the problem of a complete file that says of its frames what their records do not.
+pub(super) fn other_frames(path: &Path) -> String {
+    format!("{} has other frames, or was changed", path.display())
+}
+
 /// Returns lines about images that a file cannot have.
 pub(super) fn without<'a>(
     file: &str,

@@ -9,15 +9,14 @@ use supple::{Shape, Simulation, euler_degrees, vertex_normals};
 
 use super::motion::Pose;
 use super::{BodyPoints, Materials, Samples, SplitSurface};
-use crate::collider;
+use crate::collider::{self, Divisions};
 use crate::space::FileSpace;
 
 /// Half of the edge length of the square of a plane, as a multiple of the diagonal of the bounds of the motion.
 const PLANE: f64 = 0.75;
 
-/// Number of parts of a turn about the axis of a sphere or a capsule, and of a quarter turn from its equator to a pole.
-const AROUND: usize = 32;
-const QUARTER: usize = 8;
+/// How finely shapes are divided.
+const DIVISIONS: Divisions = Divisions { around: 32, quarter: 8, edge: 1 };
 
 /// Number of vectors of a pose: the translation, and the rotation as axis times angle in radians.
 const POSE: usize = 2;
@@ -58,19 +57,18 @@ impl ColliderSurface {
         materials: &mut Materials,
     ) -> Option<Self> {
         let shape = simulation.collider(index).description().shape.clone();
-        let (kind, (vertices, faces)) = match &shape {
-            Shape::Plane { .. } => ("plane", square()),
-            Shape::Sphere { radius, .. } => ("sphere", rounded(*radius, 0.0)),
-            Shape::Box { .. } => ("box", cuboid()),
-            Shape::Capsule { a, b, radius } => {
-                ("capsule", rounded(*radius, (Vector3::from(*b) - Vector3::from(*a)).norm()))
-            }
-            Shape::Mesh { .. } => ("mesh", (Vec::new(), Vec::new())),
+        let kind = match &shape {
+            Shape::Plane { .. } => "plane",
+            Shape::Sphere { .. } => "sphere",
+            Shape::Box { .. } => "box",
+            Shape::Capsule { .. } => "capsule",
+            Shape::Mesh { .. } => "mesh",
         };
         let own;
         let (mesh, weld) = match &shape {
             Shape::Mesh { mesh, .. } => (mesh.mesh(), mesh.mesh().weld().to_vec()),
             _ => {
+                let (vertices, faces) = collider::faces(&shape, DIVISIONS)?;
                 own = Mesh::new(vertices, &faces).ok()?;
                 (&own, (0..own.vertices().len() as u32).collect())
             }
@@ -196,60 +194,4 @@ fn matrix([files, file]: [FileSpace; 2]) -> Matrix4<f64> {
 fn transformed(matrix: &Matrix4<f64>, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let transform = |point: &[f32; 3]| matrix.transform_point(&point.map(f64::from).into());
     points.iter().map(|point| collider::finite(transform(point))).collect()
-}
-
-/// Vertices and faces.
-type Faces = (Vec<[f64; 3]>, Vec<Vec<u32>>);
-
-fn square() -> Faces {
-    let vertices = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
-    (vertices, vec![vec![0, 1, 2, 3]])
-}
-
-/// Returns a box with half extents of 1, whose faces have vertices of their own.
-fn cuboid() -> Faces {
-    let mut vertices = Vec::new();
-    for axis in 0..3 {
-        for side in [-1.0, 1.0] {
-            for [u, v] in [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]] {
-                let mut vertex = [0.0; 3];
-                // The order of the corners turns about the axis that points outwards.
-                (vertex[axis], vertex[(axis + 1) % 3], vertex[(axis + 2) % 3]) = (side, side * u, v);
-                vertices.push(vertex);
-            }
-        }
-    }
-    let faces = (0..6).map(|face| (4 * face..4 * face + 4).collect());
-    (vertices, faces.collect())
-}
-
-/// Returns a capsule along z: the points at a distance of a radius from a segment of a length.
-fn rounded(radius: f64, length: f64) -> Faces {
-    let mut vertices = Vec::new();
-    let turn = std::f64::consts::TAU / AROUND as f64;
-    let part = std::f64::consts::FRAC_PI_2 / QUARTER as f64;
-    // The rings of the lower half and those of the upper one, which share the equator of a sphere; poles are points.
-    let second = if length > 0.0 { QUARTER } else { QUARTER + 1 };
-    let heights = (1..=QUARTER).map(|k| (k, -0.5)).chain((second..2 * QUARTER).map(|k| (k, 0.5)));
-    for (k, half) in heights {
-        let angle = part * k as f64 - std::f64::consts::FRAC_PI_2;
-        let (ring, z) = (radius * angle.cos(), radius * angle.sin() + half * length);
-        for around in 0..AROUND {
-            let around = turn * around as f64;
-            vertices.push([ring * around.cos(), ring * around.sin(), z]);
-        }
-    }
-    let rings = vertices.len() / AROUND;
-    let (lower, upper) = (vertices.len() as u32, vertices.len() as u32 + 1);
-    vertices.extend([-1.0, 1.0].map(|side| [0.0, 0.0, side * (radius + 0.5 * length)]));
-    let at = |ring: usize, around: usize| (ring * AROUND + around % AROUND) as u32;
-    let mut faces = Vec::new();
-    for k in 0..AROUND {
-        faces.push(vec![lower, at(0, k + 1), at(0, k)]);
-        faces.push(vec![upper, at(rings - 1, k), at(rings - 1, k + 1)]);
-        faces.extend(
-            (1..rings).map(|ring| vec![at(ring - 1, k), at(ring - 1, k + 1), at(ring, k + 1), at(ring, k)]),
-        );
-    }
-    (vertices, faces)
 }

@@ -16,7 +16,7 @@
 //! * `text`: bytes as text;
 //! * `page`: writes a page;
 //! * `read`: reads the runs of a page;
-//! * `playback`, `shapes`: the frames of a run as surfaces, for films.
+//! * `playback`: the frames of a run as surfaces, for films.
 
 mod frame;
 mod header;
@@ -26,7 +26,6 @@ mod playback;
 mod points;
 mod read;
 mod run;
-mod shapes;
 mod text;
 
 pub(crate) use frame::{FrameBuilder, Layout};

@@ -4,16 +4,19 @@ use std::io;
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use supple::euler_degrees;
+use supple::{Mesh, Shape, euler_degrees};
 
 use super::frame::Layout;
 use super::header::{ColliderShape, Header};
 use super::pieces::{self, PieceArrays};
 use super::points::{BOUNDS, MESH_VALUES, POINT, positions, unpack_words};
 use super::run::Run;
-use super::shapes;
 use super::text::invalid;
+use crate::collider::{self, Divisions};
 use crate::film::{Footage, Moment, PlaneAt, Solid, Surface, Tint};
+
+/// How finely colliders are divided: the light of films is evaluated at their vertices.
+const DIVISIONS: Divisions = Divisions { around: 64, quarter: 16, edge: 12 };
 
 /// Faces as triangles.
 #[derive(Clone, Debug, Default)]
@@ -246,17 +249,12 @@ impl Arrays<'_> {
     }
 
     fn collider(&mut self, center: [f64; 3], shape: &ColliderShape) -> Option<ColliderKind> {
-        let center = Point3::from(center);
         Some(match *shape {
             ColliderShape::Plane { point, normal } => ColliderKind::Plane(PlaneAt { point, normal }),
-            ColliderShape::Sphere { radius } => {
-                ColliderKind::Fixed(fixed(shapes::capsule(center, center, radius)))
-            }
-            ColliderShape::Capsule { a, b, radius } => {
-                ColliderKind::Fixed(fixed(shapes::capsule(a.into(), b.into(), radius)))
-            }
+            ColliderShape::Sphere { radius } => fixed(&Shape::Sphere { center, radius })?,
+            ColliderShape::Capsule { a, b, radius } => fixed(&Shape::Capsule { a, b, radius })?,
             ColliderShape::Box { half_extents, rotate } => {
-                ColliderKind::Fixed(fixed(shapes::cuboid(center, half_extents, euler_degrees(rotate))))
+                fixed(&Shape::Box { center, half_extents, rotate })?
             }
             ColliderShape::Mesh { surface, is_animated, .. } => {
                 let faces = self.surface(surface)?;
@@ -273,13 +271,16 @@ impl Arrays<'_> {
     }
 }
 
-/// Returns a surface without colors.
-fn fixed((points, triangles): shapes::Triangles) -> Solid {
-    let positions: Vec<[f32; 3]> = points.iter().map(|point| point.map(|number| number as f32)).collect();
-    let weld: Vec<u32> = (0..positions.len() as u32).collect();
-    let tints = vec![Tint::Palette; triangles.len()];
-    let surface = Arc::new(Surface::new(&positions, &triangles, &weld, tints));
-    Solid { surface, positions, volume: None }
+/// Returns a collider that is no mesh, without colors, where it stands.
+fn fixed(shape: &Shape) -> Option<ColliderKind> {
+    let (vertices, faces) = collider::faces(shape, DIVISIONS)?;
+    let mesh = Mesh::new(vertices, &faces).ok()?;
+    let place = collider::local(shape);
+    let place = |vertex: &Point3<f64>| collider::finite(place.transform_point(vertex));
+    let positions: Vec<[f32; 3]> = mesh.vertices().iter().map(place).collect();
+    let tints = vec![Tint::Palette; mesh.triangles().len()];
+    let surface = Arc::new(Surface::new(&positions, mesh.triangles(), mesh.weld(), tints));
+    Some(ColliderKind::Fixed(Solid { surface, positions, volume: None }))
 }
 
 /// Returns a collider that is turned about a center and then displaced.
@@ -290,7 +291,7 @@ fn moved(solid: &Solid, center: Vector3<f64>, [translate, rotate]: [[f64; 3]; 2]
     let (rotation, to) = (euler_degrees(rotate), center + Vector3::from(translate));
     let place = |point: &[f32; 3]| {
         let place = rotation * (Vector3::from(point.map(f64::from)) - center) + to;
-        <[f64; 3]>::from(place).map(|number| number.clamp(f32::MIN.into(), f32::MAX.into()) as f32)
+        collider::finite(place.into())
     };
     Solid { positions: solid.positions.iter().map(place).collect(), ..solid.clone() }
 }

@@ -1,11 +1,15 @@
-//! Places of colliders, for the files that show them.
+//! Places and surfaces of colliders, for the files that show them.
 //!
 //! ```text
 //! coordinates of the shape -> local -> scene before it moves -> moved -> scene
 //! ```
 
+mod shapes;
+
 use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 use supple::{Shape, Simulation, euler_degrees};
+
+pub(crate) use shapes::{Divisions, faces};
 
 /// Name of the node of a GLB file whose children are the colliders. No body can have it.
 pub(crate) const COLLIDERS: &str = "supple colliders";
