@@ -921,17 +921,55 @@ class Body:
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
         at: Literal["now", "start"] = "now",
+        point: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+        duration: float | None = None,
     ) -> None:
-        """Apply a force in the next step. Several forces add up.
+        """Apply a force in all steps of the next call of step or advance. Several forces add up.
 
         force : (3,) or (k, 3) float
-            In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices in
-            proportion to their masses. (k, 3): one force for each of the k selected vertices, in the order of the
-            indices `vertices`, otherwise in increasing order.
+            In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices such that they
+            would be accelerated like a rigid body: without point and torque, in proportion to their masses. (k, 3): one
+            force for each of the k selected vertices, in the order of the indices `vertices`, otherwise in increasing
+            order; without point and torque.
         box, sphere, plane, vertices, at
             Selection of a part, as for pin. Default: the whole body, k = n.
+        point : (3,) float, optional
+            World point at which the total force acts. Default: the center of mass of the part.
+        torque : (3,) float, optional
+            Torque about the center of mass of the part, in kg length^2/s^2, besides that of the force.
+        duration : float, optional
+            Seconds, above 0, for which the force acts. In a last step that is longer than the rest of the time it is as
+            much smaller: the whole impulse is force x duration. Default: the next call of step(n) or advance(n), however
+            long it is.
 
-        Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
+        Raises ValueError for an empty selection, a force that accelerates by more than 1e15 cells/s^2, or a torque about
+        the line on which all selected vertices lie.
+        """
+    def apply_impulse(
+        self,
+        impulse: ArrayLike,
+        *,
+        box: _Box | None = None,
+        sphere: _Sphere | None = None,
+        plane: _Plane | None = None,
+        vertices: ArrayLike | None = None,
+        at: Literal["now", "start"] = "now",
+        point: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+    ) -> None:
+        """Apply an impulse in the next step: the momentum changes by it, whatever the length of the step.
+
+        impulse : (3,) or (k, 3) float
+            In kg length/s, distributed like the force of apply_force.
+        box, sphere, plane, vertices, at
+            Selection of a part, as for pin. Default: the whole body, k = n.
+        point : (3,) float, optional
+            World point at which the total impulse acts. Default: the center of mass of the part.
+        torque : (3,) float, optional
+            Angular impulse about the center of mass of the part, in kg length^2/s, besides that of the impulse.
+
+        Raises ValueError as apply_force does.
         """
     def add_force_field(
         self,

@@ -15,6 +15,16 @@ pub enum Error {
     /// A simulation without bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
+    /// A field acts on a body that the simulation does not have.
+    #[error(
+        "a field acts on the body {name:?}, which the simulation does not have; its bodies are {bodies:?}"
+    )]
+    NoSuchBody {
+        /// Name of the body.
+        name: String,
+        /// Names of the bodies of the simulation.
+        bodies: Vec<String>,
+    },
     /// Automatic steps per frame without frames per second.
     #[error("substeps = \"auto\" needs fps, the number of frames per second")]
     AutoSubstepsWithoutFps,

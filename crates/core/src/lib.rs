@@ -151,9 +151,9 @@ pub use body::{Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, S
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
-    Accuracy, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Material,
-    Pin, Plasticity, Preset, RegionDamping, RegionSize, Selection, SelectionError, SelectionPose, Stiffness,
-    TimeWindow, Zone,
+    Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldLaw,
+    Force, ForceDuration, Handle, HandleMotion, Material, Pin, Plasticity, Preset, RegionDamping, RegionSize,
+    Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{

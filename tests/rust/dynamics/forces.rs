@@ -1,7 +1,10 @@
 //! External forces, and the limits of forces and keys.
 
-use nalgebra::Vector3;
-use supple::{Body, Error, HalfWidth, Handle, Key, Material, Pin, Selection, Simulation, TimeWindow};
+use nalgebra::{Point3, Vector3};
+use supple::{
+    Body, Error, Force, ForceDuration, HalfWidth, Handle, Key, Material, Pin, Selection, Simulation,
+    TimeWindow,
+};
 use supple_tests::{block, half_cells, lattice, momentum, without_gravity};
 
 #[test]
@@ -19,13 +22,83 @@ fn a_force_on_any_selection_gives_its_impulse_once() {
                 .unwrap(),
         );
         let force = Vector3::new(300.0, -20.0, 50.0);
-        simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
+        simulation.body_mut(0).apply_force(<[f64; 3]>::from(force), &selection).unwrap();
         for steps in [1, 100] {
             simulation.steps(steps);
             let error = momentum(&simulation.body(0)) - force * 0.01;
             assert!(error.norm() < 1e-5 * force.norm() * 0.01, "{error}");
         }
     }
+}
+
+/// A force acts in all steps of a call, or for a time, also where it ends within a step; an impulse is the same at any
+/// step length.
+#[test]
+fn durations_give_their_impulses_at_any_step_length() {
+    let everywhere = Selection::Vertices((0..60).collect());
+    let force = Vector3::new(200.0, -30.0, 10.0);
+    for dt in [0.01, 0.004] {
+        let gained = |duration: Option<ForceDuration>| {
+            let body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
+            let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(dt).build().unwrap();
+            let body = simulation.body_mut(0);
+            match duration {
+                Some(duration) => {
+                    let force = Force { duration, ..<[f64; 3]>::from(force).into() };
+                    body.apply_force(force, &everywhere).unwrap();
+                }
+                None => body.apply_impulse(<[f64; 3]>::from(force), &everywhere).unwrap(),
+            }
+            simulation.steps(7);
+            simulation.steps(30);
+            momentum(&simulation.body(0))
+        };
+        let expected = [
+            (Some(ForceDuration::Call), 7.0 * dt),
+            (Some(ForceDuration::Step), dt),
+            (Some(ForceDuration::Seconds(0.05)), 0.05),
+            (Some(ForceDuration::Seconds(0.055)), 0.055),
+            (None, 1.0),
+        ];
+        for (duration, time) in expected {
+            let error = gained(duration) - force * time;
+            assert!(error.norm() < 1e-5 * force.norm() * time, "{dt} {duration:?}: {error}");
+        }
+    }
+    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = body.apply_forces_for(&[(0, [1.0; 3])], ForceDuration::Seconds(wrong)).unwrap_err();
+        assert!(error.to_string().contains("duration"), "{error}");
+    }
+}
+
+/// A force at a point and a torque change the momentum by F t and the angular momentum by ((p - c) x F + T) t.
+#[test]
+fn forces_at_a_point_and_torques_give_their_angular_impulses() {
+    let body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
+    let mut simulation = without_gravity(body);
+    let body = simulation.body_mut(0);
+    let (center, point) = (body.center_of_mass(), Point3::new(2.0, 1.0, -0.5));
+    let (force, torque) = (Vector3::new(1.0, 3.0, -2.0), Vector3::new(0.5, -1.0, 2.0));
+    let applied =
+        Force { point: Some(point.into()), torque: torque.into(), ..<[f64; 3]>::from(force).into() };
+    body.apply_force(applied, &Selection::Vertices((0..60).collect())).unwrap();
+    simulation.step();
+    let dt = simulation.dt();
+    let body = &simulation.bodies()[0];
+    let expected = ((point - center).cross(&force) + torque) * dt;
+    assert!((body.linear_momentum() - force * dt).norm() < 1e-6 * force.norm() * dt);
+    let error = body.angular_momentum() - expected;
+    assert!(error.norm() < 1e-5 * expected.norm(), "{error} of {expected}");
+
+    let torque_on = |vertices: Vec<u32>| {
+        let mut body = Body::from_lattice(half_cells()).build().unwrap();
+        let force = Force { torque: [1.0, 2.0, 3.0], ..Force::default() };
+        body.apply_force(force, &Selection::Vertices(vertices))
+    };
+    let error = torque_on(vec![7]).unwrap_err().to_string();
+    assert!(error.contains("lie on a line or at a point"), "{error}");
+    torque_on(vec![0, 7, 30]).unwrap();
 }
 
 #[test]
@@ -48,7 +121,7 @@ fn forces_on_one_vertex_add_up_and_an_invalid_list_applies_nothing() {
 }
 
 #[test]
-fn forces_are_order_independent_and_act_for_one_step() {
+fn forces_are_order_independent_and_act_in_all_steps_of_a_call() {
     let run = |forces: &[(u32, [f64; 3])]| {
         let mut simulation =
             without_gravity(Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap());

@@ -4,6 +4,7 @@ mod cells;
 mod constraints;
 mod control;
 mod energy;
+mod fields;
 mod follow;
 mod forces;
 mod free_body;

@@ -28,11 +28,13 @@
 //! | `stages` | the stages of a step, in order |
 //! | `step` | runs them |
 //! | `plan` | describes the stages and their memory |
+//! | `applying` | applies forces and impulses |
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | the saved state |
 //! | `saving` | saves and restores it |
 
+mod applying;
 mod body_contact;
 mod breaking;
 mod build;

@@ -4,13 +4,11 @@ use super::parts::Shape;
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
-    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, SelectionError,
-    TimeWindow,
+    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, TimeWindow,
 };
 use crate::error::Error;
 use crate::mesh::MeshAnimation;
 use crate::motion::{Interpolation, Key, Motion};
-use crate::range::in_range;
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 
 impl Body {
@@ -167,44 +165,5 @@ impl Body {
         let &Self { shape: Shape { ref lattice, scale, model_to_world, .. }, .. } = self;
         let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };
         Ok(Constraint::following(&body, animation, selection, &part, vertices, window)?)
-    }
-
-    /// Applies a force to the selected part of the body in the next step. The force is distributed over the
-    /// selected lattice vertices in proportion to their masses. Several forces add up.
-    ///
-    /// * `force`: the total force, in kg x length / s^2.
-    ///
-    /// # Errors
-    ///
-    /// A force that is not finite or accelerates by more than 10^15 cells/s^2, or an empty selection.
-    pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
-        let vertices = self.select(selection)?;
-        let total: f64 = vertices.iter().map(|&vertex| self.mass_of(vertex)).sum();
-        let force_on = |vertex: u32| force.map(|f| f * (self.mass_of(vertex) / total));
-        let forces: Vec<_> = vertices.iter().map(|&vertex| (vertex, force_on(vertex))).collect();
-        self.apply_forces(&forces)
-    }
-
-    /// Applies forces to single lattice vertices in the next step. `forces` contains pairs of vertex and
-    /// force, in kg x length / s^2. Several forces add up. Forces that are the same in every step let a body fall
-    /// asleep, and a change wakes it.
-    ///
-    /// # Errors
-    ///
-    /// A vertex out of range, or a force that is not finite or accelerates its vertex by more than 10^15
-    /// cells/s^2. No force is then applied.
-    pub fn apply_forces(&mut self, forces: &[(u32, [f64; 3])]) -> Result<(), Error> {
-        let count = self.shape.lattice.len();
-        for &(vertex, force) in forces {
-            if vertex as usize >= count {
-                return Err(SelectionError::VertexOutOfRange { vertex, count }.into());
-            }
-            let limit = self.coordinate_limit() * self.mass_of(vertex);
-            for f in force {
-                in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
-            }
-        }
-        self.forces.get_or_insert_default().add(forces);
-        Ok(())
     }
 }

@@ -236,7 +236,9 @@ impl Body {
         let Self { constraints, forces, .. } = self;
         let acceleration = REST_FORCE * effective_gravity(self.shape.size, context.gravity.norm());
         let tolerance = |vertex: u32| acceleration * self.mass_of(vertex);
-        forces.as_ref().is_some_and(|forces| forces.move_a_body_at_rest(tolerance))
+        forces
+            .as_ref()
+            .is_some_and(|forces| forces.move_a_body_at_rest(tolerance, |vertex| self.mass_of(vertex)))
             || constraints.as_ref().is_some_and(|constraints| !constraints.is_static(context.interval))
             || self.is_near_moving_collider(context.colliders, context.interval)
     }

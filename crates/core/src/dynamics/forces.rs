@@ -1,39 +1,85 @@
-//! Applies external forces to lattice vertices for one step.
+//! Applies external forces to lattice vertices: in a step, and in several steps.
 
 use std::ops::AddAssign;
 
 use nalgebra::Vector3;
 
+use super::field::FieldAccelerations;
+use super::force::Lasting;
+
 use crate::lattice::Lattice;
 use crate::state::{Interval, State};
 
-/// The external-force stage: the forces of the next step, those with which the body came to rest, and the displacements
-/// that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no duplicate
-/// vertices.
+/// The external-force stage: the forces that last, those of the next step, those with which the body came to rest, and
+/// the displacements that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no
+/// duplicate vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
+    /// Forces that act in more than the next step, and impulses, in the order in which they were added.
+    lasting: Vec<Lasting>,
     /// Lattice vertices and the forces on them in the next step, in scene units of mass × length / s².
     next: Vec<(u32, [f64; 3])>,
     /// The forces of the last step in which the body was not at rest. While it rests, they hold it in place
     /// together with gravity.
     at_rest: Vec<(u32, [f64; 3])>,
+    /// The accelerations by fields in the next step.
+    fields: FieldAccelerations,
     /// Lattice vertices and their velocity change times dt, in cells. This is f of Eq. (2) in
     /// `volume::external_forces`.
     displacements: Vec<(u32, [f32; 3])>,
 }
 
 impl Forces {
-    /// Adds forces on lattice vertices to the forces of the next step.
-    pub(crate) fn add(&mut self, forces: &[(u32, [f64; 3])]) {
-        self.next.extend_from_slice(forces);
-        self.next.sort_by_key(|&(vertex, _)| vertex);
-        sum_duplicates(&mut self.next);
+    /// Adds forces that last.
+    pub(crate) fn add_lasting(&mut self, lasting: Lasting) {
+        self.lasting.push(lasting);
+    }
+
+    /// Begins a step of `dt` seconds: adds the forces that last to those of the step.
+    pub(crate) fn begin_step(&mut self, dt: f64) {
+        let Self { lasting, next, .. } = self;
+        lasting.retain_mut(|lasting| {
+            let share = lasting.take_step(dt);
+            add_to(next, lasting.forces.iter().map(|&(vertex, force)| (vertex, force.map(|f| f * share))));
+            lasting.lasts()
+        });
+    }
+
+    /// Ends a call that made steps: removes the forces that last for one call.
+    pub(crate) fn end_call(&mut self) {
+        self.lasting.retain(|lasting| !lasting.ends_with_call());
+    }
+
+    /// Returns the accelerations by fields in the next step, to which fields add theirs: zero for each of the lattice
+    /// vertices, in scene units.
+    pub(crate) fn begin_fields(&mut self, vertices: usize) -> &mut [[f64; 3]] {
+        self.fields.next.clear();
+        self.fields.next.resize(vertices, [0.0; 3]);
+        &mut self.fields.next
+    }
+
+    /// Forgets the accelerations by fields: none acts on the body any more.
+    pub(crate) fn end_fields(&mut self) {
+        self.fields.next = Vec::new();
+    }
+
+    /// Returns whether fields act on the body.
+    pub(crate) fn has_fields(&self) -> bool {
+        !self.fields.next.is_empty()
     }
 
     /// Returns whether the forces of the next step differ from those with which the body came to rest: by more than
-    /// `tolerance`, a force, at a vertex, or at all at a vertex without a force.
-    pub(crate) fn move_a_body_at_rest(&self, tolerance: impl Fn(u32) -> f64) -> bool {
+    /// `tolerance`, a force, at a vertex, or at all at a vertex without a force. `mass`: of a vertex. Fields may differ by
+    /// the tolerance everywhere.
+    pub(crate) fn move_a_body_at_rest(
+        &self,
+        tolerance: impl Fn(u32) -> f64,
+        mass: impl Fn(u32) -> f64,
+    ) -> bool {
+        if self.fields.differ(|vertex, change| change * mass(vertex) > tolerance(vertex)) {
+            return true;
+        }
         let (mut next, mut at_rest) = (&self.next[..], &self.at_rest[..]);
         while let Some(vertex) = [next, at_rest].into_iter().filter_map(|list| Some(list.first()?.0)).min() {
             let [now, before] = [&mut next, &mut at_rest].map(|list| match list.split_first() {
@@ -71,7 +117,9 @@ impl Forces {
         }
         if state.rest.time() == 0.0 {
             self.at_rest.clone_from(&self.next);
+            self.fields.at_rest.clone_from(&self.fields.next);
         }
+        self.fields.apply(step, (lattice, slots), state);
         if self.next.is_empty() {
             return;
         }
@@ -96,13 +144,15 @@ impl Forces {
         let mass = |vertex: u32| f64::from(masses[vertex as usize]);
         let mut sums = std::collections::BTreeMap::new();
         pairs.iter().for_each(|&(vertex, before)| *sums.entry(before).or_insert(0.0) += mass(vertex));
-        for list in [&mut self.next, &mut self.at_rest] {
+        let lasting = self.lasting.iter_mut().map(|lasting| &mut lasting.forces);
+        for list in [&mut self.next, &mut self.at_rest].into_iter().chain(lasting) {
             *list = transferred(list, pairs, |(vertex, before), force| {
                 let share = mass(vertex) / sums[&before];
                 force.map(|x| x * share)
             });
             sum_duplicates(list);
         }
+        self.fields.transfer(pairs);
         self.displacements = transferred(&self.displacements, pairs, |_, displacement| displacement);
         self.displacements.dedup_by_key(|(vertex, _)| *vertex);
     }
@@ -115,20 +165,28 @@ impl Forces {
 
     /// Returns whether all lists are empty.
     pub(crate) fn is_empty(&self) -> bool {
-        self.next.is_empty() && self.at_rest.is_empty() && self.displacements.is_empty()
+        let lists = [&self.next, &self.at_rest];
+        self.lasting.is_empty()
+            && lists.iter().all(|list| list.is_empty())
+            && self.fields.is_empty()
+            && self.displacements.is_empty()
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        (self.next.capacity() + self.at_rest.capacity()) * size_of::<(u32, [f64; 3])>()
+        let lasting: usize = self.lasting.iter().map(|lasting| lasting.forces.capacity()).sum();
+        (self.next.capacity() + self.at_rest.capacity() + lasting) * size_of::<(u32, [f64; 3])>()
             + self.displacements.capacity() * size_of::<(u32, [f32; 3])>()
+            + self.fields.bytes()
     }
 
     /// Checks deserialized data. Returns whether all vertex indices are less than `vertices`.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         let in_range = |vertex: u32| (vertex as usize) < vertices;
-        self.next.iter().chain(&self.at_rest).all(|&(vertex, _)| in_range(vertex))
+        let lasting = self.lasting.iter().flat_map(|lasting| &lasting.forces);
+        self.next.iter().chain(&self.at_rest).chain(lasting).all(|&(vertex, _)| in_range(vertex))
             && self.displacements.iter().all(|&(vertex, _)| in_range(vertex))
+            && self.fields.is_valid(vertices)
     }
 }
 
@@ -148,8 +206,17 @@ fn transferred<T: Copy>(
     entries
 }
 
+/// Adds entries, in which each vertex occurs once, to a sorted list.
+fn add_to(list: &mut Vec<(u32, [f64; 3])>, entries: impl IntoIterator<Item = (u32, [f64; 3])>) {
+    list.extend(entries);
+    // A vertex has at most two entries, whose sum does not depend on their order. So the sort may be unstable; an
+    // unstable sort does not allocate.
+    list.sort_unstable_by_key(|&(vertex, _)| vertex);
+    sum_duplicates(list);
+}
+
 /// Replaces the entries of each vertex by one entry, their sum. `list` must be sorted by vertex.
-fn sum_duplicates<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
+pub(super) fn sum_duplicates<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
     list.dedup_by(|(vertex, value), (previous, sum)| {
         let is_duplicate = vertex == previous;
         if is_duplicate {

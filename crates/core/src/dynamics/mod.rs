@@ -11,7 +11,9 @@
 //! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
 //! | `constraints` | all pins and handles of a body |
-//! | `forces` | external forces, applied for one step |
+//! | `field` | accelerations by place and time: wind, drag, vortices, attraction |
+//! | `force` | a force on a part of a body: its duration, and its distribution over the vertices |
+//! | `forces` | external forces, applied in a step |
 //! | `momentum` | the momentum tracker, which keeps the momenta of connected components in f64 |
 //! | `elastic_law` | Young's modulus from the parameters of the regions, and back |
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
@@ -33,7 +35,9 @@ mod deflection;
 mod elastic_damping;
 mod elastic_law;
 mod energy;
+mod field;
 mod follow;
+mod force;
 mod forces;
 mod handle;
 mod inflation;
@@ -56,7 +60,10 @@ pub(crate) use elastic_damping::{DampingStep, ElasticDamper};
 pub use elastic_law::ElasticLaw;
 pub(crate) use elastic_law::half_width_of;
 pub(crate) use energy::EnergyLimiter;
+pub use field::{Attraction, Field, FieldLaw, Vortex, Wind};
 pub(crate) use follow::BodyMesh;
+pub use force::{Force, ForceDuration};
+pub(crate) use force::{Lasting, distribute};
 pub(crate) use forces::Forces;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;

@@ -74,6 +74,14 @@ pub enum SelectionError {
     /// The list of vertices is empty.
     #[error("the list of vertices is empty; name at least one lattice vertex")]
     NoVertices,
+    /// A list of vertices in place of a part of space.
+    #[error("a list of vertices is no part of space; give a box, a sphere or a plane")]
+    NoShape,
+    /// A torque on vertices that no forces can turn about its axis.
+    #[error(
+        "the selected lattice vertices lie on a line or at a point, about which no torque acts; select a part that is wider"
+    )]
+    NoTorque,
     /// The index of a vertex is out of range.
     #[error("vertex {vertex} is out of range: the lattice has {count} vertices, 0 to {}", *count as i64 - 1)]
     VertexOutOfRange {

@@ -4,11 +4,12 @@ use nalgebra::Vector3;
 
 use super::clock::Clock;
 use super::groups::{self, ContactSettings, Groups};
-use super::settings::{check_dt, check_gravity, check_substeps, check_threads};
+use super::settings::{check_dt, check_fields, check_gravity, check_substeps, check_threads};
 use super::substeps::Substeps;
 use super::world::Simulation;
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
+use crate::dynamics::Field;
 use crate::error::Error;
 use crate::matching::Workspaces;
 use crate::parallel::Executor;
@@ -24,6 +25,7 @@ pub struct SimulationBuilder {
     dt: f64,
     fps: Option<f64>,
     colliders: Vec<Collider>,
+    fields: Vec<Field>,
     substeps: Substeps,
     contact: ContactSettings,
     sleep: bool,
@@ -38,6 +40,7 @@ impl Default for SimulationBuilder {
             dt: 1.0 / 60.0,
             fps: None,
             colliders: Vec::new(),
+            fields: Vec::new(),
             substeps: Substeps::Fixed(1),
             contact: ContactSettings { between: true, with_itself: false },
             sleep: true,
@@ -80,6 +83,13 @@ impl SimulationBuilder {
     #[must_use]
     pub fn collider(mut self, collider: Collider) -> Self {
         self.colliders.push(collider);
+        self
+    }
+
+    /// Adds an acceleration field: wind, drag, a vortex, an attraction.
+    #[must_use]
+    pub fn field(mut self, field: Field) -> Self {
+        self.fields.push(field);
         self
     }
 
@@ -134,12 +144,13 @@ impl SimulationBuilder {
     ///
     /// # Errors
     ///
-    /// No body, a number out of range, or an invalid collider.
+    /// No body, a number out of range, an invalid collider, or a field of a body that does not exist.
     pub fn build(self) -> Result<Simulation, Error> {
         let colliders = self.checked_colliders()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
+        check_fields(&self.fields, &self.bodies)?;
         let gravity = Vector3::from(self.gravity);
         let (dt, steps) = (self.step_length(), self.fixed_substeps());
         let mut bodies = self.bodies;
@@ -158,6 +169,7 @@ impl SimulationBuilder {
             gravity,
             clock: Clock::new(dt),
             colliders,
+            fields: self.fields,
             fps: self.fps,
             substeps: steps.into(),
             chosen: None,

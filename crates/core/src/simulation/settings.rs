@@ -4,6 +4,7 @@ use super::substeps::{self, Substeps};
 use super::world::Simulation;
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
+use crate::dynamics::Field;
 use crate::error::Error;
 use crate::matching::Workspaces;
 use crate::parallel::Executor;
@@ -77,6 +78,18 @@ impl Simulation {
             self.clock.set_dt(dt);
         }
         self.bodies.iter_mut().for_each(|body| body.fix_elasticity(self.gravity.norm(), dt));
+    }
+
+    /// Replaces the fields, from the next step on.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range, or a field of a body that does not exist. The fields are then unchanged.
+    pub fn set_fields(&mut self, fields: Vec<Field>) -> Result<(), Error> {
+        check_fields(&fields, &self.bodies)?;
+        self.fields = fields;
+        self.wake();
+        Ok(())
     }
 
     /// Sets the number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any
@@ -157,6 +170,18 @@ pub(super) fn check_substeps(substeps: Substeps, fps: Option<f64>) -> Result<(),
 /// Checks the length of a step.
 pub(super) fn check_dt(dt: f64) -> Result<(), Error> {
     in_range("dt", dt, (1e-12..=1e6).contains(&dt), "a time in seconds, from 1e-12 to 1e6")?;
+    Ok(())
+}
+
+/// Checks fields of some bodies.
+pub(super) fn check_fields(fields: &[Field], bodies: &[Body]) -> Result<(), Error> {
+    for field in fields {
+        field.validate()?;
+        if let Some(name) = field.bodies.iter().find(|name| bodies.iter().all(|body| body.name() != *name)) {
+            let bodies = bodies.iter().map(|body| body.name().to_owned()).collect();
+            return Err(Error::NoSuchBody { name: name.clone(), bodies });
+        }
+    }
     Ok(())
 }
 

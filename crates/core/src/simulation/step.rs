@@ -18,6 +18,14 @@ impl Simulation {
 
     /// Advances all bodies by `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
+        self.make_steps(count);
+        self.end_call();
+    }
+
+    /// Advances all bodies by `count` steps that are a part of a call: forces of
+    /// [`ForceDuration::Call`](crate::ForceDuration::Call) act on, until [`end_call`](Self::end_call). For programs that
+    /// do something else in the course of a call.
+    pub fn make_steps(&mut self, count: u64) {
         if count > 0 && self.choose_at_next_step {
             self.choose_substeps();
             self.choose_at_next_step = false;
@@ -36,19 +44,25 @@ impl Simulation {
         });
     }
 
+    /// Ends a call that [made steps](Self::make_steps).
+    pub fn end_call(&mut self) {
+        self.bodies.iter_mut().for_each(Body::end_call);
+    }
+
     /// Advances all bodies by `count` frames: by that many times the number of steps per frame.
     pub fn advance(&mut self, count: u64) {
         for _ in 0..count {
             // The first step may choose the number of steps.
-            self.steps(1);
-            self.steps(self.substeps - 1);
+            self.make_steps(1);
+            self.make_steps(self.substeps - 1);
         }
+        self.end_call();
     }
 
     /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         self.colliders.animate(self.clock.interval());
-        let Self { bodies, contacts, pair_supports, groups, colliders, clock, workspaces, .. } = self;
+        let Self { bodies, contacts, fields, pair_supports, groups, colliders, clock, workspaces, .. } = self;
         let context = StepContext {
             gravity: self.gravity,
             interval: clock.interval(),
@@ -57,6 +71,7 @@ impl Simulation {
             sleep: self.sleep,
             workspaces,
         };
+        executor.for_each_mut(bodies, |body| body.begin_forces(fields, context.interval));
         groups.settle(bodies, &context);
         match contacts {
             None => executor.for_each_mut(bodies, |body| {

@@ -9,6 +9,7 @@ use super::substeps::ChosenSubsteps;
 use crate::body::{Body, BodyRef, DisplayContext, NearBodies};
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContacts;
+use crate::dynamics::Field;
 use crate::matching::Workspaces;
 use crate::parallel::Executor;
 use crate::plan::Plan;
@@ -23,6 +24,7 @@ pub struct Simulation {
     pub(super) gravity: Vector3<f64>,
     pub(super) clock: Clock,
     pub(super) colliders: Colliders,
+    pub(super) fields: Vec<Field>,
     /// The contacts between bodies, if bodies can touch.
     pub(super) contacts: Option<BodyContacts>,
     pub(super) contact: ContactSettings,
@@ -123,6 +125,11 @@ impl Simulation {
     /// Panics if `index` is not the index of a collider.
     pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
         ColliderMut::new(&mut self.colliders, index, &self.clock)
+    }
+
+    /// Returns the fields, in the order in which they were added.
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
     }
 
     /// Returns gravity in scene units per second squared.

@@ -1,4 +1,4 @@
-//! Applies forces to a body: for the next step, or in every step until they are removed.
+//! Applies forces to a body: during the next call, for a time, or in every step until they are removed.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use pyo3::{PyTraverseError, PyVisit};
-use supple::Selection;
+use supple::{Force as AppliedForce, ForceDuration, Selection};
 use supple_io::counted;
 
 use super::fields::{Field, Force, Part, Source};
@@ -60,24 +60,23 @@ impl SharedBody {
             results.push(Some(read_force(&force, "the result of the force field", Axis::Is(count))?));
         }
         let apply_all = |body: &mut supple::Body| -> Result<Option<usize>, supple::Error> {
+            let duration = ForceDuration::Step;
             for (index, (field, result)) in fields.iter().zip(results).enumerate() {
-                let vertices = || {
-                    let all = || (0..body.lattice().len() as u32).collect();
-                    field.part.vertices(body.lattice()).unwrap_or_else(all)
-                };
+                let vertices = field.part.vertices(body.lattice());
+                let total = |force: [f64; 3]| AppliedForce { duration, ..force.into() };
                 match (&field.source, result) {
-                    (Source::Constant(Force::Total(force)), _) => apply_total(body, *force, vertices())?,
-                    (_, Some(Force::Total(force))) => apply_total(body, force, vertices())?,
+                    (Source::Constant(Force::Total(force)), _) => apply_total(body, total(*force), vertices)?,
+                    (_, Some(Force::Total(force))) => apply_total(body, total(force), vertices)?,
                     (Source::Constant(Force::Each(forces)), _) => {
                         let forces = field.part.forces(body, forces);
-                        apply_each(body, forces)?;
+                        apply_each(body, forces, duration)?;
                     }
                     (_, Some(Force::Each(forces))) => {
-                        let vertices = vertices();
+                        let vertices = vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect());
                         if vertices.len() != forces.len() {
                             return Ok(Some(index));
                         }
-                        apply_each(body, vertices.into_iter().zip(forces).collect())?;
+                        apply_each(body, vertices.into_iter().zip(forces).collect(), duration)?;
                     }
                     (Source::Function(_), None) => unreachable!("each function has a result"),
                 }
@@ -136,18 +135,31 @@ fn rows<'py>(
     arrays::frozen(arrays::from_vectors(py, rows))
 }
 
-/// Applies a total force to vertices in the next step. Leaves out a force of zero.
-fn apply_total(body: &mut supple::Body, force: [f64; 3], vertices: Vec<u32>) -> Result<(), supple::Error> {
-    match force {
-        [0.0, 0.0, 0.0] => Ok(()),
-        force => body.apply_force(force, &Selection::Vertices(vertices)),
+/// Applies a total force to vertices. Leaves out a force of zero.
+fn apply_total(
+    body: &mut supple::Body,
+    force: AppliedForce,
+    vertices: Option<Vec<u32>>,
+) -> Result<(), supple::Error> {
+    if force.force == [0.0; 3] && force.torque == [0.0; 3] {
+        return Ok(());
     }
+    body.apply_force(force, &part_of(body, vertices))
 }
 
-/// Applies forces to vertices in the next step. Leaves out vertices with a force of zero.
-fn apply_each(body: &mut supple::Body, mut forces: Vec<(u32, [f64; 3])>) -> Result<(), supple::Error> {
+/// Returns the selection of vertices; `None`: all.
+fn part_of(body: &supple::Body, vertices: Option<Vec<u32>>) -> Selection {
+    Selection::Vertices(vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect()))
+}
+
+/// Applies forces to vertices. Leaves out vertices with a force of zero.
+fn apply_each(
+    body: &mut supple::Body,
+    mut forces: Vec<(u32, [f64; 3])>,
+    duration: ForceDuration,
+) -> Result<(), supple::Error> {
     forces.retain(|(_, force)| *force != [0.0; 3]);
-    if forces.is_empty() { Ok(()) } else { body.apply_forces(&forces) }
+    if forces.is_empty() { Ok(()) } else { body.apply_forces_for(&forces, duration) }
 }
 
 /// Reads a force: (3,), the total, or one row per vertex.
@@ -168,30 +180,95 @@ fn read_vertices(
     function: &str,
 ) -> PyResult<Option<Vec<u32>>> {
     let settings = Settings::from_call(options, function, &constraint::SELECTION, &constraint::SHAPES)?;
-    if !constraint::has_selection(&settings)? {
-        return match constraint::pose(&settings, function)? {
+    selected_vertices(body, py, &settings, function)
+}
+
+/// Reads the selection of a force from the arguments of a function; `None`: all vertices.
+fn selected_vertices(
+    body: &Body,
+    py: Python<'_>,
+    settings: &Settings<'_>,
+    function: &str,
+) -> PyResult<Option<Vec<u32>>> {
+    if !constraint::has_selection(settings)? {
+        return match constraint::pose(settings, function)? {
             Some(_) => Err(PyTypeError::new_err(format!("{function} has at only together with a shape"))),
             None => Ok(None),
         };
     }
-    body.select(py, &settings, function).map(Some)
+    body.select(py, settings, function).map(Some)
+}
+
+/// A force or an impulse on vertices.
+enum Applied {
+    Total(AppliedForce),
+    Each(Vec<(u32, [f64; 3])>),
+}
+
+/// Keyword arguments of an impulse. All but the last may be `None`.
+const IMPULSE: [&str; 7] = ["box", "sphere", "plane", "vertices", "point", "torque", "at"];
+
+/// Keyword arguments of a force. All but the last may be `None`.
+const FORCE: [&str; 8] = ["box", "sphere", "plane", "vertices", "point", "torque", "duration", "at"];
+
+impl Body {
+    /// Reads a force or an impulse and its part, and applies it. `apply` has the vertices of the part; `None`: all.
+    fn apply(
+        &self,
+        py: Python<'_>,
+        (name, value): (&str, &Bound<'_, PyAny>),
+        settings: &Settings<'_>,
+        function: &str,
+        apply: impl FnOnce(&mut supple::Body, Applied, Option<Vec<u32>>) -> Result<(), supple::Error> + Send,
+    ) -> PyResult<()> {
+        let vertices = selected_vertices(self, py, settings, function)?;
+        let count = vertices.as_ref().map_or_else(|| self.count(py), |list| Ok(list.len()))?;
+        let (point, torque) =
+            (settings.read("point", arrays::vector)?, settings.read("torque", arrays::vector)?);
+        let applied = match read_force(value, name, Axis::Is(count))? {
+            Force::Total(force) => {
+                Applied::Total(AppliedForce { point, torque: torque.unwrap_or_default(), ..force.into() })
+            }
+            Force::Each(_) if point.is_some() || torque.is_some() => {
+                return Err(PyTypeError::new_err(format!(
+                    "{function} has point and torque only together with a total {name} (3,)"
+                )));
+            }
+            Force::Each(forces) => {
+                let all = || (0..count as u32).collect();
+                Applied::Each(vertices.clone().unwrap_or_else(all).into_iter().zip(forces).collect())
+            }
+        };
+        self.with(py, |body| apply(body, applied, vertices))?.map_err(error::from_core)
+    }
 }
 
 #[pymethods]
 impl Body {
-    /// Apply a force in the next step. Several forces add up.
+    /// Apply a force in all steps of the next call of step or advance. Several forces add up.
     ///
     /// force : (3,) or (k, 3) float
-    ///     In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices in
-    ///     proportion to their masses. (k, 3): one force for each of the k selected vertices, in the order of the
-    ///     indices `vertices`, otherwise in increasing order.
+    ///     In kg length/s^2. (3,): the total force, which is distributed over the selected lattice vertices such that they
+    ///     would be accelerated like a rigid body: without point and torque, in proportion to their masses. (k, 3): one
+    ///     force for each of the k selected vertices, in the order of the indices `vertices`, otherwise in increasing
+    ///     order; without point and torque.
     /// box, sphere, plane, vertices, at
     ///     Selection of a part, as for pin. Default: the whole body, k = n.
+    /// point : (3,) float, optional
+    ///     World point at which the total force acts. Default: the center of mass of the part.
+    /// torque : (3,) float, optional
+    ///     Torque about the center of mass of the part, in kg length^2/s^2, besides that of the force.
+    /// duration : float, optional
+    ///     Seconds, above 0, for which the force acts. In a last step that is longer than the rest of the time it is as
+    ///     much smaller: the whole impulse is force x duration. Default: the next call of step(n) or advance(n), however
+    ///     long it is.
     ///
-    /// Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
+    /// Raises ValueError for an empty selection, a force that accelerates by more than 1e15 cells/s^2, or a torque about
+    /// the line on which all selected vertices lie.
     #[pyo3(
         signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, at='now')"
+        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, at='now', point=None, \
+                          torque=None, duration=None)"
     )]
     fn apply_force(
         &self,
@@ -199,17 +276,46 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let vertices = read_vertices(self, py, options, "apply_force()")?;
-        let count = vertices.as_ref().map_or_else(|| self.count(py), |list| Ok(list.len()))?;
-        let force = read_force(force, "force", Axis::Is(count))?;
-        let apply = |body: &mut supple::Body| {
-            let vertices = vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect());
-            match force {
-                Force::Total(force) => apply_total(body, force, vertices),
-                Force::Each(forces) => apply_each(body, vertices.into_iter().zip(forces).collect()),
+        let settings = Settings::from_call(options, "apply_force()", &FORCE, &FORCE[..FORCE.len() - 1])?;
+        let duration = settings.number("duration")?.map_or(ForceDuration::Call, ForceDuration::Seconds);
+        self.apply(py, ("force", force), &settings, "apply_force()", move |body, force, vertices| match force
+        {
+            Applied::Total(force) => apply_total(body, AppliedForce { duration, ..force }, vertices),
+            Applied::Each(forces) => apply_each(body, forces, duration),
+        })
+    }
+
+    /// Apply an impulse in the next step: the momentum changes by it, whatever the length of the step.
+    ///
+    /// impulse : (3,) or (k, 3) float
+    ///     In kg length/s, distributed like the force of apply_force.
+    /// box, sphere, plane, vertices, at
+    ///     Selection of a part, as for pin. Default: the whole body, k = n.
+    /// point : (3,) float, optional
+    ///     World point at which the total impulse acts. Default: the center of mass of the part.
+    /// torque : (3,) float, optional
+    ///     Angular impulse about the center of mass of the part, in kg length^2/s, besides that of the impulse.
+    ///
+    /// Raises ValueError as apply_force does.
+    #[pyo3(
+        signature = (impulse, **options),
+        text_signature = "($self, impulse, *, box=None, sphere=None, plane=None, vertices=None, at='now', point=None, \
+                          torque=None)"
+    )]
+    fn apply_impulse(
+        &self,
+        py: Python<'_>,
+        impulse: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        let settings =
+            Settings::from_call(options, "apply_impulse()", &IMPULSE, &IMPULSE[..IMPULSE.len() - 1])?;
+        self.apply(py, ("impulse", impulse), &settings, "apply_impulse()", |body, impulse, vertices| {
+            match impulse {
+                Applied::Total(impulse) => body.apply_impulse(impulse, &part_of(body, vertices)),
+                Applied::Each(impulses) => body.apply_impulses(&impulses),
             }
-        };
-        self.with(py, apply)?.map_err(error::from_core)
+        })
     }
 
     /// Apply a force in every step, until the field is removed. Returns a ForceField.

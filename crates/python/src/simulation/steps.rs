@@ -83,10 +83,10 @@ impl Simulation {
         let count = n.read("n", |n, name| argument::count(n, name, 0))?.unwrap_or(1) as u64;
         match count {
             0 => Ok(()),
-            count => {
+            count => self.in_call(py, || {
                 self.first_step(py)?;
                 self.steps(py, count - 1)
-            }
+            }),
         }
     }
 
@@ -109,19 +109,28 @@ impl Simulation {
         if frames == 0 {
             return Ok(());
         }
-        // The first step may choose the number of steps per frame.
-        let steps_per_frame = self.first_step(py)?;
-        self.steps(py, frames.saturating_mul(steps_per_frame) - 1)
+        self.in_call(py, || {
+            // The first step may choose the number of steps per frame.
+            let steps_per_frame = self.first_step(py)?;
+            self.steps(py, frames.saturating_mul(steps_per_frame) - 1)
+        })
     }
 }
 
 impl Simulation {
+    /// Makes the steps of a call, and then ends the forces that act during a call.
+    fn in_call(&self, py: Python<'_>, steps: impl FnOnce() -> PyResult<()>) -> PyResult<()> {
+        let result = steps();
+        self.shared.with(py, supple::Simulation::end_call)?;
+        result
+    }
+
     /// Runs one step, and warns about bodies that are softer than their material for the first time since it or the
     /// step length changed. Returns the number of steps per frame.
     fn first_step(&self, py: Python<'_>) -> PyResult<u64> {
         self.apply_fields(py)?;
         let (steps_per_frame, warnings) = self.shared.with_long(py, |simulation, shared| {
-            simulation.step();
+            simulation.make_steps(1);
             let mut last = shared.softened.lock().unwrap_or_else(PoisonError::into_inner);
             last.resize(simulation.bodies().len(), None);
             let mut warnings = Vec::new();
@@ -165,7 +174,7 @@ impl Simulation {
             let steps = remaining.min(batch);
             let elapsed = self.shared.with_long(py, move |simulation, _| {
                 let start = Instant::now();
-                simulation.steps(steps);
+                simulation.make_steps(steps);
                 start.elapsed()
             })?;
             remaining -= steps;

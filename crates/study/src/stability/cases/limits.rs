@@ -1,7 +1,7 @@
 //! Cases with the largest accepted numbers. No result may be NaN.
 
 use nalgebra::Vector3;
-use supple::{BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
+use supple::{BodyBuilder, Collider, Error, ForceDuration, Simulation, SimulationBuilder};
 
 use crate::stability::bodies::{Matter, block, deform, of_cells, of_sized_cells};
 use crate::stability::case::{Case, Figures, Measure};
@@ -34,7 +34,8 @@ fn strong_forces(matter: Matter) -> Result<Figures, Error> {
     let magnitudes: Vec<_> = body.masses().iter().map(|m| m * 1e15).collect();
     let alternating =
         |(vertex, force): (usize, &f64)| (vertex as u32, [if vertex % 2 == 0 { *force } else { -force }; 3]);
-    body.apply_forces(&magnitudes.iter().enumerate().map(alternating).collect::<Vec<_>>())?;
+    let forces: Vec<_> = magnitudes.iter().enumerate().map(alternating).collect();
+    body.apply_forces_for(&forces, ForceDuration::Step)?;
     run(Simulation::builder().sleep(false).body(body).gravity([0.0; 3]))
 }
 

@@ -1,6 +1,6 @@
 //! Cases with extreme stiffness, time steps, gravity and density.
 
-use supple::{Collider, Error, Pin, Simulation, TimeWindow};
+use supple::{Collider, Error, Force, ForceDuration, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{Matter, alone, block, layer, of_cells, shake};
 use crate::stability::case::{Case, Figures, Measure};
@@ -55,7 +55,8 @@ fn densities(matter: Matter, ratio: f64) -> Result<Figures, Error> {
         shake(&mut body, 0.2)?;
         // A sideways force equal to the bar's weight.
         let weight = body.masses().iter().sum::<f64>() * 9.81;
-        body.apply_force([0.0, 0.0, weight], &layer(BAR, 12))?;
+        let push = Force { duration: ForceDuration::Step, ..Force::from([0.0, 0.0, weight]) };
+        body.apply_force(push, &layer(BAR, 12))?;
         Ok::<_, Error>(body)
     };
     // Both bars are in the same place.
