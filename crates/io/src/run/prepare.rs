@@ -13,7 +13,9 @@ use crate::memory::memory_limit;
 use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
-use supple::{Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Simulation};
+use supple::{
+    Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Simulation, SimulationBuilder,
+};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -109,6 +111,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for collider in read_colliders(scene, (&mut documents, &mut animations))? {
         builder = builder.collider(collider);
     }
+    let builder = scene.fields.iter().cloned().fold(builder, SimulationBuilder::field);
     let mut simulation = builder.build().map_err(RunError::Simulation)?;
     let substeps = simulation.substeps() as u32;
     let cautions = Caution::all(&mut simulation);

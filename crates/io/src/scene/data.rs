@@ -9,13 +9,13 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::handle::HandleData;
-use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
+use super::keys::{self, FieldTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
-    BodyBuilder, BreakLimit, Curve, FractureOptions, LatticeOptions, Material, Pin, Placement, Plasticity,
-    Refine, Resolution, Scale, SimulationBuilder, SkinKind, TouchingOptions, VolumeOptions, Zone,
+    BodyBuilder, BreakLimit, Curve, Field, FractureOptions, LatticeOptions, Material, Pin, Placement,
+    Plasticity, Refine, Resolution, Scale, SimulationBuilder, SkinKind, TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -46,6 +46,9 @@ pub struct Scene {
     /// `[[collider]]`, in the order of the file.
     #[serde(default, rename = "collider")]
     pub colliders: Vec<ColliderData>,
+    /// `[[field]]`, in the order of the file: wind, drag and other accelerations.
+    #[serde(default, rename = "field", with = "keys::fields", skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<Field>,
 }
 
 /// `[simulation]`: time, gravity and threads.
@@ -352,6 +355,13 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
     // This cannot fail, because every key of a scene is a string.
     let Ok(Value::Object(fields)) = serde_json::to_value(part) else { return Fields::new() };
     fields
+}
+
+impl FieldTable {
+    /// Returns the keys that have a value.
+    pub fn to_keys(&self) -> Map<String, Value> {
+        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
+    }
 }
 
 /// Replaces each field `@...` by the keys for which it stands.

@@ -173,7 +173,9 @@ impl<'a> Field<'a> {
                     ("u32", _) => "a whole number".to_owned(),
                     ("a boolean", _) => "true or false".to_owned(),
                     ("a string" | "path string", _) => "a string in quotes".to_owned(),
-                    ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices" | "ignore") => {
+                    ("a sequence", Data::Table(_))
+                        if !matches!(key, "keys" | "vertices" | "ignore" | "bodies") =>
+                    {
                         "one table".clone_into(&mut found);
                         // Only bodies contain lists of tables (`[[body.pin]]`).
                         let parent = if self.name.contains('.') { "body." } else { "" };

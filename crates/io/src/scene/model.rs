@@ -72,6 +72,7 @@ impl Scene {
             output: OutputData::default(),
             bodies: vec![BodyData::new(name_from(path), path)],
             colliders: vec![ColliderData::plane(point, normal)],
+            fields: Vec::new(),
         }
     }
 }

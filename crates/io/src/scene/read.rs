@@ -92,6 +92,7 @@ impl Scene {
             check_paths(body.files_mut().map(|(key, path)| (key, &*path)), &field)?;
         }
         check_ignored(&scene.bodies, &root)?;
+        check_fields(&scene, &root)?;
         check_paths([("output.directory".to_owned(), &scene.output.directory)], &root)?;
         for (index, collider) in scene.colliders.iter_mut().enumerate() {
             let field = root.at(&format!("collider.{index}"));
@@ -147,6 +148,22 @@ fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError
                 let field = root.at(&format!("body.{index}.ignore.{entry}"));
                 return Err(field.no_other_body(name, &body.name, &names));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Checks the shapes of fields, and that the bodies on which they act exist.
+fn check_fields(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
+    let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+    for (index, field) in scene.fields.iter().enumerate() {
+        let place = root.at(&format!("field.{index}"));
+        if let Some(entry) = field.bodies.iter().position(|name| !names.contains(&name.as_str())) {
+            let place = place.at(&format!("bodies.{entry}"));
+            return Err(place.no_other_body(&field.bodies[entry], "", &names));
+        }
+        if let Some(shape) = &field.within {
+            check_box(shape, &place)?;
         }
     }
     Ok(())

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
 //! | `cautions` | warnings, such as of bodies that overlap |
+//! | `fields` | acceleration fields, such as wind |
 //! | `contacts` | the contacts of the last step |
 //! | `recording` | records frames into a USD stage or a page |
 //! | `saved` | saves and restores the state |
@@ -14,6 +15,7 @@
 mod build;
 mod cautions;
 mod contacts;
+mod fields;
 mod recording;
 mod saved;
 mod steps;
@@ -40,8 +42,18 @@ use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error, keys};
 
 /// Keyword arguments of `supple.Simulation`.
-const KEYS: [&str; 9] =
-    ["dt", "fps", "substeps", "gravity", "colliders", "threads", "contact", "self_contact", "sleep"];
+const KEYS: [&str; 10] = [
+    "dt",
+    "fps",
+    "substeps",
+    "gravity",
+    "colliders",
+    "fields",
+    "threads",
+    "contact",
+    "self_contact",
+    "sleep",
+];
 
 /// Keyword arguments that may be `None`.
 const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
@@ -62,6 +74,8 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 ///     In scene units per second squared, each component at most 1e12 in magnitude.
 /// colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
 ///     Default: no colliders.
+/// fields : list of dict, or one dict
+///     Wind, drag and other accelerations, with the keys of [[field]] in a scene. Default: no fields.
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
 ///     of threads.
@@ -104,7 +118,7 @@ impl Simulation {
         let settings = Settings::from_call(settings, "Simulation()", &KEYS, &OPTIONAL)?;
         settings.exclusive("dt", "fps")?;
         let data: SimulationData = keys::read(settings.iter(), |key, value| match key {
-            "dt" | "substeps" | "colliders" => Ok(None),
+            "dt" | "substeps" | "colliders" | "fields" => Ok(None),
             "gravity" => Ok(Some(keys::vector(arrays::vector(value, key)?))),
             _ => keys::value(value, key).map(Some),
         })?;
@@ -121,7 +135,8 @@ impl Simulation {
         let colliders = settings.read("colliders", |colliders, _| collider::as_tuple(colliders))?;
         let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
-        let (shared, bodies) = build::simulation(bodies, builder, data.threads)?;
+        let fields = settings.read("fields", |fields, _| fields::read(fields))?.unwrap_or_default();
+        let (shared, bodies) = build::simulation(bodies, (builder, fields), data.threads)?;
         Self::from_parts(shared, bodies, &colliders)
     }
 }
@@ -131,7 +146,7 @@ impl Simulation {
     #[new]
     #[pyo3(
         signature = (bodies, **settings),
-        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), threads=0, contact=True, self_contact=False, sleep=True)"
+        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), fields=(), threads=0, contact=True, self_contact=False, sleep=True)"
     )]
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let simulation = Self::build(bodies, settings)?;
@@ -268,6 +283,7 @@ impl Simulation {
             None => settings.set_item("dt", this.dt(py)?)?,
         }
         settings.set_item("colliders", this.colliders(py))?;
+        settings.set_item("fields", this.fields(py)?)?;
         settings.set_item("threads", this.shared.threads())?;
         settings.set_item("substeps", this.substeps(py)?)?;
         let (contact, self_contact) = this.shared.with(py, |s| (s.contact(), s.self_contact()))?;

@@ -10,7 +10,6 @@ use crate::state::Interval;
 
 /// What a field does. Accelerations and rates are multiplied by the strength of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum FieldLaw {
     /// The same acceleration everywhere, in length/s^2, besides the gravity of the simulation.
     Gravity([f64; 3]),

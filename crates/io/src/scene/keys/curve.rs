@@ -8,84 +8,99 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::interpolation;
-use super::ranges::{finite, inflation};
+use super::ranges::{finite, inflation, not_negative};
 use supple::{Curve, CurveKey, Interpolation, Range};
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RatioKey {
-    #[serde(deserialize_with = "finite")]
-    time: f64,
-    #[serde(deserialize_with = "inflation")]
-    value: f64,
-}
+/// Defines modules that read and write keyed numbers of a range. `$read` reads a number of a keyframe.
+macro_rules! curves {
+    ($($module:ident: $range:ident by $read:literal;)*) => {$(
+        pub(in crate::scene) mod $module {
+            use super::*;
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RatioKeys {
-    keys: Vec<RatioKey>,
-    #[serde(default, with = "interpolation")]
-    interpolation: Interpolation,
-}
+            #[derive(Serialize, Deserialize)]
+            #[serde(deny_unknown_fields)]
+            struct NumberKey {
+                #[serde(deserialize_with = "finite")]
+                time: f64,
+                #[serde(deserialize_with = $read)]
+                value: f64,
+            }
 
-impl RatioKeys {
-    fn curve<E: Error>(self) -> Result<Curve, E> {
-        let keys = self.keys.into_iter().map(|RatioKey { time, value }| CurveKey { time, value });
-        let curve = Curve::new(keys.collect())
-            .map_err(|error| E::custom(format_args!("a list of keyframes in the order of time: {error}")))?;
-        Ok(curve.interpolated(self.interpolation))
-    }
-}
+            #[derive(Serialize, Deserialize)]
+            #[serde(deny_unknown_fields)]
+            struct NumberKeys {
+                keys: Vec<NumberKey>,
+                #[serde(default, with = "interpolation")]
+                interpolation: Interpolation,
+            }
 
-/// A ratio of rest volumes.
-pub(in crate::scene) mod inflate {
-    use super::*;
+            impl NumberKeys {
+                fn curve<E: Error>(self) -> Result<Curve, E> {
+                    let keys = self.keys.into_iter().map(|NumberKey { time, value }| CurveKey { time, value });
+                    let curve = Curve::new(keys.collect()).map_err(|error| {
+                        E::custom(format_args!("a list of keyframes in the order of time: {error}"))
+                    })?;
+                    Ok(curve.interpolated(self.interpolation))
+                }
+            }
 
-    pub(in crate::scene) fn serialize<S: Serializer>(
-        curve: &Curve,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let keys = || curve.keys().iter().map(|&CurveKey { time, value }| RatioKey { time, value });
-        match (curve.keys(), curve.interpolation()) {
-            (&[CurveKey { value, .. }], _) => serializer.serialize_f64(value),
-            (_, Interpolation::Linear) => serializer.collect_seq(keys()),
-            (_, interpolation) => RatioKeys { keys: keys().collect(), interpolation }.serialize(serializer),
-        }
-    }
+            pub(in crate::scene) fn serialize<S: Serializer>(
+                curve: &Curve,
+                serializer: S,
+            ) -> Result<S::Ok, S::Error> {
+                let keys = || curve.keys().iter().map(|&CurveKey { time, value }| NumberKey { time, value });
+                match (curve.keys(), curve.interpolation()) {
+                    (&[CurveKey { value, .. }], _) => serializer.serialize_f64(value),
+                    (_, Interpolation::Linear) => serializer.collect_seq(keys()),
+                    (_, interpolation) => {
+                        NumberKeys { keys: keys().collect(), interpolation }.serialize(serializer)
+                    }
+                }
+            }
 
-    pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Curve, D::Error> {
-        value.deserialize_any(Ratio)
-    }
+            pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Curve, D::Error> {
+                value.deserialize_any(Number)
+            }
 
-    struct Ratio;
+            struct Number;
 
-    impl<'de> Visitor<'de> for Ratio {
-        type Value = Curve;
+            impl<'de> Visitor<'de> for Number {
+                type Value = Curve;
 
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a number, a list of keyframes with `time` and `value`, or a table with `keys` and `interpolation`")
-        }
+                fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                    f.write_str(EXPECTED)
+                }
 
-        fn visit_i64<E: Error>(self, ratio: i64) -> Result<Curve, E> {
-            self.visit_f64(ratio as f64)
-        }
+                fn visit_i64<E: Error>(self, number: i64) -> Result<Curve, E> {
+                    self.visit_f64(number as f64)
+                }
 
-        fn visit_f64<E: Error>(self, ratio: f64) -> Result<Curve, E> {
-            match Range::INFLATION.contains(ratio) {
-                true => Ok(ratio.into()),
-                false => Err(E::custom(Range::INFLATION.text())),
+                fn visit_f64<E: Error>(self, number: f64) -> Result<Curve, E> {
+                    match Range::$range.contains(number) {
+                        true => Ok(number.into()),
+                        false => Err(E::custom(Range::$range.text())),
+                    }
+                }
+
+                fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Curve, A::Error> {
+                    let keys = Vec::deserialize(SeqAccessDeserializer::new(list))?;
+                    NumberKeys { keys, interpolation: Interpolation::Linear }.curve()
+                }
+
+                fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Curve, A::Error> {
+                    NumberKeys::deserialize(MapAccessDeserializer::new(table))?.curve()
+                }
             }
         }
+    )*};
+}
 
-        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Curve, A::Error> {
-            let keys = Vec::deserialize(SeqAccessDeserializer::new(list))?;
-            RatioKeys { keys, interpolation: Interpolation::Linear }.curve()
-        }
+const EXPECTED: &str =
+    "a number, a list of keyframes with `time` and `value`, or a table with `keys` and `interpolation`";
 
-        fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Curve, A::Error> {
-            RatioKeys::deserialize(MapAccessDeserializer::new(table))?.curve()
-        }
-    }
+curves! {
+    inflate: INFLATION by "inflation";
+    strength: NOT_NEGATIVE by "not_negative";
 }
 
 optional! {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `material` | the keys of a material |
 //! | `curve` | numbers that may have keyframes |
+//! | `field_laws` | the keys of acceleration fields |
 //! | `fracture` | the keys of the fracture of a body |
 //! | `parts` | the keys of pins, handles and zones, and of keyframes |
 //! | `ranges` | functions that read a number, vector or string and check its range |
@@ -33,6 +34,7 @@ macro_rules! optional {
 }
 
 mod curve;
+mod field_laws;
 mod fracture;
 mod material;
 mod parts;
@@ -48,9 +50,10 @@ use supple::{
 };
 
 pub(super) use curve::inflate;
+pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub(super) use material::MaterialKeys;
-pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
+pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, pins, zones};
 pub(super) use ranges::{
     count, direction, directory, extents, film_size, finite, fps, fraction, mesh, name, not_negative,
     point_cache, positive, view,
@@ -123,6 +126,8 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             "@region_damping" => ALTERNATIVES[4].to_vec(),
             "@limit" => BREAK_LIMITS.to_vec(),
             "@selection" => vec!["box", "sphere", "plane", "vertices"],
+            "@within" => vec!["box", "sphere", "plane"],
+            "@law" => field_laws::LAWS.to_vec(),
             "@shape" => vec!["plane", "sphere", "box", "capsule", "mesh"],
             "@window" => vec!["start", "end"],
             key => vec![key],
@@ -150,6 +155,8 @@ pub(super) fn hint_for(key: &str) -> &'static str {
         "normal" => "a direction, three numbers",
         "center" => "three numbers",
         "point" => "a point of the plane, three numbers",
+        "bodies" => "a list of names of bodies like [\"flag\"]",
+        "gravity" => "a kind of field: `gravity`, `wind`, `drag`, `vortex` or `attract`",
         _ => "a list of tables",
     }
 }

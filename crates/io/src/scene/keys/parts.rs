@@ -5,8 +5,9 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::curve::optional_inflate;
+use super::field_laws::FieldKeys;
 use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
-use supple::{Curve, Key, Pin, Selection, TimeWindow, Zone};
+use supple::{Curve, Field, Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -101,6 +102,7 @@ macro_rules! lists {
 
 lists! {
     pins: Pin by "PinKeys", |_| Ok(());
+    fields: Field by "FieldKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |list| {
         list.iter_mut().filter(|zone| zone.factor == 0.0 && zone.inflate.is_some()).for_each(|zone| zone.factor = 1.0);
         Ok(())
