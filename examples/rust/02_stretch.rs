@@ -22,8 +22,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let body = Body::builder(mesh)
         .lattice_vertices(1000)
-        .pin(Pin { selection: base, window: TimeWindow::default() })
+        .pin(Pin { goal: None, selection: base, window: TimeWindow::default() })
         .handle(Handle {
+            goal: None,
             selection: crown,
             motion: vec![Key::default(), up].into(),
             window: TimeWindow::default(),

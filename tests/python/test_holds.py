@@ -209,7 +209,7 @@ def test_selections_of_a_mesh_pin_the_cells_of_its_vertices(cube):
         ({"sphere": ((0, 0, 0), -1)}, ValueError, "the sphere's radius is -1; it must be greater than 0"),
         ({"sphere": ((0, 0, 0), "1")}, TypeError, "sphere radius must be a number, not str"),
         ({"plane": ((0, 0, 0), (0, 0, 0))}, ValueError, "normal is zero; give the direction of the side to select"),
-        ({"vertices": []}, ValueError, "list of vertices is empty; name at least one lattice vertex"),
+        ({"vertices": []}, ValueError, "list of vertices is empty; name at least one vertex"),
         ({"vertices": [0, 81]}, ValueError, "81 is out of range: the lattice has 81 vertices, 0 to 80"),
         ({"vertices": [-1]}, ValueError, "-1 is out of range: the lattice has 81 vertices, 0 to 80"),
         ({"vertices": np.array([2**64 - 1], np.uint64)}, ValueError, "18446744073709551615 is out of range"),

@@ -36,8 +36,9 @@ fn full_simulation(n: i32, threads: usize) -> Simulation {
         .region_damping(0.1)
         .plastic(Plasticity { yield_strain: 1e-3, ..Plasticity::default() })
         .fracture(FractureOptions { rotation: Some(180.0), ..FractureOptions::new(BreakLimit::Strain(9.0)) })
-        .pin(Pin { selection: corner, window: TimeWindow::default() })
+        .pin(Pin { goal: None, selection: corner, window: TimeWindow::default() })
         .handle(Handle {
+            goal: None,
             selection: top,
             motion: vec![key(0.0, 0.0), key(9.0, 90.0)].into(),
             window: TimeWindow::default(),
@@ -56,6 +57,7 @@ fn resting_simulation(sleep: bool) -> Simulation {
     let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap();
     let body = Body::from_lattice(lattice)
         .pin(Pin {
+            goal: None,
             selection: Selection::Sphere { center: [0.0; 3], radius: 0.05 },
             window: TimeWindow::default(),
         })
@@ -100,7 +102,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     let selection = Selection::Plane { point: [0.5, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
     let motion = HandleMotion::Follow(animation);
     let following = Body::builder(mesh_of(unit_cube())).lattice_vertices(500).material(Material::fast_lsm());
-    let following = following.handle(Handle { selection, motion, window: TimeWindow::default() });
+    let following = following.handle(Handle { goal: None, selection, motion, window: TimeWindow::default() });
     let mut following = Simulation::builder().body(following.build().unwrap()).threads(1).build().unwrap();
     following.steps(60);
     assert_eq!(thread_allocations(|| following.steps(200)), 0, "a handle that follows an animation");

@@ -161,11 +161,14 @@ pub fn pull_apart(
     let beyond = |at: f64, side: f64| Selection::Plane { point: along(at), normal: along(side) };
     let key = |time, distance| Key { time, translate: along(distance), rotate: [0.0; 3] };
     let keys = vec![key(0.0, 0.0), key(1.0, distance)];
-    let body = body.pin(Pin { selection: beyond(low, -1.0), window: TimeWindow::default() }).handle(Handle {
-        selection: beyond(high, 1.0),
-        motion: keys.into(),
-        window: TimeWindow::default(),
-    });
+    let body = body
+        .pin(Pin { goal: None, selection: beyond(low, -1.0), window: TimeWindow::default() })
+        .handle(Handle {
+            goal: None,
+            selection: beyond(high, 1.0),
+            motion: keys.into(),
+            window: TimeWindow::default(),
+        });
     let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
     let mut simulation = simulation.build().unwrap();
     simulation.steps(steps);

@@ -152,8 +152,8 @@ pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, 
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
     Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldLaw,
-    Force, ForceDuration, Handle, HandleMotion, Material, Pin, Plasticity, Preset, RegionDamping, RegionSize,
-    Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
+    Force, ForceDuration, Goal, Handle, HandleMotion, Material, Pin, Plasticity, Preset, RegionDamping,
+    RegionSize, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{

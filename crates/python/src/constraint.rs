@@ -1,52 +1,81 @@
 //! Reads the arguments of pins, handles and forces: the selection (exactly one of `box=`, `sphere=`,
-//! `plane=`, `vertices=`), the time window (`start=`, `end=`) and the keyframes (`keys=`: tuples
-//! `(time, translate, rotate)`, or dicts with these names).
+//! `plane=`, `vertices=`, `mesh_vertices=`, `group=`), the time window (`start=`, `end=`), the soft goal (`weight=`,
+//! `goal_frequency=`, `goal_damping=`) and the keyframes (`keys=`: tuples `(time, translate, rotate)`, or dicts with these
+//! names).
 
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use supple::{Curve, CurveKey, Interpolation, Key, Selection, SelectionPose, TimeWindow};
+use supple::{Curve, CurveKey, Goal, Interpolation, Key, Selection, SelectionPose, TimeWindow};
+use supple_io::scene::GoalTable;
 
-use crate::argument::{Settings, choice, conversion_error, number, wrong_type};
+use crate::argument::{Settings, choice, conversion_error, number, text, wrong_type};
 use crate::arrays::{self, Axis, vector};
 use crate::rotation::rotate;
 
 /// Keyword arguments that give a selection.
-pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
+pub(crate) const SHAPES: [&str; 6] = ["box", "sphere", "plane", "vertices", "mesh_vertices", "group"];
 
 /// Keyword arguments that give a selection and the pose in which a shape selects.
-pub(crate) const SELECTION: [&str; 5] = ["box", "sphere", "plane", "vertices", "at"];
+pub(crate) const SELECTION: [&str; 7] =
+    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "at"];
 
-/// Keyword arguments of a pin or a handle that may be `None`.
-pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
+/// Keyword arguments of a pin that may be `None`.
+pub(crate) const OPTIONAL: [&str; 7] =
+    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "end"];
+
+/// Keyword arguments of a soft goal.
+const GOAL: [&str; 3] = ["weight", "goal_frequency", "goal_damping"];
 
 /// Returns whether the arguments give a selection.
 pub(crate) fn has_selection(settings: &Settings<'_>) -> PyResult<bool> {
     SHAPES.into_iter().try_fold(false, |found, shape| Ok(found || settings.get(shape)?.is_some()))
 }
 
-/// Reads the selection from the arguments of `function`, for a lattice of `count` vertices.
-pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
+/// Reads the selection from the arguments of `function`, for a body with as many lattice and mesh vertices as `counts`.
+pub(crate) fn selection(settings: &Settings<'_>, function: &str, counts: [usize; 2]) -> PyResult<Selection> {
     let given = |shape| Ok(settings.get(shape)?.map(|value| (shape, value)));
     let given: Vec<_> =
         SHAPES.into_iter().filter_map(|shape| given(shape).transpose()).collect::<PyResult<_>>()?;
     match &given[..] {
-        [(shape, value)] => read_shape(shape, value, count),
-        [] => Err(PyTypeError::new_err(format!("{function} needs one of box=, sphere=, plane=, vertices="))),
+        [(shape, value)] => read_shape(shape, value, counts),
+        [] => Err(PyTypeError::new_err(format!("{function} needs one of {}", list_of_shapes()))),
         [(first, _), (second, _), ..] => Err(PyTypeError::new_err(format!(
-            "{function} accepts only one of box=, sphere=, plane=, vertices=; {first} and {second} were given"
+            "{function} accepts only one of {}; {first} and {second} were given",
+            list_of_shapes()
         ))),
     }
+}
+
+/// Returns the names of the arguments that give a selection, for messages.
+fn list_of_shapes() -> String {
+    SHAPES.map(|shape| format!("{shape}=")).join(", ")
+}
+
+/// Reads the soft goal of a pin or a handle; `None` without one.
+pub(crate) fn goal(settings: &Settings<'_>) -> PyResult<Option<Goal>> {
+    let given = settings.iter().filter(|(key, _)| GOAL.contains(&key.as_str()));
+    let arguments: Vec<_> = given.collect();
+    if arguments.is_empty() {
+        return Ok(None);
+    }
+    let GoalTable(goal) = crate::keys::read(arguments, |key, value| match key {
+        "weight" => crate::keys::curve(value, key).map(Some),
+        _ => crate::keys::value(value, key).map(Some),
+    })?;
+    Ok(Some(goal))
 }
 
 /// Reads `at`; `None` if it is missing.
 pub(crate) fn pose(settings: &Settings<'_>, function: &str) -> PyResult<Option<SelectionPose>> {
     let pose = settings.read("at", |value, name| choice(value, name, &SelectionPose::NAMED))?;
-    if pose.is_some() && settings.get("vertices")?.is_some() {
-        let message =
-            format!("{function} has at only together with a shape; vertices are the same in any pose");
-        return Err(PyTypeError::new_err(message));
+    for part in ["vertices", "mesh_vertices", "group"] {
+        if pose.is_some() && settings.get(part)?.is_some() {
+            let message =
+                format!("{function} has at only together with a shape; {part} selects the same in any pose");
+            return Err(PyTypeError::new_err(message));
+        }
     }
     Ok(pose)
 }
@@ -60,7 +89,7 @@ pub(crate) fn window(settings: &Settings<'_>) -> PyResult<TimeWindow> {
 }
 
 /// Reads the value of the selection argument `shape`.
-fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Selection> {
+fn read_shape(shape: &str, value: &Bound<'_, PyAny>, [lattice, mesh]: [usize; 2]) -> PyResult<Selection> {
     Ok(match shape {
         "box" => {
             let [min, max] = read_pair(value, shape, ["min", "max"])?;
@@ -76,7 +105,9 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
             let point = vector(&point, "plane point")?;
             Selection::Plane { point, normal: vector(&normal, "plane normal")? }
         }
-        _ => Selection::Vertices(vertices(value, count)?),
+        "group" => Selection::Group(text(value, shape)?),
+        "mesh_vertices" => Selection::MeshVertices(vertices(value, shape, ("mesh", mesh))?),
+        _ => Selection::Vertices(vertices(value, shape, ("lattice", lattice))?),
     })
 }
 
@@ -113,27 +144,27 @@ fn read_pair<'py>(
     })
 }
 
-/// Reads lattice vertices: indices, or a mask of all `count` vertices. A list of only 0 and 1 that repeats them is a mask,
-/// of all vertices or of something else.
-fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
+/// Reads the argument `name`, vertices of a mesh or a lattice: indices, or a mask of all `count` vertices. A list of only 0
+/// and 1 that repeats them is a mask, of all vertices or of something else.
+fn vertices(value: &Bound<'_, PyAny>, name: &str, (whole, count): (&str, usize)) -> PyResult<Vec<u32>> {
     if arrays::is_mask(value)? {
-        let mask = arrays::booleans(value, "vertices", &[Axis::Is(count)])?;
+        let mask = arrays::booleans(value, name, &[Axis::Is(count)])?;
         let chosen = mask.as_slice()?.iter().enumerate().filter(|(_, chosen)| **chosen);
         return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());
     }
-    let list = arrays::integers(value, "vertices", &[Axis::Any("k")])?;
+    let list = arrays::integers(value, name, &[Axis::Any("k")])?;
     let checked = |&vertex: &i64| match u32::try_from(vertex) {
         Ok(valid) if (valid as usize) < count => Ok(valid),
         _ => Err(PyValueError::new_err(format!(
-            "vertices: {vertex} is out of range: the lattice has {count} vertices, 0 to {}",
-            count - 1
+            "{name}: {vertex} is out of range: the {whole} has {count} vertices, 0 to {}",
+            count as i64 - 1
         ))),
     };
     let list = list.as_slice()?;
     if list.len() > 2 && list.iter().all(|entry| (0..2).contains(entry)) {
         if list.len() != count {
             return Err(PyValueError::new_err(format!(
-                "vertices has {} entries, all of them 0 or 1: a mask has one entry for each of the {count} lattice \
+                "{name} has {} entries, all of them 0 or 1: a mask has one entry for each of the {count} {whole} \
                  vertices, and indices are given once each",
                 list.len()
             )));

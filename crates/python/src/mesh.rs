@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::{PyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyTuple, PyType};
+use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{ColliderFault, CollisionMesh};
 use supple_io::{counted, model};
 
@@ -125,6 +125,18 @@ impl Mesh {
         py.detach(|| self.mesh.is_closed())
     }
 
+    /// Named groups of vertices: dict of name to (k,) int64 array, in increasing order. A mesh from a file has those of the
+    /// objects, groups and materials of the file. Body.pin(group=...) and its like select by them.
+    #[getter]
+    fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, vertices) in self.mesh.groups() {
+            let vertices = vertices.iter().map(|&vertex| i64::from(vertex)).collect();
+            dict.set_item(name, arrays::frozen(PyArray1::from_vec(py, vertices)))?;
+        }
+        Ok(dict)
+    }
+
     /// Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
@@ -146,7 +158,7 @@ impl Mesh {
         let vertices: Vec<[f64; 3]> = mesh.vertices().iter().map(|&p| p.into()).collect();
         let faces: Vec<&[u32]> = mesh.faces().collect();
         let restore = py.get_type::<Self>().getattr("_restore")?;
-        let data = encode(py, &(vertices, faces, &slf.get().source))?;
+        let data = encode(py, &(vertices, faces, &slf.get().source, mesh.groups()))?;
         match &slf.get().visual {
             Some(visual) => (restore, (data, visual)).into_pyobject(py),
             None => (restore, (data,)).into_pyobject(py),
@@ -157,9 +169,9 @@ impl Mesh {
     #[classmethod]
     #[pyo3(signature = (data, visual=None))]
     fn _restore(class: &Bound<'_, PyType>, data: &[u8], visual: Option<Py<PyAny>>) -> PyResult<Self> {
-        type Data = (Vec<[f64; 3]>, Vec<Vec<u32>>, Option<Source>);
-        let (vertices, faces, source): Data = decode(class.py(), data)?;
-        let mesh = supple::Mesh::new(vertices, &faces).map_err(error::from_core)?;
+        type Data = (Vec<[f64; 3]>, Vec<Vec<u32>>, Option<Source>, Vec<(String, Vec<u32>)>);
+        let (vertices, faces, source, groups): Data = decode(class.py(), data)?;
+        let mesh = supple::Mesh::new(vertices, &faces).map_err(error::from_core)?.with_groups(groups);
         Ok(Self { source, ..Self::from_core(mesh).with_visual(visual) })
     }
 }

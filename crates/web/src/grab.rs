@@ -37,6 +37,7 @@ impl Grab {
         let inside = (0..).zip(distances()).filter(|(_, distance)| *distance <= radius);
         let vertices = inside.map(|(vertex, _)| vertex).collect();
         body.handle(&Handle {
+            goal: None,
             selection: Selection::Vertices(vertices),
             motion: vec![Key { time, ..Key::default() }].into(),
             window: TimeWindow { start: time, ..TimeWindow::default() },
@@ -95,7 +96,7 @@ impl Base {
         match (self.pin, is_held) {
             (None, true) => {
                 let selection = Selection::Vertices(self.vertices.clone());
-                body.pin(&Pin { selection, window: TimeWindow::default() })?;
+                body.pin(&Pin { goal: None, selection, window: TimeWindow::default() })?;
                 self.pin = Some(body.constraint_count() - 1);
             }
             (Some(pin), false) => {

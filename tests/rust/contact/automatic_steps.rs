@@ -10,7 +10,7 @@ fn pulled_ring(side: f64, rotate: [f64; 3]) -> Body {
     let selection = Selection::Plane { point: [1.4 * side, 0.0, 0.0], normal: [side, 0.0, 0.0] };
     let end = Key { time: 2.0, translate: [1.2 * side, 0.0, 0.0], ..Key::default() };
     let motion = vec![Key::default(), end].into();
-    body.handle(&Handle { selection, motion, window: TimeWindow::default() }).unwrap();
+    body.handle(&Handle { goal: None, selection, motion, window: TimeWindow::default() }).unwrap();
     body
 }
 

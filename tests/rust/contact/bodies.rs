@@ -224,7 +224,8 @@ fn slow_bodies_touch_before_they_are_deep_in_each_other() {
     let held = |body: BodyBuilder, [low, high]: [f64; 2], keys: Vec<Key>| {
         let mut body = body.build().unwrap();
         let selection = Selection::Box { min: [-1.0, low, -1.0], max: [1.0, high, 1.0] };
-        body.handle(&Handle { selection, motion: keys.into(), window: TimeWindow::default() }).unwrap();
+        body.handle(&Handle { goal: None, selection, motion: keys.into(), window: TimeWindow::default() })
+            .unwrap();
         body
     };
     let end = Key { time: 2.0, translate: [0.0, -2.0 * speed, 0.0], ..Key::default() };
@@ -249,7 +250,7 @@ fn bodies_that_slide_on_another_one_bounce_off_each_other() {
     for phase in 0..4 {
         let mut sim = Simulation::builder().dt(1.0 / 600.0).sleep(false);
         let mut floor = boxed([12, 1, 6], 0.25).restitution(0.0).friction(0.0).build().unwrap();
-        floor.pin(&Pin { selection: everything(), window: TimeWindow::default() }).unwrap();
+        floor.pin(&Pin { goal: None, selection: everything(), window: TimeWindow::default() }).unwrap();
         sim = sim.body(floor);
         for side in [-1.0, 1.0] {
             let x = side * (0.56 + f64::from(phase) / 600.0);
@@ -280,7 +281,7 @@ fn bodies_that_are_woken_keep_their_contacts() {
         let mut body = cube(5).youngs_modulus(2e6).translate([0.0, height, 0.0]).build().unwrap();
         if k == 2 {
             let window = TimeWindow { start: 0.0, end: 5.0 };
-            body.pin(&Pin { selection: everything(), window }).unwrap();
+            body.pin(&Pin { goal: None, selection: everything(), window }).unwrap();
         }
         sim = sim.body(body);
     }
@@ -313,11 +314,16 @@ fn held_bodies_that_overlap_stay_stable() {
     for _ in 0..2 {
         let mut body = cube(5).build().unwrap();
         let at = |low: f64, high: f64| Selection::Box { min: [-1.0, low, -1.0], max: [1.0, high, 1.0] };
-        body.pin(&Pin { selection: at(-0.6, -0.3), window: TimeWindow::default() }).unwrap();
+        body.pin(&Pin { goal: None, selection: at(-0.6, -0.3), window: TimeWindow::default() }).unwrap();
         let end = Key { time: 1.0, translate: [0.0, 0.5, 0.0], ..Key::default() };
         let keys = vec![Key::default(), end];
-        body.handle(&Handle { selection: at(0.3, 0.6), motion: keys.into(), window: TimeWindow::default() })
-            .unwrap();
+        body.handle(&Handle {
+            goal: None,
+            selection: at(0.3, 0.6),
+            motion: keys.into(),
+            window: TimeWindow::default(),
+        })
+        .unwrap();
         sim = sim.body(body);
     }
     let mut sim = sim.build().unwrap();
@@ -417,11 +423,16 @@ fn parts_of_a_body_touch_each_other_only_if_enabled() {
         let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap();
         let mut body = Body::from_lattice(lattice).youngs_modulus(3e4).self_contact(enabled).build().unwrap();
         let lower = Selection::Box { min: [0.75, -0.01, -1.0], max: [1.1, 0.11, 1.0] };
-        body.pin(&Pin { selection: lower, window: TimeWindow::default() }).unwrap();
+        body.pin(&Pin { goal: None, selection: lower, window: TimeWindow::default() }).unwrap();
         let upper = Selection::Box { min: [0.75, 0.39, -1.0], max: [1.1, 0.41, 1.0] };
         let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -0.28, 0.0], ..Key::default() }];
-        body.handle(&Handle { selection: upper, motion: keys.into(), window: TimeWindow::default() })
-            .unwrap();
+        body.handle(&Handle {
+            goal: None,
+            selection: upper,
+            motion: keys.into(),
+            window: TimeWindow::default(),
+        })
+        .unwrap();
         let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
         sim.steps(10);
         assert_eq!(sim.contacts().len(), 0, "nothing touches at rest");
@@ -479,7 +490,7 @@ fn a_sheet_carries_a_ball_on_either_side() {
         let mut sheet = Body::builder(Mesh::new(vertices.clone(), &faces).unwrap()).cell_size(0.1);
         for side in [-1.0, 1.0] {
             let selection = Selection::Plane { point: [0.75 * side, 0.0, 0.0], normal: [side, 0.0, 0.0] };
-            sheet = sheet.pin(Pin { selection, window: TimeWindow::default() });
+            sheet = sheet.pin(Pin { goal: None, selection, window: TimeWindow::default() });
         }
         let ball = ball(0.3, 0.1).density(300.0).translate([0.0, 0.45, 0.0]);
         let sim = Simulation::builder().fps(60.0).substeps(Substeps::Fixed(4));
@@ -558,7 +569,8 @@ fn held_bodies_keep_all_contacts() {
         let bodies = [-0.499, 0.499].map(|x| {
             let mut body = cube(4).translate([x, 0.0, 0.0]).build().unwrap();
             if is_held {
-                body.pin(&Pin { selection: everything(), window: TimeWindow::default() }).unwrap();
+                body.pin(&Pin { goal: None, selection: everything(), window: TimeWindow::default() })
+                    .unwrap();
             }
             body
         });

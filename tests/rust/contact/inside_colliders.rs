@@ -173,6 +173,7 @@ fn positions_and_colliders_that_are_set_are_searched_for_overlaps() {
 #[test]
 fn a_pinned_body_and_a_pressed_body_stay() {
     let pin = Pin {
+        goal: None,
         selection: Selection::Plane { point: [0.0, 0.4, 0.0], normal: [0.0, 1.0, 0.0] },
         window: TimeWindow::default(),
     };

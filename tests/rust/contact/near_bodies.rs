@@ -20,10 +20,15 @@ fn pressed(cells: [i32; 3], corner: [f64; 3]) -> Body {
         let [low, high] = [low, high].map(|y| corner[1] + y);
         Selection::Box { min: [-10.0, low - 0.01, -10.0], max: [10.0, high + 0.01, 10.0] }
     };
-    body.pin(&Pin { selection: at(0.0, 0.0), window: TimeWindow::default() }).unwrap();
+    body.pin(&Pin { goal: None, selection: at(0.0, 0.0), window: TimeWindow::default() }).unwrap();
     let keys =
         vec![Key::default(), Key { time: 1.0, translate: [0.0, -height / 4.0, 0.0], ..Key::default() }];
-    let handle = Handle { selection: at(height, height), motion: keys.into(), window: TimeWindow::default() };
+    let handle = Handle {
+        goal: None,
+        selection: at(height, height),
+        motion: keys.into(),
+        window: TimeWindow::default(),
+    };
     body.handle(&handle).unwrap();
     body
 }
@@ -86,9 +91,15 @@ fn pressed_between_plates(gap: f64, volume: VolumeOptions) -> Simulation {
     let whole = || Selection::Box { min: [-100.0; 3], max: [100.0; 3] };
     let plate = |y: f64| resting([8, 1, 8], [-CELL, y * CELL, -CELL], 1e7);
     let (mut low, mut high) = (plate(-1.01), plate(6.01));
-    low.pin(&Pin { selection: whole(), window: TimeWindow::default() }).unwrap();
+    low.pin(&Pin { goal: None, selection: whole(), window: TimeWindow::default() }).unwrap();
     let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -3.6 * CELL, 0.0], ..Key::default() }];
-    high.handle(&Handle { selection: whole(), motion: keys.into(), window: TimeWindow::default() }).unwrap();
+    high.handle(&Handle {
+        goal: None,
+        selection: whole(),
+        motion: keys.into(),
+        window: TimeWindow::default(),
+    })
+    .unwrap();
     let mut bodies = [
         resting([6; 3], [0.0; 3], 3e5),
         resting([6, 2, 6], [(6.0 + gap) * CELL, 0.2 * CELL, 0.0], 3e5),

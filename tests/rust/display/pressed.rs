@@ -79,12 +79,16 @@ fn a_pulled_body_has_no_ring_where_it_is_held_and_does_not_pop() {
         let held = |z: f64| Selection::Plane { point: [0.0, 0.0, z], normal: [0.0, 0.0, z.signum()] };
         let keys = vec![key(0.2, [0.0; 3]), key(1.4, [0.0, 0.0, -2.0])];
         let handle = Handle {
+            goal: None,
             selection: held(-1.3),
             motion: keys.into(),
             window: TimeWindow { end: 1.8, ..TimeWindow::default() },
         };
         let body = of_flesh(ellipsoid([0.6, 0.9, 2.0]), 1000).volume(volume).handle(handle);
-        let body = body.pin(Pin { selection: held(0.6), window: TimeWindow::default() }).build().unwrap();
+        let body = body
+            .pin(Pin { goal: None, selection: held(0.6), window: TimeWindow::default() })
+            .build()
+            .unwrap();
         let simulation = Simulation::builder().body(body).gravity([0.0; 3]).fps(30.0);
         let mut simulation = simulation.substeps(Substeps::Auto).build().unwrap();
         (frames(&mut simulation, 75), simulation)

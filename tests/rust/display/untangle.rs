@@ -138,8 +138,11 @@ fn untangling_is_thread_count_independent() {
 fn pinned_vertices_stay_where_they_are() {
     let cells = block([5, 6, 5]);
     let below = Selection::Plane { point: [0.0, 1.5, 0.0], normal: [0.0, -1.0, 0.0] };
-    let body =
-        Body::from_lattice(lattice(&cells)).pin(Pin { selection: below, window: TimeWindow::default() });
+    let body = Body::from_lattice(lattice(&cells)).pin(Pin {
+        goal: None,
+        selection: below,
+        window: TimeWindow::default(),
+    });
     let mut simulation =
         Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).threads(1).build().unwrap();
     simulation.steps(1);

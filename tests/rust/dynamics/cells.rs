@@ -49,7 +49,7 @@ fn bending_has_the_stiffness_of_the_law() {
     for thickness in [1, 2, 4] {
         let length = 16 * thickness;
         let lattice = lattice(&block([length, thickness, thickness]));
-        let pin = Pin { selection: layer(0.0), window: TimeWindow::default() };
+        let pin = Pin { goal: None, selection: layer(0.0), window: TimeWindow::default() };
         // The lowest mode of the free beam has 6.36 times the frequency of the held one.
         let body = body(&lattice, HalfWidth::CELL, 0.0).damping_ratio(1.0 / 6.36).pin(pin).build().unwrap();
         let (dt, density) = (1.0 / 60.0, body.material().density);
@@ -83,8 +83,8 @@ fn layers_between_handles_stretch_evenly() {
         Key { time: 1.0, translate: [6.0, 0.0, 0.0], rotate: [0.0; 3] },
     ];
     let window = TimeWindow::default();
-    let pin = Pin { selection: end(-0.1, 1.1), window };
-    let handle = Handle { selection: end(10.9, 12.1), motion: keys.into(), window };
+    let pin = Pin { goal: None, selection: end(-0.1, 1.1), window };
+    let handle = Handle { goal: None, selection: end(10.9, 12.1), motion: keys.into(), window };
     let body = body(&lattice, HalfWidth::CELL, 0.0).damping_ratio(1.0).pin(pin).handle(handle);
     let mut simulation = without_gravity(body.build().unwrap());
     simulation.steps(60 * 20);

@@ -76,7 +76,7 @@ fn invalid_selections_are_errors_with_the_value_and_the_way_out() {
             Selection::Plane { point: [0.0; 3], normal: [0.0; 3] },
             "the plane's normal is zero; give the direction of the side to select",
         ),
-        (Selection::Vertices(vec![]), "the list of vertices is empty; name at least one lattice vertex"),
+        (Selection::Vertices(vec![]), "the list of vertices is empty; name at least one vertex"),
         (Selection::Vertices(vec![3, 8]), "vertex 8 is out of range: the lattice has 8 vertices, 0 to 7"),
     ];
     for (selection, message) in wrong {

@@ -133,7 +133,8 @@ fn handles_follow_new_keys_and_are_released() {
     let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&Handle { selection: all, motion: keys.into(), window: TimeWindow::default() }).unwrap();
+    body.handle(&Handle { goal: None, selection: all, motion: keys.into(), window: TimeWindow::default() })
+        .unwrap();
     let rest = body.positions();
     let mut simulation = without_gravity(body);
     simulation.steps(5);
@@ -155,6 +156,7 @@ fn handles_follow_new_keys_and_are_released() {
 #[test]
 fn released_constraints_take_no_memory_and_keep_the_indices_of_the_others() {
     let pin = |vertex| supple::Pin {
+        goal: None,
         selection: Selection::Vertices(vec![vertex]),
         window: TimeWindow { start: 0.0, end: 0.05 },
     };
@@ -257,6 +259,7 @@ fn threads_changed_between_steps_change_no_bit() {
 #[test]
 fn a_state_with_an_active_pin_continues_in_a_body_whose_pin_was_never_active() {
     let pin = |end| supple::Pin {
+        goal: None,
         selection: Selection::Vertices(vec![0, 1, 20]),
         window: TimeWindow { start: 0.05, end },
     };
@@ -307,7 +310,8 @@ fn a_state_keeps_all_settings_that_changed_between_steps() {
     body.set_region_damping(RegionDamping::PerStep(0.1)).unwrap();
     body.set_region_size(RegionSize::Cells(3.into())).unwrap();
     body.set_volume(VolumeMeasure::Lattice).unwrap();
-    let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
+    let pin =
+        supple::Pin { goal: None, selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
     body.pin(&pin).unwrap();
     one.steps(40);
     one.body_mut(0).apply_force([5.0, 0.0, 0.0], &Selection::Vertices(vec![20])).unwrap();

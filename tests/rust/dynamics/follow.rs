@@ -34,7 +34,12 @@ fn animate(
 }
 
 fn follow(selection: Selection, animation: &MeshAnimation) -> Handle {
-    Handle { selection, motion: HandleMotion::Follow(animation.clone()), window: TimeWindow::default() }
+    Handle {
+        goal: None,
+        selection,
+        motion: HandleMotion::Follow(animation.clone()),
+        window: TimeWindow::default(),
+    }
 }
 
 fn bar() -> Mesh {

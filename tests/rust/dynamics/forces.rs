@@ -169,7 +169,7 @@ fn forces_and_keys_beyond_the_limits_are_errors_and_within_them_results_stay_fin
     let keys = |height| vec![Key { time: 0.0, translate: [0.0, height, 0.0], rotate: [0.0; 3] }];
     let handle = |height| {
         let selection = Selection::Vertices(vec![0, 1]);
-        Handle { selection, motion: keys(height).into(), window: TimeWindow::default() }
+        Handle { goal: None, selection, motion: keys(height).into(), window: TimeWindow::default() }
     };
     body.handle(&handle(-5e14)).unwrap();
     let error = body.handle(&handle(1e39)).unwrap_err().to_string();
@@ -200,7 +200,7 @@ fn damping_takes_nothing_of_a_steady_force() {
             (0..lattice.len() as u32).filter(|&v| lattice.indices()[v as usize][0] == 6).collect();
         let body = Body::from_lattice(lattice).half_width(HalfWidth::CELL).damping_ratio(ratio);
         let mut simulation = without_gravity(
-            body.pin(Pin { selection: held, window: TimeWindow::default() }).build().unwrap(),
+            body.pin(Pin { goal: None, selection: held, window: TimeWindow::default() }).build().unwrap(),
         );
         let end = |simulation: &Simulation| {
             let positions = simulation.body(0).positions();

@@ -12,7 +12,7 @@ fn end(x: f64, middle: f64) -> Selection {
 }
 
 fn pin(selection: Selection) -> Pin {
-    Pin { selection, window: TimeWindow::default() }
+    Pin { goal: None, selection, window: TimeWindow::default() }
 }
 
 fn force(sim: &Simulation, index: usize) -> HoldForce {
@@ -63,7 +63,8 @@ fn errors_and_changes(sim: &mut Simulation) -> (f64, f64) {
 fn moved(body: BodyBuilder) -> Simulation {
     let key = |time, x, turn| Key { time, translate: [x, 0.3 * x, 0.0], rotate: [turn, 0.0, 0.0] };
     let keys = vec![key(0.0, 0.0, 0.0), key(0.3, 2.0, 40.0), key(0.5, 0.5, 0.0)];
-    let handle = Handle { selection: end(12.0, 6.0), motion: keys.into(), window: TimeWindow::default() };
+    let handle =
+        Handle { goal: None, selection: end(12.0, 6.0), motion: keys.into(), window: TimeWindow::default() };
     let zone = Zone::new(Selection::Sphere { center: [8.0, 1.0, 1.0], radius: 2.0 }, 3.0);
     let body = body.youngs_modulus(3e5).zone(zone).pin(pin(end(1.0, 6.0))).handle(handle).build().unwrap();
     let world = Simulation::builder().body(body).gravity([1.0, -9.81, 2.0]).sleep(false).fps(30.0);
@@ -92,7 +93,8 @@ fn the_reaction_of_the_damping_is_a_force_of_the_holds() {
 fn overlapping_holds_share_no_vertex_and_inactive_ones_exert_nothing() {
     let body = Body::from_lattice(half_cells()).density(3.0);
     let all = Selection::Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0] };
-    let late = Pin { selection: all.clone(), window: TimeWindow { start: 9.0, end: f64::INFINITY } };
+    let late =
+        Pin { goal: None, selection: all.clone(), window: TimeWindow { start: 9.0, end: f64::INFINITY } };
     let part = Selection::Plane { point: [2.9, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
     let mut body = body.pin(pin(all)).pin(pin(part)).pin(late).build().unwrap();
     body.pin(&pin(Selection::Vertices(vec![0]))).unwrap();

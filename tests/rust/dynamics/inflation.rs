@@ -136,9 +136,13 @@ fn a_held_body_presses_by_its_bulk_modulus() {
         let excess = 1e-3;
         let end = f64::from(n);
         let window = TimeWindow::default();
-        let all = Pin { selection: Selection::Box { min: [-1.0; 3], max: [end + 1.0; 3] }, window };
-        let face =
-            Pin { selection: Selection::Box { min: [end - 0.1, -1.0, -1.0], max: [end + 1.0; 3] }, window };
+        let all =
+            Pin { goal: None, selection: Selection::Box { min: [-1.0; 3], max: [end + 1.0; 3] }, window };
+        let face = Pin {
+            goal: None,
+            selection: Selection::Box { min: [end - 0.1, -1.0, -1.0], max: [end + 1.0; 3] },
+            window,
+        };
         let builder =
             Body::from_lattice(lattice.clone()).youngs_modulus(e).poisson_ratio(ratio).inflate(1.0 + excess);
         let body = builder.density(1e3).pin(all).pin(face).build().unwrap();

@@ -48,7 +48,8 @@ fn stretched(body: BodyBuilder, axis: usize, length: f64, stretch: f64) -> Simul
         Key { time: 1.0, translate, rotate: [0.0; 3] },
     ];
     let window = TimeWindow { start: 0.0, end: 3.0 };
-    let body = body.pin(Pin { selection: layer(axis, 0.0), window }).handle(Handle {
+    let body = body.pin(Pin { goal: None, selection: layer(axis, 0.0), window }).handle(Handle {
+        goal: None,
         selection: layer(axis, length),
         motion: keys.into(),
         window,

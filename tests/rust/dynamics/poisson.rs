@@ -172,8 +172,8 @@ pub(crate) fn pulled(
         Key { time: 1.0, translate, rotate: [0.0; 3] },
     ];
     let window = TimeWindow::default();
-    let pin = Pin { selection: layer(0.0), window };
-    let handle = Handle { selection: layer(end), motion: keys.into(), window };
+    let pin = Pin { goal: None, selection: layer(0.0), window };
+    let handle = Handle { goal: None, selection: layer(end), motion: keys.into(), window };
     let body = body(&lattice, half_width, ratio).damping_rate(4.0).pin(pin).handle(handle);
     let builder =
         Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / 240.0).sleep(false);
@@ -462,7 +462,7 @@ fn a_pin_ends_the_recovery_of_a_tangled_body() {
     let mut random = Random(51);
     let x: Vec<_> = rest(&lattice).iter().map(|_| Point3::from(random.vector() * 3.0)).collect();
     let window = TimeWindow { start: 0.05, ..TimeWindow::default() };
-    let pin = Pin { selection: Selection::Vertices(vec![0]), window };
+    let pin = Pin { goal: None, selection: Selection::Vertices(vec![0]), window };
     let mut body = body(&lattice, 0.5, 0.45).damping_rate(0.0).pin(pin).build().unwrap();
     body.set_positions(&x).unwrap();
     body.set_velocities(&vec![Vector3::new(5.0, 0.0, 0.0); x.len()]).unwrap();

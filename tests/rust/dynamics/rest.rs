@@ -129,7 +129,7 @@ fn a_body_at_rest_sleeps_without_motion_until_something_moves_it() {
             let selection = Selection::Vertices(vec![0, 1]);
             let keys = vec![Key::default(), Key { time: 100.0, translate: [9.0; 3], ..Key::default() }];
             s.body_mut(0)
-                .handle(&Handle { selection, motion: keys.into(), window: TimeWindow::default() })
+                .handle(&Handle { goal: None, selection, motion: keys.into(), window: TimeWindow::default() })
                 .unwrap();
         }),
     ];
@@ -207,7 +207,7 @@ fn a_collider_wakes_a_body_only_when_it_comes_near() {
 #[test]
 fn a_pinned_body_sleeps_until_the_pin_ends() {
     let top = Selection::Plane { point: [0.0, 0.0, 2.7], normal: [0.0, 0.0, 1.0] };
-    let pin = Pin { selection: top, window: TimeWindow { start: 0.0, end: 6.0 } };
+    let pin = Pin { goal: None, selection: top, window: TimeWindow { start: 0.0, end: 6.0 } };
     let builder = Simulation::builder().body(bar(4).pin(pin).build().unwrap()).gravity([0.0, 0.0, -9.81]);
     let mut simulation = builder.fps(30.0).substeps(Substeps::Auto).build().unwrap();
     simulation.advance(175);

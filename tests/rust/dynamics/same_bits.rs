@@ -25,8 +25,13 @@ fn full_simulation(threads: usize) -> Simulation {
         .half_width(2)
         .stiffness(0.8)
         .region_damping(0.1)
-        .pin(Pin { selection: side(1.0), window })
-        .handle(Handle { selection: side(32.0), motion: vec![key(0.0, 0.0), key(0.5, 40.0)].into(), window })
+        .pin(Pin { goal: None, selection: side(1.0), window })
+        .handle(Handle {
+            goal: None,
+            selection: side(32.0),
+            motion: vec![key(0.0, 0.0), key(0.5, 40.0)].into(),
+            window,
+        })
         .volume(VolumeOptions { scope: VolumeScope::Regional, ..VolumeOptions::default() })
         .build()
         .unwrap();
@@ -47,7 +52,7 @@ fn damped_simulation(threads: usize) -> Simulation {
     let lattice_of = |cells: &[[i32; 3]]| Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap();
     let selection = Selection::Plane { point: [1.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
     let large = Body::from_lattice(lattice_of(&cells))
-        .pin(Pin { selection, window: TimeWindow::default() })
+        .pin(Pin { goal: None, selection, window: TimeWindow::default() })
         .zone(Zone::new(Selection::Sphere { center: [16.0, 8.0, 9.0], radius: 6.0 }, 3.0))
         .spin([0.0, 0.0, 0.3])
         .translate([0.0, 0.2, 0.0])

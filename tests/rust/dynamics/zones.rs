@@ -118,7 +118,10 @@ fn held_bar(length: f64, distance: f64) -> (Pin, Handle) {
     let end = |x: f64| Selection::Plane { point: [x, 0.0, 0.0], normal: [x - length / 2.0, 0.0, 0.0] };
     let key = |time, x| Key { time, translate: [x, 0.0, 0.0], rotate: [0.0; 3] };
     let (window, keys) = (TimeWindow::default(), vec![key(0.0, 0.0), key(0.3, distance)]);
-    (Pin { selection: end(0.0), window }, Handle { selection: end(length), motion: keys.into(), window })
+    (
+        Pin { goal: None, selection: end(0.0), window },
+        Handle { goal: None, selection: end(length), motion: keys.into(), window },
+    )
 }
 
 #[test]

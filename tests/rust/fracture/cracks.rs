@@ -111,6 +111,7 @@ fn axis(degrees: f64) -> Vector3<f64> {
 /// Returns a bar whose ends are driven to poses within 4 s.
 fn driven(bar: Lattice, degrees: f64, half_width: usize, pose: impl Fn(f64) -> Key) -> BodyBuilder {
     let handle = |side: f64| Handle {
+        goal: None,
         selection: end(&bar, degrees, side),
         motion: vec![Key { time: 0.0, translate: [0.0; 3], rotate: [0.0; 3] }, pose(side)].into(),
         window: TimeWindow::default(),
@@ -358,6 +359,7 @@ fn bodies_break_in_the_same_way_on_any_number_of_threads() {
             Selection::Vertices((0..block.len() as u32).filter(is_in).collect())
         };
         let handle = |x: f64, way: f64| Handle {
+            goal: None,
             selection: layer(x),
             motion: vec![
                 Key { time: 0.0, translate: [0.0; 3], rotate: [0.0; 3] },

@@ -132,7 +132,8 @@ fn pulled_bar((cell_size, half_width): (f64, usize), strain: f64, layers: i32) -
     {
         let held = (0..).zip(&x).filter(|(_, x)| layers.contains(x)).map(|(vertex, _)| vertex);
         let selection = Selection::Vertices(held.collect());
-        body.handle(&Handle { selection, motion: keys.into(), window: TimeWindow::default() }).unwrap();
+        body.handle(&Handle { goal: None, selection, motion: keys.into(), window: TimeWindow::default() })
+            .unwrap();
     }
     let builder = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0);
     builder.build().unwrap()

@@ -214,7 +214,11 @@ fn the_fits_of_a_body_use_its_fit_masses() {
         (0..8).map(|k| [2.3 * f64::from(k & 1), 1.7 * f64::from(k >> 1 & 1), 2.6 * f64::from(k >> 2)]);
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let mesh = Mesh::new(corners.collect(), &quads).unwrap();
-    let pin = Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow { start: 0.0, end: 0.1 } };
+    let pin = Pin {
+        goal: None,
+        selection: Selection::Vertices(vec![0, 1]),
+        window: TimeWindow { start: 0.0, end: 0.1 },
+    };
     let body =
         Body::builder(mesh).cell_size(0.5).density(7.0).material(Material::fast_lsm()).pin(pin).build();
     let mut simulation = Simulation::builder().body(body.unwrap()).dt(0.05).sleep(false).build().unwrap();

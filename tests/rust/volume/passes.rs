@@ -48,11 +48,12 @@ fn check_frames(size: [i32; 3], material: Material, keys: &[Key]) -> usize {
     let mut checked = 0;
     for volume in options() {
         let handle = Handle {
+            goal: None,
             selection: beyond(0.875 * height, 1.0),
             motion: keys.to_vec().into(),
             window: TimeWindow::default(),
         };
-        let pin = Pin { selection: beyond(0.125 * height, -1.0), window: TimeWindow::default() };
+        let pin = Pin { goal: None, selection: beyond(0.125 * height, -1.0), window: TimeWindow::default() };
         let body = Body::builder(mesh.clone()).material(material).cell_size(1.0).volume(volume);
         let body = body.pin(pin).handle(handle).build().unwrap();
         let simulation = Simulation::builder().body(body).gravity([0.0, -9.81, 0.0]).dt(1.0 / 60.0);

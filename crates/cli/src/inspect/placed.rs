@@ -92,12 +92,24 @@ impl<'a> Placed<'a> {
     pub(super) fn selection(&self, index: usize, selection: &Selection) -> SelectionFacts {
         let held = self.body.constraint(index).map_or(&[][..], |constraint| constraint.vertices());
         let is_list = matches!(selection, Selection::Vertices(_));
-        let selected: Vec<[f64; 3]> = if is_list {
-            let positions = self.body.positions();
-            held.iter().map(|&vertex| positions[vertex as usize].into()).collect()
-        } else {
-            let inside = |point: &&[f64; 3]| selection.distance(&(**point).into()) <= 0.0;
-            self.vertices.iter().filter(inside).copied().collect()
+        let vertices = |list: &[u32]| list.iter().map(|&vertex| self.vertices[vertex as usize]).collect();
+        let selected: Vec<[f64; 3]> = match selection {
+            Selection::Vertices(_) => {
+                let positions = self.body.positions();
+                held.iter().map(|&vertex| positions[vertex as usize].into()).collect()
+            }
+            Selection::MeshVertices(list) => vertices(list),
+            Selection::Group(name) => {
+                let groups = self.body.mesh().map_or(&[][..], |mesh| mesh.groups());
+                groups
+                    .iter()
+                    .find(|(group, _)| group == name)
+                    .map_or_else(Vec::new, |(_, list)| vertices(list))
+            }
+            shape => {
+                let inside = |point: &&[f64; 3]| shape.distance(&(**point).into()) <= 0.0;
+                self.vertices.iter().filter(inside).copied().collect()
+            }
         };
         let (low, high) = bounds(selected.iter().copied());
         let mesh_vertices = (!is_list).then_some(selected.len());
@@ -137,7 +149,8 @@ impl<'a> Placed<'a> {
         let cell_size = self.body.lattice().cell_size();
         let positions = self.body.positions();
         let selected: Vec<(f64, [f64; 3])> = match &zone.selection {
-            Selection::Vertices(list) => {
+            Selection::Vertices(_) | Selection::MeshVertices(_) | Selection::Group(_) => {
+                let list = self.body.select(&zone.selection).unwrap_or_default();
                 list.iter().map(|&vertex| (0.0, positions[vertex as usize].into())).collect()
             }
             shape => {

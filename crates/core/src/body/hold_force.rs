@@ -66,6 +66,15 @@ impl Body {
             result.torque += (point - center).cross(&force);
         };
 
+        let step = Interval { start: time, end: time + dt, dt };
+        let in_step = constraint.in_step(step, executor);
+        if !constraint.holds() {
+            let mut state = self.state.clone();
+            for (vertex, acceleration) in in_step.accelerations(step, &state.body_state(), slots) {
+                add(acceleration * self.mass_of(vertex), position(vertex));
+            }
+            return result;
+        }
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();
         let fitted =
@@ -73,8 +82,6 @@ impl Body {
         matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.shape.lattice.cell_size() / (dt * dt);
-        let step = Interval { start: time, end: time + dt, dt };
-        let in_step = constraint.in_step(step, executor);
         let moved = in_step.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
         for (vertex, _, motion) in moved {
             let slot = slots[vertex as usize];

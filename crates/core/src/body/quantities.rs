@@ -4,12 +4,12 @@
 //! velocities of the step, half a step earlier. So the sum of kinetic and potential energy of an undamped body
 //! oscillates by the fraction h ω/2, with the step length h and the greatest angular frequency ω of the motion.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::parts::Pipeline;
 use super::reference::BodyRef;
 use super::soft_body::Body;
-use crate::matching::{Purpose, RegionFit, Workspace};
+use crate::matching::{Purpose, RegionFit, Workspace, rotations};
 
 impl Body {
     /// Returns the mass: the sum of [`Body::masses`].
@@ -35,6 +35,29 @@ impl Body {
         let (center, mean) = (self.center_of_mass(), self.linear_momentum() / self.mass());
         // Without the mean velocity, whose part is zero, the cross products are small.
         self.sum(|mass, position, velocity| (position - center).cross(&(velocity - mean)) * mass)
+    }
+
+    /// Returns the rigid motion that fits the body best, from the model's frame (after `scale`, before `rotate` and
+    /// `translate`) to world space: the rotation R of Σ m (x - x̄)(x⁰ - x̄⁰)ᵀ over the lattice vertices, and the
+    /// translation that moves the center of mass of the rest shape to that of the body. At frame 0 it is the placement.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let (center, origin) = (self.center_of_mass(), self.lattice().rest_position(0));
+        let rest = |vertex: u32| self.lattice().rest_position(vertex);
+        let vertices = || (0..).zip(self.pipeline.matching.layout.slots());
+        let moment = vertices()
+            .map(|(vertex, _)| (rest(vertex) - origin) * self.mass_of(vertex))
+            .sum::<Vector3<f64>>();
+        let rest_center = origin + moment / self.mass();
+        let covariance = vertices().map(|(vertex, &slot)| {
+            let position = self.state.frame.to_world(self.state.local(slot));
+            (position - center) * (rest(vertex) - rest_center).transpose() * self.mass_of(vertex)
+        });
+        // In units of the mass and the size, so that f32 holds it.
+        let covariance: Matrix3<f64> =
+            covariance.sum::<Matrix3<f64>>() / (self.mass() * self.shape.size.powi(2));
+        let rotation = rotations(&[covariance])[0];
+        let rotation = UnitQuaternion::from_matrix(&rotation);
+        Isometry3::from_parts(Translation3::from(center - rotation * rest_center), rotation)
     }
 
     /// Returns the kinetic energy Σ m |v|²/2, in kg x length^2 / s^2.

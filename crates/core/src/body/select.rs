@@ -23,12 +23,21 @@ impl Body {
     /// Returns the lattice vertices of a selection, in increasing order.
     ///
     /// A shape selects the corners of every cell that contains a mesh vertex inside the shape. On a bare
-    /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space.
+    /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space. A list of mesh vertices
+    /// and a group select the corners of every cell that contains one of them.
     ///
     /// # Errors
     ///
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
+        if let Some(part) = self.mesh_part(selection)? {
+            let Some(Surface { embedding, .. }) = self.surface() else { return Err(SelectionError::NoMesh) };
+            let mut vertices: Vec<u32> =
+                part.iter().flat_map(|&point| embedding.corners(point as usize)).collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            return Ok(vertices);
+        }
         let (count, pose) = (self.shape.lattice.len(), self.pose_of(pose));
         let selected = match self.surface() {
             None => selection.lattice_vertices(self.lattice_at(pose), count, |vertex| [vertex]),
@@ -52,6 +61,32 @@ impl Body {
             }
         };
         selected.map_err(|error| error.at(pose))
+    }
+
+    /// Returns the mesh vertices of a selection that is a part of the mesh; `None` for another one.
+    pub(super) fn mesh_part<'a>(
+        &'a self,
+        selection: &'a Selection,
+    ) -> Result<Option<&'a [u32]>, SelectionError> {
+        let mesh = || self.surface().map(|surface| &surface.mesh).ok_or(SelectionError::NoMesh);
+        selection.validate()?;
+        match selection {
+            Selection::MeshVertices(list) => {
+                let count = mesh()?.vertices().len();
+                match list.iter().find(|vertex| **vertex as usize >= count) {
+                    Some(&vertex) => Err(SelectionError::MeshVertexOutOfRange { vertex, count }),
+                    None => Ok(Some(list)),
+                }
+            }
+            Selection::Group(name) => {
+                let groups = mesh()?.groups();
+                let found = groups.iter().find(|(group, vertices)| group == name && !vertices.is_empty());
+                let known = || groups.iter().map(|(group, _)| group.clone()).collect();
+                let missing = || SelectionError::NoSuchGroup { name: name.clone(), known: known() };
+                found.map(|(_, vertices)| Some(&vertices[..])).ok_or_else(missing)
+            }
+            _ => Ok(None),
+        }
     }
 
     /// Returns the positions of the lattice vertices, in vertex order, in world space.

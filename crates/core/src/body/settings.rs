@@ -110,7 +110,9 @@ impl Body {
     ///
     /// An empty or invalid selection, or an empty time window.
     pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
-        self.add(Constraint::new(self.select(&pin.selection)?, pin.window, None)?)
+        self.add(
+            Constraint::new(self.select(&pin.selection)?, pin.window, None)?.softened(pin.goal.as_ref())?,
+        )
     }
 
     /// Adds a handle, which moves the selected part of the body: along keyframes, relative to the pose that the part
@@ -121,7 +123,7 @@ impl Body {
     /// The errors of [`Body::pin`], invalid keyframes, a displacement of more than 10^15 cells, an animation that has
     /// another number of vertices than the mesh of the body, or a body without a mesh.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
-        let Handle { selection, motion, window } = handle;
+        let Handle { selection, motion, window, goal } = handle;
         let constraint = match motion {
             HandleMotion::Keys(keys, interpolation) => {
                 Constraint::new(self.select(selection)?, *window, Some(keys))?.interpolated(*interpolation)
@@ -129,7 +131,7 @@ impl Body {
             HandleMotion::Follow(animation) => self.following(selection, *window, animation)?,
         };
         constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
-        self.add(constraint)
+        self.add(constraint.softened(goal.as_ref())?)
     }
 
     /// Adds a pin or a handle.
@@ -156,9 +158,15 @@ impl Body {
             return Err(ConstraintError::AnimationTooFar { value, limit }.into());
         }
         let vertices = self.select(selection)?;
-        let part = match selection {
-            Selection::Vertices(_) => (0..mesh.vertices().len() as u32).collect(),
-            shape => {
+        let part = match (selection, self.mesh_part(selection)?) {
+            (_, Some(part)) => {
+                let mut part = part.to_vec();
+                part.sort_unstable();
+                part.dedup();
+                part
+            }
+            (Selection::Vertices(_), _) => (0..mesh.vertices().len() as u32).collect(),
+            (shape, _) => {
                 shape.points_inside(mesh.vertices().iter().map(|point| self.shape.model_to_world * point))?
             }
         };

@@ -119,6 +119,7 @@ impl Body {
         } = self;
         let is_still = |&slot: &u32| state.velocities.get(slot) == [0.0; 3];
         !state.supports.list().is_empty()
+            || self.constraints.as_ref().is_some_and(|constraints| constraints.pulled().next().is_some())
             || (0..lattice.components().count).any(|component| momentum.is_constrained(component))
             || state.frame.velocity() == Vector3::zeros() && matching.layout.slots().iter().all(is_still)
     }
@@ -212,9 +213,15 @@ impl Body {
             shape: Shape { lattice, .. }, pipeline: Pipeline { matching, momentum, .. }, state, ..
         } = self;
         let touched = state.touches.bodies();
+        let pulled = self.constraints.as_ref().filter(|constraints| constraints.any_soft());
+        let is_pulled = |component: usize| {
+            let mut vertices = pulled.into_iter().flat_map(|constraints| constraints.pulled());
+            vertices.any(|vertex| lattice.components().of_vertex[vertex as usize] as usize == component)
+        };
         let is_held = |component: usize| {
             let first = touched.partition_point(|(found, _)| (*found as usize) < component);
             momentum.is_constrained(component)
+                || is_pulled(component)
                 || touched.get(first).is_some_and(|(found, _)| *found as usize == component)
                 || state.supports.list().iter().any(|support| support.component as usize == component)
         };

@@ -127,14 +127,17 @@ impl Body {
         let pose = self.pose_of(pose);
         let points = self.lattice_at(pose);
         let mut shares = vec![0.0; self.shape.lattice.len()];
-        if !matches!(selection, Selection::Vertices(_)) {
+        if selection.is_shape() {
             for (point, share) in points.iter().zip(&mut shares) {
                 *share = (1.0 - selection.distance(point) / self.shape.lattice.cell_size()).max(0.0);
             }
         }
         if shares.iter().all(|&share| share == 0.0) {
             // An empty shape is an error, with the distance to the nearest vertex.
-            let selected = selection.lattice_vertices(points, shares.len(), |vertex| [vertex]);
+            let selected = match selection {
+                Selection::MeshVertices(_) | Selection::Group(_) => self.select(selection),
+                _ => selection.lattice_vertices(points, shares.len(), |vertex| [vertex]),
+            };
             for vertex in selected.map_err(|error| error.at(pose))? {
                 shares[vertex as usize] = 1.0;
             }

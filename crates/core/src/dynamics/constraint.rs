@@ -6,11 +6,13 @@ use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 use super::follow::{BodyMesh, Fits, Follow};
+use super::goal::Goal;
 use super::handle::TimeWindow;
 use super::selection::Selection;
 use crate::mesh::{AnimationError, MeshAnimation};
 use crate::motion::{Interpolation, Key, Motion, MotionError, Pose};
 use crate::parallel::Executor;
+use crate::range::RangeError;
 use crate::state::{BodyState, Interval};
 
 /// A pin or a handle of a body, resolved to lattice vertices, with the positions that it captured.
@@ -27,6 +29,14 @@ pub struct Constraint {
     capture: Option<Capture>,
     /// Whether the constraint is active in the current step.
     active: bool,
+    /// Present if the constraint may pull its vertices in place of prescribing their positions.
+    goal: Option<Goal>,
+    /// Whether the constraint prescribes positions in the current step.
+    holds: bool,
+    /// The accelerations with which the constraint pulls its vertices in the current step, in scene units, in the order
+    /// of `vertices`. Empty if it prescribes positions, and between steps.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pulls: Vec<[f64; 3]>,
 }
 
 /// The positions of the vertices of a constraint when the constraint became active.
@@ -56,7 +66,20 @@ impl Constraint {
             return Err(ConstraintError::TimeWindow { start, end });
         }
         let motion = keys.map(|keys| Motion::new(keys.to_vec())).transpose()?;
-        Ok(Self { index: 0, vertices, window, motion, follow: None, capture: None, active: false })
+        let (follow, capture, goal) = (None, None, None);
+        let pulls = Vec::new();
+        Ok(Self {
+            index: 0,
+            vertices,
+            window,
+            motion,
+            follow,
+            capture,
+            active: false,
+            goal,
+            holds: false,
+            pulls,
+        })
     }
 
     /// Creates a handle on `vertices` that follows the mesh vertices `part` of an animation. Both are in increasing
@@ -82,6 +105,30 @@ impl Constraint {
     pub fn interpolated(mut self, interpolation: Interpolation) -> Self {
         self.motion = self.motion.map(|motion| motion.interpolated(interpolation));
         self
+    }
+
+    /// Returns the constraint with a soft goal; `None`: it prescribes positions.
+    ///
+    /// # Errors
+    /// A number of the goal out of range.
+    pub fn softened(self, goal: Option<&Goal>) -> Result<Self, RangeError> {
+        goal.map_or(Ok(()), Goal::validate)?;
+        Ok(Self { goal: goal.cloned(), ..self })
+    }
+
+    /// Returns the soft goal; `None` if positions are prescribed.
+    pub fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    /// Returns the greatest frequency in Hz of a soft goal; 0 without one.
+    pub(crate) fn goal_frequency(&self) -> f64 {
+        self.goal.as_ref().map_or(0.0, Goal::greatest_frequency)
+    }
+
+    /// Returns whether the constraint prescribed positions in the last step.
+    pub(crate) fn holds(&self) -> bool {
+        self.holds
     }
 
     /// Returns the index of the constraint: its position, from 0, among all constraints that were added to
@@ -181,7 +228,11 @@ impl Constraint {
     /// Returns the memory of the lists in bytes.
     pub(super) fn bytes(&self) -> usize {
         let captured = self.capture.as_ref().map_or(0, |capture| size_of_val(capture.positions.as_slice()));
-        size_of_val(self.vertices.as_slice()) + captured + self.follow.as_ref().map_or(0, Follow::bytes)
+        let pulls = self.pulls.capacity() * size_of::<[f64; 3]>();
+        size_of_val(self.vertices.as_slice())
+            + captured
+            + pulls
+            + self.follow.as_ref().map_or(0, Follow::bytes)
     }
 
     /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
@@ -221,7 +272,8 @@ impl Constraint {
     }
 
     /// Begins a step: captures positions if the constraint becomes active for the first time, or computes the targets
-    /// of an animation. Returns whether the constraint becomes active or inactive.
+    /// of an animation, and the accelerations of a soft goal. Returns whether the constraint begins or ends to prescribe
+    /// positions.
     pub(super) fn begin(
         &mut self,
         step: Interval,
@@ -234,7 +286,57 @@ impl Constraint {
         } else if active && self.capture.is_none() {
             self.capture = Some(Capture::new(&self.vertices, state, slots));
         }
-        active != std::mem::replace(&mut self.active, active)
+        self.active = active;
+        let holds = active && self.goal.as_ref().is_none_or(|goal| goal.is_hard(step.start));
+        if active && !holds {
+            let mut pulls = std::mem::take(&mut self.pulls);
+            pulls.clear();
+            pulls.extend(
+                self.accelerations(step, state, slots)
+                    .map(|(_, acceleration)| <[f64; 3]>::from(acceleration)),
+            );
+            self.pulls = pulls;
+        }
+        holds != std::mem::replace(&mut self.holds, holds)
+    }
+
+    /// Returns, for each vertex, the acceleration by a soft goal in a step, from the positions before the step. Nothing
+    /// if positions are prescribed. If the constraint follows an animation, the step must be the one that began last.
+    pub(crate) fn accelerations(
+        &self,
+        step: Interval,
+        state: &BodyState<'_>,
+        slots: &[u32],
+    ) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        let factors = self.goal.as_ref().filter(|goal| !goal.is_hard(step.start));
+        let factors = factors.map(|goal| goal.factors(step.start, step.dt));
+        factors.into_iter().flat_map(move |[stiffness, damping]| {
+            self.targets(step).map(move |(vertex, target, change)| {
+                let slot = slots[vertex as usize];
+                // Differences in local coordinates keep the accuracy far from the origin of world space.
+                let distance = state.position(slot) - state.frame.to_local(&target);
+                let distance = distance * state.frame.cell_size + change;
+                let velocity = state.velocity(slot) * state.frame.cell_size - change / step.dt;
+                (vertex, -(distance * stiffness + velocity * damping))
+            })
+        })
+    }
+
+    /// Returns the vertices that a soft goal pulls in the current step.
+    pub(super) fn pulled(&self) -> impl Iterator<Item = u32> {
+        let vertices = if self.active && !self.holds { &self.vertices[..] } else { &[] };
+        vertices.iter().copied()
+    }
+
+    /// Applies the accelerations a of a soft goal: v += h a and x += h² a.
+    pub(super) fn pull(&mut self, dt: f64, state: &mut BodyState<'_>, slots: &[u32]) {
+        let factor = dt / state.frame.cell_size;
+        for (&vertex, acceleration) in self.vertices.iter().zip(&self.pulls) {
+            let (slot, change) = (slots[vertex as usize], Vector3::from(*acceleration) * factor);
+            state.set_position(slot, state.position(slot) + change * dt);
+            state.set_velocity(slot, state.velocity(slot) + change);
+        }
+        self.pulls.clear();
     }
 
     /// Returns the constraint at the beginning of another step, for [`targets`](Self::targets).
@@ -272,7 +374,7 @@ impl Constraint {
     /// Ends a step: moves the vertices to their target positions at the end of the step. Their velocity is
     /// the change of the target position during the step, divided by dt.
     pub(super) fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
-        if !self.active {
+        if !self.holds {
             return;
         }
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);

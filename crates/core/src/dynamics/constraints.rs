@@ -1,9 +1,10 @@
 //! Applies constraints: the pins and handles of one body.
 
 use super::constraint::{Constraint, ConstraintError};
+use crate::lattice::Lattice;
 use crate::motion::Motion;
 use crate::parallel::Executor;
-use crate::state::{BodyState, Interval};
+use crate::state::{BodyState, Interval, State};
 
 /// The constraint stage: the pins and handles of one body. Of the active constraints that have a vertex in
 /// common, the constraint that was added last has priority.
@@ -127,9 +128,9 @@ impl Constraints {
         for constraint in &mut self.constraints {
             constraint.transfer(parents);
         }
-        let active = self.constraints.iter().filter(|constraint| constraint.is_active());
+        let holding = self.constraints.iter().filter(|constraint| constraint.holds());
         let mut held = vec![false; parents.len()];
-        active.flat_map(Constraint::vertices).for_each(|&vertex| held[vertex as usize] = true);
+        holding.flat_map(Constraint::vertices).for_each(|&vertex| held[vertex as usize] = true);
         self.held = held;
     }
 
@@ -142,7 +143,7 @@ impl Constraints {
     /// Returns whether a vertex of an active constraint is moved by it, and not by a later active constraint.
     pub(crate) fn is_moved_by(&self, constraint: &Constraint, vertex: u32) -> bool {
         let later = self.constraints.iter().rev().take_while(|other| other.index > constraint.index);
-        !later.filter(|other| other.is_active()).any(|other| other.vertices().binary_search(&vertex).is_ok())
+        !later.filter(|other| other.holds()).any(|other| other.vertices().binary_search(&vertex).is_ok())
     }
 
     /// Returns whether no constraint moves, begins, ends or is removed in a step.
@@ -151,8 +152,8 @@ impl Constraints {
     }
 
     /// Begins a step, before positions change. Constraints that become active for the first time capture the
-    /// positions of their vertices. Released constraints are removed. Returns whether any constraint becomes
-    /// active or inactive; [`constrained`](Self::constrained) is then updated, and stays valid until the next
+    /// positions of their vertices. Released constraints are removed. Returns whether any constraint begins or ends
+    /// to prescribe positions; [`constrained`](Self::constrained) is then updated, and stays valid until the next
     /// step begins.
     ///
     /// `slots` has the slot of each lattice vertex: its index in the storage order.
@@ -169,8 +170,8 @@ impl Constraints {
         self.constraints.retain(|constraint| !constraint.is_released());
         if changed {
             self.held.fill(false);
-            let active = self.constraints.iter().filter(|constraint| constraint.is_active());
-            for &vertex in active.flat_map(Constraint::vertices) {
+            let holding = self.constraints.iter().filter(|constraint| constraint.holds());
+            for &vertex in holding.flat_map(Constraint::vertices) {
                 self.held[vertex as usize] = true;
             }
         }
@@ -183,6 +184,25 @@ impl Constraints {
         for constraint in &self.constraints {
             constraint.apply(step, state, slots);
         }
+    }
+
+    /// Applies the accelerations of soft goals: see [`Constraint::accelerations`]. Invalidates the momenta of the
+    /// components that they pull.
+    pub(crate) fn pull(&mut self, dt: f64, state: &mut State, (lattice, slots): (&Lattice, &[u32])) {
+        for constraint in &mut self.constraints {
+            constraint.pull(dt, &mut state.body_state(), slots);
+            constraint.pulled().for_each(|vertex| state.invalidate_momentum(lattice, vertex));
+        }
+    }
+
+    /// Returns whether a soft goal may pull vertices.
+    pub(crate) fn any_soft(&self) -> bool {
+        self.constraints.iter().any(|constraint| constraint.goal().is_some())
+    }
+
+    /// Returns the vertices that soft goals pull in the current step.
+    pub(crate) fn pulled(&self) -> impl Iterator<Item = u32> {
+        self.constraints.iter().flat_map(Constraint::pulled)
     }
 
     /// Returns whether each lattice vertex is constrained in the current step.

@@ -1,5 +1,6 @@
 //! Descriptions of pins and handles.
 
+use super::goal::Goal;
 use super::selection::Selection;
 use crate::mesh::MeshAnimation;
 use crate::motion::{Interpolation, Key};
@@ -11,6 +12,8 @@ pub struct Pin {
     pub selection: Selection,
     /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
+    /// How strongly the vertices are pulled to their positions; `None`: the positions are prescribed.
+    pub goal: Option<Goal>,
 }
 
 /// A constraint that moves selected lattice vertices.
@@ -22,6 +25,8 @@ pub struct Handle {
     pub motion: HandleMotion,
     /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
+    /// How strongly the vertices are pulled along; `None`: their positions are prescribed.
+    pub goal: Option<Goal>,
 }
 
 /// How a handle moves its lattice vertices.

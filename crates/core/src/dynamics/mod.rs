@@ -7,6 +7,7 @@
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
 //! | `stiffness_factors` | the factors with which the stiffness varies over a body |
 //! | `inflation` | rest volumes that change over time |
+//! | `goal` | soft goals: springs in place of prescribed positions |
 //! | `handle` | descriptions of pins and handles |
 //! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
@@ -39,6 +40,7 @@ mod field;
 mod follow;
 mod force;
 mod forces;
+mod goal;
 mod handle;
 mod inflation;
 mod integration;
@@ -65,6 +67,7 @@ pub(crate) use follow::BodyMesh;
 pub use force::{Force, ForceDuration};
 pub(crate) use force::{Lasting, distribute};
 pub(crate) use forces::Forces;
+pub use goal::Goal;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};

@@ -7,8 +7,8 @@ use thiserror::Error;
 
 use crate::motion::direction;
 
-/// A selection of lattice vertices: a shape in world space at frame 0, or a list of indices. Points on the
-/// boundary of a shape are selected.
+/// A selection of lattice vertices: a shape in world space, a list of lattice vertices, or a part of the mesh. Points on
+/// the boundary of a shape are selected.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Selection {
@@ -35,6 +35,10 @@ pub enum Selection {
     },
     /// Indices of lattice vertices, in any order.
     Vertices(Vec<u32>),
+    /// Indices of mesh vertices, in any order: the corners of their cells.
+    MeshVertices(Vec<u32>),
+    /// A named [group](crate::Mesh::with_groups) of mesh vertices: the corners of their cells.
+    Group(String),
 }
 
 /// The error that a selection is invalid or empty.
@@ -72,11 +76,33 @@ pub enum SelectionError {
     #[error("the plane's normal is zero; give the direction of the side to select")]
     ZeroNormal,
     /// The list of vertices is empty.
-    #[error("the list of vertices is empty; name at least one lattice vertex")]
+    #[error("the list of vertices is empty; name at least one vertex")]
     NoVertices,
-    /// A list of vertices in place of a part of space.
-    #[error("a list of vertices is no part of space; give a box, a sphere or a plane")]
+    /// A list of vertices or a group in place of a part of space.
+    #[error("a list of vertices or a group is no part of space; give a box, a sphere or a plane")]
     NoShape,
+    /// A part of the mesh of a body without one.
+    #[error("a bare lattice has no mesh of which a part could be selected; give a shape or lattice vertices")]
+    NoMesh,
+    /// The index of a mesh vertex is out of range.
+    #[error("vertex {vertex} is out of range: the mesh has {count} vertices, 0 to {}", *count as i64 - 1)]
+    MeshVertexOutOfRange {
+        /// The index.
+        vertex: u32,
+        /// Number of mesh vertices.
+        count: usize,
+    },
+    /// The mesh has no group with this name.
+    #[error("the mesh has no group {name:?}; {}", match &known[..] {
+        [] => "it has no named groups".to_owned(),
+        known => format!("it has {known:?}"),
+    })]
+    NoSuchGroup {
+        /// The name.
+        name: String,
+        /// The names of the groups of the mesh.
+        known: Vec<String>,
+    },
     /// A torque on vertices that no forces can turn about its axis.
     #[error(
         "the selected lattice vertices lie on a line or at a point, about which no torque acts; select a part that is wider"
@@ -168,13 +194,20 @@ impl Selection {
                 finite("normal", normal)?;
                 direction(*normal).map(drop).ok_or(SelectionError::ZeroNormal)
             }
-            Self::Vertices(list) if list.is_empty() => Err(SelectionError::NoVertices),
-            Self::Vertices(_) => Ok(()),
+            Self::Vertices(list) | Self::MeshVertices(list) if list.is_empty() => {
+                Err(SelectionError::NoVertices)
+            }
+            Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) => Ok(()),
         }
     }
 
+    /// Returns whether the selection is a shape in space.
+    pub fn is_shape(&self) -> bool {
+        matches!(self, Self::Box { .. } | Self::Sphere { .. } | Self::Plane { .. })
+    }
+
     /// Returns the distance of `point` from the shape, in scene units. The distance is 0 inside the shape,
-    /// and infinite for a list of vertices, which has no shape.
+    /// and infinite for a list of vertices and for a group.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         match self {
             Self::Box { min, max } => {
@@ -186,7 +219,7 @@ impl Selection {
                 let normal = direction(*normal).unwrap_or_else(Vector3::zeros);
                 (-normal.dot(&(point - Point3::from(*base)))).max(0.0)
             }
-            Self::Vertices(_) => f64::INFINITY,
+            Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) => f64::INFINITY,
         }
     }
 
@@ -253,7 +286,8 @@ impl Selection {
             Self::Box { .. } => "box",
             Self::Sphere { .. } => "sphere",
             Self::Plane { .. } => "plane",
-            Self::Vertices(_) => "list",
+            Self::Vertices(_) | Self::MeshVertices(_) => "list",
+            Self::Group(_) => "group",
         }
     }
 }

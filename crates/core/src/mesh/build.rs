@@ -104,6 +104,7 @@ impl Mesh {
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
+            groups: Arc::default(),
         };
         Ok(if is_cut { mesh } else { mesh.or_exactly_welded() })
     }
@@ -162,6 +163,7 @@ impl Mesh {
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
+            groups: self.groups.clone(),
         })
     }
 }

@@ -119,6 +119,8 @@ impl Mesh {
             bounds: self.bounds,
             topology: Arc::default(),
             open: Arc::default(),
+            // Groups keep their vertices, without the new ones.
+            groups: self.groups.clone(),
         };
         Ok(Some(RefinedMesh { mesh, points, sources }))
     }

@@ -13,6 +13,8 @@
 //!   collider below it: u² = v0² + 2 g d, with its greatest initial speed v0, and the depth d.
 //! * [`StepReason::Slip`]: a layer of vertices that is held, or rests on a collider, slips by at most half a cell under
 //!   the weight of the body: 2 w (w + 1)/3 ρ g L (1 + ν)/E <= 1/2.
+//! * [`StepReason::Goals`]: a [soft goal](crate::Goal) has at least six steps per period, as long as this takes at most
+//!   eight steps per frame: with fewer, vertices are at their targets after each step.
 //! * [`StepReason::Load`]: where bodies may come to lie on each other, the layer at which they touch moves by at most a
 //!   fifth of a cell in a step under the weight of the bodies above it: 2 g H dt²/h <= h/5, with the height H of a
 //!   column of the body's material that has the mass of the body and of those above it, and the body's mean cross
@@ -25,7 +27,7 @@ use super::load::stacked_masses;
 use crate::body::Body;
 use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::half_width_of;
+use crate::dynamics::{Constraint, half_width_of};
 use crate::motion::Motion;
 
 /// Greatest number of steps per frame that is chosen automatically.
@@ -36,6 +38,9 @@ const MAX_SLIP: f64 = 0.5;
 
 /// Greatest displacement in cells of a layer in a step under the weight of the bodies above it.
 const MAX_LOAD_DISPLACEMENT: f64 = 0.2;
+
+/// Greatest number of steps per frame for soft goals.
+const MAX_GOAL_STEPS: f64 = 8.0;
 
 /// The number of steps per frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +65,8 @@ pub enum StepReason {
     Fall,
     /// The slip of a layer of vertices that is held or rests on a collider.
     Slip,
+    /// The frequency of a soft goal.
+    Goals,
     /// The weight of the bodies that may come to lie on a body.
     Load,
 }
@@ -73,6 +80,7 @@ impl StepReason {
             Self::Motion => "for the speed of the handles and colliders near",
             Self::Fall => "for the speed of the fall of",
             Self::Slip => "against slip at the pins and colliders of",
+            Self::Goals => "for the weights of the pins and handles of",
             Self::Load => "for the weight of the bodies above",
         }
     }
@@ -107,6 +115,7 @@ pub(super) fn choose(
             (speed(needs.handle_speed), StepReason::Motion),
             (speed(needs.fall_speed), StepReason::Fall),
             (needs.slip, StepReason::Slip),
+            (needs.goals.min(MAX_GOAL_STEPS * fps), StepReason::Goals),
             (load_rate(body, stacked_mass, gravity.norm()), StepReason::Load),
         ];
         for (rate, reason) in rates {
@@ -124,6 +133,7 @@ pub(super) fn choose(
 struct Needs {
     material: f64,
     slip: f64,
+    goals: f64,
     handle_speed: f64,
     fall_speed: f64,
 }
@@ -147,6 +157,8 @@ impl Needs {
             let fall = height + depths.fold(0.0, f64::max);
             (initial_speed * initial_speed + 2.0 * gravity.norm() * fall).sqrt()
         };
+        // Six steps in a period, as for the frequency of a body.
+        let goals = 6.0 * body.constraints().map(Constraint::goal_frequency).fold(0.0, f64::max);
         let rests = !colliders.is_empty() || body.constraints().next().is_some();
         let [material, slip] = match body.modulus_to_reach(gravity.norm()) {
             Some(modulus) => {
@@ -158,7 +170,7 @@ impl Needs {
                 [body.frequency().map_or(0.0, |frequency| steps * frequency), 0.0]
             }
         };
-        Self { material, slip, handle_speed, fall_speed }
+        Self { material, slip, goals, handle_speed, fall_speed }
     }
 }
 

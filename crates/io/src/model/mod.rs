@@ -36,7 +36,8 @@ pub(crate) use names::{names, not_read};
 /// # Errors
 /// As [`read_document`] and [`Document::mesh`].
 pub fn read(path: impl AsRef<Path>, object: Option<&str>) -> Result<Mesh, ModelError> {
-    Ok(read_document(path)?.mesh(object)?)
+    let document = read_document(path)?;
+    Ok(document.part(object)?.with_groups(&document).into_mesh())
 }
 
 /// Reads a model file. Its content determines the format; its extension does if the content is of no known format.

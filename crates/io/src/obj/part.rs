@@ -70,6 +70,29 @@ impl Part {
         Ok(Self { mesh, object, vertices: Some(vertices), faces: Some(faces) })
     }
 
+    /// Returns the part whose mesh has the groups of the file: the vertices of the faces of each object, group and
+    /// material, by their names.
+    #[must_use]
+    pub fn with_groups(self, document: &Document) -> Self {
+        let faces: Vec<&[u32]> = self.mesh.faces().collect();
+        let mut place = vec![UNUSED; document.face_count()];
+        (0..).zip(self.faces()).for_each(|(face, in_file)| place[in_file as usize] = face);
+        let vertices = |list: &mut dyn Iterator<Item = u32>| -> Vec<u32> {
+            list.flat_map(|face| faces[face as usize].iter().copied()).collect()
+        };
+        let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
+        for group in document.all_groups() {
+            let mut own = group.faces.iter().cloned().flatten().map(|face| place[face as usize]);
+            groups.push((group.name.clone(), vertices(&mut own.by_ref().filter(|&face| face != UNUSED))));
+        }
+        for (name, list) in document.appearance(&self).materials {
+            groups.push((name, vertices(&mut list.into_iter())));
+        }
+        groups.retain(|(_, vertices)| !vertices.is_empty());
+        let mesh = self.mesh.clone().with_groups(groups);
+        Self { mesh, ..self }
+    }
+
     /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh

@@ -268,7 +268,7 @@ mod tests {
             let mut body = Body::builder(sheet.clone()).cell_size(1.0).volume(options);
             if is_pinned {
                 let selection = Selection::Box { min: [-9.0; 3], max: [9.0; 3] };
-                body = body.pin(Pin { selection, window: TimeWindow::default() });
+                body = body.pin(Pin { goal: None, selection, window: TimeWindow::default() });
             }
             let mut simulation = Simulation::builder().body(body.build().unwrap());
             for _ in 0..colliders {

@@ -95,6 +95,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
+        let part = if data.selects_groups() { part.with_groups(&document) } else { part };
         let input = Input { document, part };
         let (body, input) = build(data, input, &mut animations)?;
         bodies.push(body);

@@ -15,7 +15,8 @@ use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
     BodyBuilder, BreakLimit, Curve, Field, FractureOptions, LatticeOptions, Material, Pin, Placement,
-    Plasticity, Refine, Resolution, Scale, SimulationBuilder, SkinKind, TouchingOptions, VolumeOptions, Zone,
+    Plasticity, Refine, Resolution, Scale, Selection, SimulationBuilder, SkinKind, TouchingOptions,
+    VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -220,6 +221,14 @@ impl BodyData {
             handle.follow.as_mut().map(|path| (format!("handle.{index}.follow"), path))
         });
         std::iter::once(("mesh".to_owned(), &mut self.mesh)).chain(follow)
+    }
+
+    /// Returns whether a pin, a handle or a zone selects a group of the file.
+    pub(crate) fn selects_groups(&self) -> bool {
+        let pins = self.pins.iter().map(|pin| &pin.selection);
+        let handles = self.handles.iter().map(|handle| &handle.selection);
+        let zones = self.zones.iter().map(|zone| &zone.selection);
+        pins.chain(handles).chain(zones).any(|selection| matches!(selection, Selection::Group(_)))
     }
 
     /// Passes the settings to the builder of a body: all keys but its name, mesh, object, zones, pins and handles.

@@ -174,7 +174,7 @@ impl<'a> Field<'a> {
                     ("a boolean", _) => "true or false".to_owned(),
                     ("a string" | "path string", _) => "a string in quotes".to_owned(),
                     ("a sequence", Data::Table(_))
-                        if !matches!(key, "keys" | "vertices" | "ignore" | "bodies") =>
+                        if !matches!(key, "keys" | "vertices" | "lattice" | "ignore" | "bodies") =>
                     {
                         "one table".clone_into(&mut found);
                         // Only bodies contain lists of tables (`[[body.pin]]`).

@@ -6,13 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SceneError;
 use super::field::Field;
-use super::keys::{SelectionKeys, WindowKeys, finite, fps, interpolation, keyframes, point_cache};
-use supple::{Handle, HandleMotion, Interpolation, Key, MeshAnimation, Selection, TimeWindow};
+use super::keys::{
+    SelectionKeys, WindowKeys, finite, fps, interpolation, keyframes, optional_goal, point_cache,
+};
+use supple::{Goal, Handle, HandleMotion, Interpolation, Key, MeshAnimation, Selection, TimeWindow};
 
 /// `[[body.handle]]`: a selection, a time window and a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HandleData {
-    /// Keys `box`, `sphere`, `plane` or `vertices`.
+    /// Keys `box`, `sphere`, `plane`, `vertices`, `group` or `lattice`.
     #[serde(rename = "@selection", with = "SelectionKeys")]
     pub selection: Selection,
     /// Keys `start` and `end`.
@@ -33,6 +35,9 @@ pub struct HandleData {
     /// Time of the first sample of the PC2 file in seconds; `None` for that of its first frame.
     #[serde(default, deserialize_with = "finite", skip_serializing_if = "Option::is_none")]
     pub follow_start: Option<f64>,
+    /// Keys `weight`, `goal_frequency` and `goal_damping`; `None` if the positions are prescribed.
+    #[serde(default, rename = "@goal", with = "optional_goal", skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Goal>,
 }
 
 impl HandleData {
@@ -46,7 +51,7 @@ impl HandleData {
             Some(path) => HandleMotion::Follow(read(path)?),
             None => HandleMotion::Keys(self.keys.clone(), self.interpolation),
         };
-        Ok(Handle { selection: self.selection.clone(), motion, window: self.window })
+        Ok(Handle { goal: self.goal.clone(), selection: self.selection.clone(), motion, window: self.window })
     }
 
     /// Checks that the handle has either keyframes or an animation, and no key of the other one.

@@ -62,7 +62,7 @@ impl Restored {
             };
             let animation = animation.timed(start, interval).map_err(error::value)?;
             let (motion, window) = (HandleMotion::Follow(animation), TimeWindow::default());
-            let handle = Handle { selection, motion, window };
+            let handle = Handle { goal: None, selection, motion, window };
             body.get().with(py, |body| body.handle(&handle))?.map_err(error::from_core)?;
         }
         Ok(())

@@ -155,6 +155,14 @@ impl Hold {
         self.read(py, |hold| Some(hold.window().end).filter(|end| end.is_finite()))
     }
 
+    /// Weight of a soft goal: a number, a list of (time, value), or a dict with the keys keys and interpolation; 1 if the
+    /// positions are prescribed.
+    #[getter]
+    fn weight<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let weight = self.read(py, |hold| hold.goal().map_or(1.0.into(), |goal| goal.weight.clone()))?;
+        constraint::curve_to_python(py, &weight)
+    }
+
     /// Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64,
     /// read-only.
     ///

@@ -11,7 +11,7 @@ use crate::argument::Settings;
 use crate::{animation, constraint, error};
 
 /// Keyword arguments of `handle`. All except the first five are also the keyword arguments of `pin`.
-const ARGUMENTS: [&str; 12] = [
+const ARGUMENTS: [&str; 17] = [
     "keys",
     "interpolation",
     "follow",
@@ -21,19 +21,25 @@ const ARGUMENTS: [&str; 12] = [
     "sphere",
     "plane",
     "vertices",
+    "mesh_vertices",
+    "group",
     "at",
     "start",
     "end",
+    "weight",
+    "goal_frequency",
+    "goal_damping",
 ];
 
 /// Keyword arguments of `handle` that may be `None`.
-const OPTIONAL: [&str; 8] = ["keys", "follow", "follow_start", "box", "sphere", "plane", "vertices", "end"];
+const OPTIONAL: [&str; 10] =
+    ["keys", "follow", "follow_start", "box", "sphere", "plane", "vertices", "mesh_vertices", "group", "end"];
 
 #[pymethods]
 impl Body {
     /// Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
     ///
-    /// Exactly one of box, sphere, plane and vertices selects the part. A shape is in world space, and selects the
+    /// Exactly one of box, sphere, plane, vertices, mesh_vertices and group selects the part. A shape is in world space, and selects the
     /// corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
     /// vertices inside the shape.
     ///
@@ -45,10 +51,21 @@ impl Body {
     ///     Point and normal: selects the side that the normal points to.
     /// vertices : (k,) int, or (n,) bool
     ///     Lattice vertices: indices, or a mask, also one of whole numbers 0 and 1.
+    /// mesh_vertices : (k,) int, or (n,) bool
+    ///     Vertices of the mesh, in input order: selects the corners of their cells.
+    /// group : str
+    ///     Name of a group of the mesh (Mesh.groups): selects as its mesh vertices do.
     /// at : "now" or "start", default "now"
     ///     Pose of the body in which a shape selects: the current one, or that of frame 0.
     /// start, end : float, default 0 and None
     ///     Time window of the pin in seconds. Without end the pin stays active.
+    /// weight : float, or list of (time, value), default 1
+    ///     In (0, 1]. Below 1 the part is not held, but each vertex is pulled to its place by a spring of the frequency
+    ///     goal_frequency x sqrt(weight / (1 - weight)), the same at any step length and on any lattice.
+    /// goal_frequency : float, default 5
+    ///     Frequency in Hz, above 0, that a weight of 0.5 gives.
+    /// goal_damping : float, default 0.2
+    ///     Damping ratio of the springs, in [0, 1].
     ///
     /// Parts may overlap: of the pins and handles that are active, the one that was added last moves the
     /// common vertices, and when it ends, the one before it moves them again.
@@ -56,12 +73,13 @@ impl Body {
     /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, at='now', start=0.0, end=None)"
+        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::from_call(options, "pin()", &ARGUMENTS[5..], &constraint::OPTIONAL)?;
         let selection = Selection::Vertices(slf.get().select(slf.py(), &settings, "pin()")?);
-        let pin = Pin { selection, window: constraint::window(&settings)? };
+        let (goal, window) = (constraint::goal(&settings)?, constraint::window(&settings)?);
+        let pin = Pin { goal, selection, window };
         Hold::add(slf, |body| body.pin(&pin))
     }
 
@@ -94,7 +112,7 @@ impl Body {
     /// and for follow on a broken body.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, at='now', start=0.0, end=None)"
+        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &OPTIONAL)?;
@@ -109,10 +127,10 @@ impl Body {
                 return Err(PyValueError::new_err(message));
             }
             (HandleMotion::Follow(_), _) => {
-                constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?
+                constraint::selection(&settings, "handle()", slf.get().counts(slf.py())?)?
             }
         };
-        let handle = Handle { selection, motion, window };
+        let handle = Handle { goal: constraint::goal(&settings)?, selection, motion, window };
         Hold::add(slf, |body| body.handle(&handle))
     }
 
@@ -136,7 +154,7 @@ impl Body {
         function: &str,
     ) -> PyResult<Vec<u32>> {
         let pose = constraint::pose(settings, function)?.unwrap_or(SelectionPose::Now);
-        match constraint::selection(settings, function, self.count(py)?)? {
+        match constraint::selection(settings, function, self.counts(py)?)? {
             Selection::Vertices(vertices) if !vertices.is_empty() => Ok(vertices),
             selection => self.read(py, |body| body.select_at(&selection, pose))?.map_err(error::from_core),
         }

@@ -1,6 +1,6 @@
 //! Defines mass, momenta, energies and sleep of `supple.Body`.
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -32,6 +32,19 @@ impl Body {
     #[getter]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.vector(py, |body| body.center_of_mass().coords.into())
+    }
+
+    /// Rigid motion that fits the body best: a tuple of rotation (3, 3) and translation (3,), float64, read-only.
+    ///
+    /// It moves the mesh as it was given, after scale, close to its present place: mesh.vertices @ rotation.T +
+    /// translation. At frame 0 it is the rotation and the translation of the body's placement.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let pose = self.read(py, supple::Body::pose)?;
+        let matrix = pose.rotation.to_rotation_matrix();
+        let rows = (0..3).map(|row| [0, 1, 2].map(|column| matrix[(row, column)])).collect();
+        let translation = PyArray1::from_slice(py, pose.translation.vector.as_slice());
+        Ok((arrays::frozen(arrays::from_vectors(py, rows)), arrays::frozen(translation)))
     }
 
     /// Linear momentum in mass x length/s: (3,) float64, read-only.

@@ -259,6 +259,12 @@ impl Body {
     pub(super) fn count(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
+
+    /// Returns the numbers of lattice vertices and of mesh vertices.
+    pub(super) fn counts(&self, py: Python<'_>) -> PyResult<[usize; 2]> {
+        let mesh = |body: &supple::Body| body.mesh().map_or(0, |mesh| mesh.vertices().len());
+        self.read(py, |body| [body.lattice().len(), mesh(body)])
+    }
 }
 
 impl SharedBody {

@@ -29,7 +29,7 @@ impl Body {
     /// Raises ValueError if the shape contains no lattice vertex.
     #[pyo3(
         signature = (factor=None, **options),
-        text_signature = "($self, factor=1.0, *, inflate=None, box=None, sphere=None, plane=None, vertices=None, at='now')"
+        text_signature = "($self, factor=1.0, *, inflate=None, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now')"
     )]
     fn zone(
         &self,
@@ -40,7 +40,7 @@ impl Body {
         let keys = [&constraint::SELECTION[..], &["inflate"]].concat();
         let settings = Settings::from_call(options, "zone()", &keys, &constraint::SHAPES)?;
         let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
-        let selection = constraint::selection(&settings, "zone()", self.count(py)?)?;
+        let selection = constraint::selection(&settings, "zone()", self.counts(py)?)?;
         let inflate = settings.read("inflate", |ratio, key| scene_key(key, ratio))?.map(|data| data.inflate);
         if factor.is_none() && inflate.is_none() {
             let message = "zone() needs a factor of Young's modulus, or inflate, a ratio of the rest volume";

@@ -35,6 +35,33 @@ impl Stage for BeginConstraints {
     }
 }
 
+/// Pulls the vertices of soft pins and handles to their targets.
+pub(super) struct PullToGoals;
+
+impl Stage for PullToGoals {
+    fn name(&self) -> &'static str {
+        "soft goals"
+    }
+
+    fn is_main(&self) -> bool {
+        false
+    }
+
+    fn exists(&self, body: &Body) -> bool {
+        body.constraints.as_ref().is_some_and(Constraints::any_soft)
+    }
+
+    fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        let Body { pipeline, constraints: Some(constraints), shape, state, .. } = body else { return };
+        let slots = pipeline.matching.layout.slots();
+        constraints.pull(step.context.interval.dt, state, (&shape.lattice, slots));
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("springs to the targets of pins and handles".to_owned(), 0)
+    }
+}
+
 /// Moves constrained vertices to the targets of their pins and handles.
 pub(super) struct ApplyConstraints;
 

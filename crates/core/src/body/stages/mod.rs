@@ -49,7 +49,7 @@ mod recovery;
 mod stage;
 mod supports;
 
-use self::constraints::{ApplyConstraints, BeginConstraints};
+use self::constraints::{ApplyConstraints, BeginConstraints, PullToGoals};
 use self::contacts::{BeginContacts, TouchBodies, TouchColliders};
 pub(super) use self::damping::{DampModes, DampRegions};
 use self::forces::ApplyForces;
@@ -93,6 +93,8 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     &Integrate,
     // dynamics::forces: v += h f/m and x += h² f/m. After the damping, so that a steady force acts whole.
     &ApplyForces,
+    // dynamics::goal: v += h a and x += h² a, with the acceleration a = -ω² (x - t) - 2 ζ ω (v - t') by a soft pin or handle.
+    &PullToGoals,
 ];
 
 /// The stages of the contacts.

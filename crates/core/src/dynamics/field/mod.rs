@@ -61,8 +61,8 @@ impl Field {
         }
         match &self.within {
             None => Ok(()),
-            Some(Selection::Vertices(_)) => Err(SelectionError::NoShape.into()),
-            Some(shape) => Ok(shape.validate()?),
+            Some(shape) if shape.is_shape() => Ok(shape.validate()?),
+            Some(_) => Err(SelectionError::NoShape.into()),
         }
     }
 

@@ -53,7 +53,8 @@ pub(super) use curve::inflate;
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub(super) use material::MaterialKeys;
-pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, pins, zones};
+pub use parts::GoalTable;
+pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, optional_goal, pins, zones};
 pub(super) use ranges::{
     count, direction, directory, extents, film_size, finite, fps, fraction, mesh, name, not_negative,
     point_cache, positive, view,
@@ -125,7 +126,8 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             "@damping" => ALTERNATIVES[3].to_vec(),
             "@region_damping" => ALTERNATIVES[4].to_vec(),
             "@limit" => BREAK_LIMITS.to_vec(),
-            "@selection" => vec!["box", "sphere", "plane", "vertices"],
+            "@selection" => vec!["box", "sphere", "plane", "vertices", "group", "lattice"],
+            "@goal" => vec!["weight", "goal_frequency", "goal_damping"],
             "@within" => vec!["box", "sphere", "plane"],
             "@law" => field_laws::LAWS.to_vec(),
             "@shape" => vec!["plane", "sphere", "box", "capsule", "mesh"],
@@ -144,9 +146,10 @@ pub(super) fn hint_for(key: &str) -> &'static str {
         "keys" => "a list of keyframes, each with its `time`",
         "factor" => "a factor of the stiffness in (0, 100]; or give `inflate`, a ratio of the rest volume",
         "ignore" => "a list of names of bodies like [\"eyes\"]",
-        "vertices" => "a list of lattice vertices like [0, 5]",
+        "vertices" => "a list of mesh vertices like [0, 5]",
+        "lattice" => "a list of lattice vertices like [0, 5]",
         "time" => "a time in seconds",
-        "value" => "a ratio of the rest volume in [0.1, 10]",
+        "value" => "a number: the value at this time",
         "radius" => "a length",
         "min" => "the corner with the smallest coordinates, three numbers",
         "max" => "the corner with the largest coordinates, three numbers",

@@ -4,10 +4,10 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::curve::optional_inflate;
+use super::curve::{optional_inflate, weight};
 use super::field_laws::FieldKeys;
-use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
-use supple::{Curve, Field, Key, Pin, Selection, TimeWindow, Zone};
+use super::ranges::{direction, finite, fraction, frequency, not_negative, positive, stiffness_factor};
+use supple::{Curve, Field, Goal, Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -16,6 +16,28 @@ struct PinKeys {
     selection: Selection,
     #[serde(default, rename = "@window", with = "WindowKeys")]
     window: TimeWindow,
+    #[serde(default, rename = "@goal", with = "optional_goal", skip_serializing_if = "Option::is_none")]
+    goal: Option<Goal>,
+}
+
+optional! {
+    optional_goal: Goal by "GoalKeys";
+}
+
+/// A soft goal, as serde reads and writes the table of one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct GoalTable(#[serde(with = "GoalKeys")] pub Goal);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Goal", default, bound = "")]
+struct GoalKeys {
+    #[serde(with = "weight")]
+    weight: Curve,
+    #[serde(rename = "goal_frequency", deserialize_with = "frequency")]
+    frequency: f64,
+    #[serde(rename = "goal_damping", deserialize_with = "fraction")]
+    damping_ratio: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -47,7 +69,11 @@ pub(in crate::scene) enum SelectionKeys {
         #[serde(deserialize_with = "direction")]
         normal: [f64; 3],
     },
+    #[serde(rename = "lattice")]
     Vertices(Vec<u32>),
+    #[serde(rename = "vertices")]
+    MeshVertices(Vec<u32>),
+    Group(String),
 }
 
 #[derive(Serialize, Deserialize)]

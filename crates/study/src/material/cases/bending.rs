@@ -30,7 +30,7 @@ const SECONDS: f64 = 20.0;
 fn bent(cells: i32, step_rate: f64, accuracy: Accuracy) -> Outcome {
     let selection = Selection::Plane { point: [0.0, 0.0, 1.0 + 1e-6], normal: [0.0, 0.0, -1.0] };
     let body = bar(cells, LENGTH)?.youngs_modulus(MODULUS).damping_rate(RATE).accuracy(accuracy);
-    let body = body.pin(Pin { selection, window: TimeWindow::default() }).build()?;
+    let body = body.pin(Pin { goal: None, selection, window: TimeWindow::default() }).build()?;
     let bar = Bar {
         thickness: 1.0,
         length: f64::from(LENGTH - 1),
@@ -60,7 +60,7 @@ fn bent_mesh(vertices: usize, poisson_ratio: f64) -> Outcome {
     let mut body = body.volume(Preservation::Off).build()?;
     let held = (0_u32..).zip(body.positions()).filter(|(_, point)| point.z < HELD);
     let (held, heights): (Vec<_>, Vec<_>) = held.map(|(vertex, point)| (vertex, point.z)).unzip();
-    body.pin(&Pin { selection: Selection::Vertices(held), window: TimeWindow::default() })?;
+    body.pin(&Pin { goal: None, selection: Selection::Vertices(held), window: TimeWindow::default() })?;
     let bar = Bar {
         thickness: 1.0,
         length: 4.0 - heights.into_iter().fold(0.0, f64::max),

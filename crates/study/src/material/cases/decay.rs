@@ -30,7 +30,7 @@ fn of_mode(mode: Mode) -> Outcome {
     let (body, lower) = match mode {
         Mode::Cantilever => {
             let selection = Selection::Plane { point: [0.0, 0.0, 0.25 + 1e-6], normal: [0.0, 0.0, -1.0] };
-            (body.pin(Pin { selection, window: TimeWindow::default() }), 0.25)
+            (body.pin(Pin { goal: None, selection, window: TimeWindow::default() }), 0.25)
         }
         _ => (body, 0.0),
     };
@@ -48,7 +48,7 @@ fn of_bust() -> Outcome {
     let height = high.y - low.y;
     let selection = Selection::Plane { point: [0.0, low.y + 0.05 * height, 0.0], normal: [0.0, -1.0, 0.0] };
     let body = Body::builder(mesh).lattice_vertices(1000).damping_rate(RATE).volume(Preservation::Off);
-    let mut body = body.pin(Pin { selection, window: TimeWindow::default() }).build()?;
+    let mut body = body.pin(Pin { goal: None, selection, window: TimeWindow::default() }).build()?;
     let push: Vec<_> =
         body.positions().iter().map(|p| Vector3::x() * (0.2 * (p.y - low.y) / height)).collect();
     body.set_velocities(&push)?;

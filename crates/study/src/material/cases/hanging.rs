@@ -28,7 +28,7 @@ fn hung(cells: i32, held: f64, step_rate: f64) -> Outcome {
     let upper = f64::from(LENGTH);
     let selection = Selection::Plane { point: [0.0, 0.0, upper - held], normal: [0.0, 0.0, 1.0] };
     let body = bar(cells, LENGTH)?.youngs_modulus(MODULUS).damping_rate(RATE);
-    let body = body.pin(Pin { selection, window: TimeWindow::default() }).build()?;
+    let body = body.pin(Pin { goal: None, selection, window: TimeWindow::default() }).build()?;
     let density = body.material().density;
     let mut simulation = stepped(body, [0.0, 0.0, -GRAVITY], 1.0 / step_rate).build()?;
     let end: Vec<usize> = {

@@ -120,7 +120,7 @@ impl Solid {
                 normal: [0.0, 0.0, side],
             };
             let motion = HandleMotion::from(vec![load.end(side * length / 2.0, strain)]);
-            body = body.handle(Handle { selection, motion, window: TimeWindow::default() });
+            body = body.handle(Handle { goal: None, selection, motion, window: TimeWindow::default() });
         }
         let mut body = body.build()?;
         let start: Vec<_> = body

@@ -23,14 +23,18 @@ fn released(cells: i32) -> Outcome {
     let half_cell = 0.5 / f64::from(cells);
     let window = TimeWindow { start: 0.0, end: 1.0 };
     let end = |z: f64, side: f64| Selection::Plane { point: [0.0, 0.0, z], normal: [0.0, 0.0, side] };
-    let lower = Pin { selection: end(DROP + half_cell, -1.0), window };
+    let lower = Pin { goal: None, selection: end(DROP + half_cell, -1.0), window };
     let keys = [(0.0, 0.0), (1.0, 0.5 * length)].map(|(time, z)| Key {
         time,
         translate: [0.0, 0.0, z],
         rotate: [0.0; 3],
     });
-    let upper =
-        Handle { selection: end(DROP + length - half_cell, 1.0), motion: keys.to_vec().into(), window };
+    let upper = Handle {
+        goal: None,
+        selection: end(DROP + length - half_cell, 1.0),
+        motion: keys.to_vec().into(),
+        window,
+    };
     let body = bar(cells, LENGTH)?.youngs_modulus(MODULUS).translate([0.0, 0.0, DROP]);
     let body = body.pin(lower).handle(upper).build()?;
     let rest: Vec<Vector3<f64>> = body.positions().iter().map(|p| p.coords).collect();

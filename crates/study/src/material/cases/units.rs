@@ -17,7 +17,7 @@ fn sag(vertices: usize, height: f64, gravity: f64) -> Result<f64, Box<dyn std::e
     let base = low.y * scale + 0.05 * height;
     let selection = Selection::Plane { point: [0.0, base, 0.0], normal: [0.0, -1.0, 0.0] };
     let body = Body::builder(mesh).lattice_vertices(vertices).scale(scale).volume(Preservation::Off);
-    let body = body.pin(Pin { selection, window: TimeWindow::default() }).build()?;
+    let body = body.pin(Pin { goal: None, selection, window: TimeWindow::default() }).build()?;
     let mut simulation = automatic(body, [0.0, -gravity, 0.0]).build()?;
     let crown = |surface: supple::DisplayedSurface| {
         surface.positions.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max)

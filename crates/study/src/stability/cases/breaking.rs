@@ -40,7 +40,7 @@ fn torn(
         };
         let motion = vec![key(0.0, 0.0), key(TEARING, 1.0)].into();
         let window = TimeWindow { end: TEARING, ..TimeWindow::default() };
-        Handle { selection: end_of_bar(x), motion, window }
+        Handle { goal: None, selection: end_of_bar(x), motion, window }
     };
     let body = body()?.region_damping(0.1).fracture(fracture);
     let body = body.handle(end(0, -8.0, 0.0)).handle(end(BAR[0], 8.0, degrees)).build()?;

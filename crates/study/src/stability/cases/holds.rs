@@ -32,10 +32,14 @@ fn move_ends(motion: EndMotion) -> Result<Figures, Error> {
     let [near, far] = [0, BAR[0]].map(|x| layer(BAR, x));
     let body = of_cells(&block(BAR), 3.0)?.region_damping(0.1);
     let body = match motion.near {
-        None => body.pin(Pin { selection: near, window }),
-        Some(moves) => body.handle(Handle { selection: near, motion: keys(moves).into(), window }),
+        None => body.pin(Pin { goal: None, selection: near, window }),
+        Some(moves) => {
+            body.handle(Handle { goal: None, selection: near, motion: keys(moves).into(), window })
+        }
     };
-    let body = body.handle(Handle { selection: far, motion: keys(motion.far).into(), window }).build()?;
+    let body = body
+        .handle(Handle { goal: None, selection: far, motion: keys(motion.far).into(), window })
+        .build()?;
     let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run((RELEASE * 60.0) as u64, 10);

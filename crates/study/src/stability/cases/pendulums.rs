@@ -74,7 +74,7 @@ fn rod(pinned: &[[i32; 3]], modulus: f64) -> Result<Body, Error> {
     let lattice = Lattice::from_cells(&cells, CELL_SIZE, Point3::origin(), false)?;
     let indexed = (0..).zip(lattice.indices());
     let vertices = indexed.filter(|(_, index)| pinned.contains(index)).map(|(vertex, _)| vertex).collect();
-    let pin = Pin { selection: Selection::Vertices(vertices), window: TimeWindow::default() };
+    let pin = Pin { goal: None, selection: Selection::Vertices(vertices), window: TimeWindow::default() };
     let body = Body::from_lattice(lattice).youngs_modulus(modulus).density(DENSITY);
     body.rotate([0.0, 0.0, AMPLITUDE]).pin(pin).build()
 }

@@ -24,7 +24,7 @@ fn rigid() -> Result<Figures, Error> {
 
 /// Creates a pin at one end of the bar.
 fn end_pin() -> Pin {
-    Pin { selection: layer(BAR, 0), window: TimeWindow::default() }
+    Pin { goal: None, selection: layer(BAR, 0), window: TimeWindow::default() }
 }
 
 /// Lets a bar hang from one end, in steps of `dt` seconds. Gravity is along the bar.
