@@ -138,6 +138,11 @@ class Mesh:
     def is_closed(self) -> bool:
         """Whether the surface is closed: after welding equal positions, the directed uses of each edge cancel."""
     @property
+    def groups(self) -> dict[str, NDArray[np.int64]]:
+        """Named groups of vertices: dict of name to (k,) int64 array, in increasing order. A mesh from a file has those of the
+        objects, groups and materials of the file. Body.pin(group=...) and its like select by them.
+        """
+    @property
     def bounds(self) -> NDArray[np.float64]:
         """Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners."""
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -661,6 +666,13 @@ class Body:
     def center_of_mass(self) -> NDArray[np.float64]:
         """Center of mass: (3,) float64, read-only."""
     @property
+    def pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rigid motion that fits the body best: a tuple of rotation (3, 3) and translation (3,), float64, read-only.
+
+        It moves the mesh as it was given, after scale, close to its present place: mesh.vertices @ rotation.T +
+        translation. At frame 0 it is the rotation and the translation of the body's placement.
+        """
+    @property
     def linear_momentum(self) -> NDArray[np.float64]:
         """Linear momentum in mass x length/s: (3,) float64, read-only."""
     @property
@@ -796,13 +808,18 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
+        weight: _Curve = 1.0,
+        goal_frequency: float = 5.0,
+        goal_damping: float = 0.2,
     ) -> Hold:
         """Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
 
-        Exactly one of box, sphere, plane and vertices selects the part. A shape is in world space, and selects the
+        Exactly one of box, sphere, plane, vertices, mesh_vertices and group selects the part. A shape is in world space, and selects the
         corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
         vertices inside the shape.
 
@@ -814,10 +831,21 @@ class Body:
             Point and normal: selects the side that the normal points to.
         vertices : (k,) int, or (n,) bool
             Lattice vertices: indices, or a mask, also one of whole numbers 0 and 1.
+        mesh_vertices : (k,) int, or (n,) bool
+            Vertices of the mesh, in input order: selects the corners of their cells.
+        group : str
+            Name of a group of the mesh (Mesh.groups): selects as its mesh vertices do.
         at : "now" or "start", default "now"
             Pose of the body in which a shape selects: the current one, or that of frame 0.
         start, end : float, default 0 and None
             Time window of the pin in seconds. Without end the pin stays active.
+        weight : float, or list of (time, value), default 1
+            In (0, 1]. Below 1 the part is not held, but each vertex is pulled to its place by a spring of the frequency
+            goal_frequency x sqrt(weight / (1 - weight)), the same at any step length and on any lattice.
+        goal_frequency : float, default 5
+            Frequency in Hz, above 0, that a weight of 0.5 gives.
+        goal_damping : float, default 0.2
+            Damping ratio of the springs, in [0, 1].
 
         Parts may overlap: of the pins and handles that are active, the one that was added last moves the
         common vertices, and when it ends, the one before it moves them again.
@@ -836,9 +864,14 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
+        weight: _Curve = 1.0,
+        goal_frequency: float = 5.0,
+        goal_damping: float = 0.2,
     ) -> Hold:
         """Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and
         follow is given.
@@ -883,6 +916,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> None:
         """Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
@@ -920,6 +955,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
         point: ArrayLike | None = None,
         torque: ArrayLike | None = None,
@@ -932,7 +969,7 @@ class Body:
             would be accelerated like a rigid body: without point and torque, in proportion to their masses. (k, 3): one
             force for each of the k selected vertices, in the order of the indices `vertices`, otherwise in increasing
             order; without point and torque.
-        box, sphere, plane, vertices, at
+        box, sphere, plane, vertices, mesh_vertices, group, at
             Selection of a part, as for pin. Default: the whole body, k = n.
         point : (3,) float, optional
             World point at which the total force acts. Default: the center of mass of the part.
@@ -954,6 +991,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
         point: ArrayLike | None = None,
         torque: ArrayLike | None = None,
@@ -962,7 +1001,7 @@ class Body:
 
         impulse : (3,) or (k, 3) float
             In kg length/s, distributed like the force of apply_force.
-        box, sphere, plane, vertices, at
+        box, sphere, plane, vertices, mesh_vertices, group, at
             Selection of a part, as for pin. Default: the whole body, k = n.
         point : (3,) float, optional
             World point at which the total impulse acts. Default: the center of mass of the part.
@@ -979,6 +1018,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
+        mesh_vertices: ArrayLike | None = None,
+        group: str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> ForceField:
         """Apply a force in every step, until the field is removed. Returns a ForceField.
@@ -987,7 +1028,7 @@ class Body:
             A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
             called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
             read-only, and the time in seconds.
-        box, sphere, plane, vertices, at
+        box, sphere, plane, vertices, mesh_vertices, group, at
             Selection of a part, as for pin. Default: the whole body. It is made once, now.
 
         A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies
@@ -1084,6 +1125,11 @@ class Hold:
         A pin or handle whose window has ended acts again if the time of the simulation is set back.
         """
     @property
+    def weight(self) -> float | list[tuple[float, float]] | dict[str, Any]:
+        """Weight of a soft goal: a number, a list of (time, value), or a dict with the keys keys and interpolation; 1 if the
+        positions are prescribed.
+        """
+    @property
     def force(self) -> NDArray[np.float64]:
         """Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64,
         read-only.
@@ -1159,6 +1205,10 @@ class Simulation:
         In scene units per second squared, each component at most 1e12 in magnitude.
     colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
         Default: no colliders.
+    fields : list of dict, or one dict
+        Wind, drag and other accelerations, with the keys of [[field]] in a scene. Default: no fields.
+    links : list of dict, or one dict
+        Glue and springs between bodies, with the keys of [[link]] in a scene. Default: no links.
     threads : int, default 0
         Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
         of threads.
@@ -1186,6 +1236,8 @@ class Simulation:
         substeps: int | Literal["auto"] | None = None,
         gravity: ArrayLike = (0, -9.81, 0),
         colliders: Iterable[Collider] | Collider = (),
+        fields: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
+        links: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
         threads: int = 0,
         contact: bool = True,
         self_contact: bool = False,
@@ -1216,6 +1268,23 @@ class Simulation:
         """Gravity in scene units per second squared: (3,) float64. Settable."""
     @gravity.setter
     def gravity(self, value: ArrayLike) -> None: ...
+    @property
+    def links(self) -> tuple[dict[str, Any], ...]:
+        """Links between bodies: tuple of dict, with the keys of [[link]] in a scene, and force and broken.
+
+        force, (3,) float64, is the force of the link on its body in the last step, in kg length/s^2; the other body has the
+        opposite one. broken tells whether the link is broken.
+        """
+    @property
+    def fields(self) -> tuple[dict[str, Any], ...]:
+        """Fields of acceleration: tuple of dict, with the keys of [[field]] in a scene: one of gravity, wind, drag, vortex and
+        attract; strength, bodies; and box, sphere or plane.
+
+        Settable, to a list of dicts; effective from the next step on. Keyframes of a strength are also taken as tuples
+        (time, value).
+        """
+    @fields.setter
+    def fields(self, value: Iterable[Mapping[str, Any]] | Mapping[str, Any]) -> None: ...
     @property
     def colliders(self) -> tuple[Collider, ...]:
         """Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate,

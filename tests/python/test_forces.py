@@ -282,3 +282,67 @@ def test_a_function_may_remove_its_field(sim):
     body.add_force_field(once)
     sim.step(3)
     assert len(calls) == 1
+
+
+def test_a_force_lasts_for_a_call_or_a_time_at_any_number_of_steps(sim):
+    body = sim.bodies[0]
+    force = np.array((3.0, -1.0, 0.5))
+    for _ in range(2):
+        body.apply_force(force)
+        sim.step(6)
+        sim.step(10)
+    body.apply_force(force, duration=0.055)
+    sim.step(30)
+    assert np.allclose(_momentum(body), force * (12 * sim.dt + 0.055), rtol=1e-5, atol=1e-6)
+
+    frames = supple.Simulation(supple.Body(body.lattice), fps=24, substeps=5, gravity=(0, 0, 0))
+    frames.bodies[0].apply_force(force)
+    frames.advance(3)
+    frames.advance(3)
+    assert np.allclose(_momentum(frames.bodies[0]), force * 3 / 24, rtol=1e-5, atol=1e-6)
+
+
+def test_an_impulse_does_not_depend_on_the_step_length(sim):
+    impulse = np.array((0.5, 2.0, -1.0))
+    for dt in (1 / 30, 1 / 500):
+        other = supple.Simulation(supple.Body(sim.bodies[0].lattice), dt=dt, gravity=(0, 0, 0))
+        body = other.bodies[0]
+        body.apply_impulse(impulse)
+        body.apply_impulse([[0, 0, 1.0]], vertices=[3])
+        other.step(5)
+        assert np.allclose(_momentum(body), impulse + (0, 0, 1), rtol=1e-5)
+
+
+def test_forces_at_a_point_and_torques_turn_a_body(sim):
+    body = sim.bodies[0]
+    point, force, torque = np.array((2.0, 1.0, 0)), np.array((0, 0, 4.0)), np.array((0, 3.0, 0))
+    center = body.center_of_mass
+    body.apply_force(force, point=point, torque=torque)
+    sim.step()
+    expected = (np.cross(point - center, force) + torque) * sim.dt
+    assert np.allclose(body.angular_momentum, expected, rtol=1e-4, atol=1e-6)
+    assert np.allclose(_momentum(body), force * sim.dt, rtol=1e-5, atol=1e-7)
+    with pytest.raises(ValueError, match="lie on a line or at a point"):
+        body.apply_force((0, 0, 0), torque=torque, vertices=[0])
+    with pytest.raises(TypeError, match=r"point and torque only together with a total force \(3,\)"):
+        body.apply_force(np.ones((len(body), 3)), torque=torque)
+    with pytest.raises(ValueError, match="duration = 0"):
+        body.apply_force(force, duration=0)
+
+
+def test_a_call_that_an_exception_ends_also_ends_its_forces(sim):
+    body = sim.bodies[0]
+
+    def fail(positions, velocities, time):
+        if time > 2.5 * sim.dt:
+            raise RuntimeError("stop")
+        return np.zeros(3)
+
+    field = body.add_force_field(fail)
+    body.apply_force((3, 0, 0))
+    with pytest.raises(RuntimeError, match="stop"):
+        sim.step(10)
+    field.remove()
+    before = _momentum(body)
+    sim.step(10)
+    assert np.allclose(_momentum(body), before, rtol=1e-5)

@@ -15,15 +15,36 @@ pub enum Error {
     /// A simulation without bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
-    /// A field acts on a body that the simulation does not have.
+    /// A field or a link names a body that the simulation does not have.
     #[error(
-        "a field acts on the body {name:?}, which the simulation does not have; its bodies are {bodies:?}"
+        "a {what} names the body {name:?}, which the simulation does not have; its bodies are {bodies:?}"
     )]
     NoSuchBody {
+        /// `field` or `link`.
+        what: &'static str,
         /// Name of the body.
         name: String,
         /// Names of the bodies of the simulation.
         bodies: Vec<String>,
+    },
+    /// A link joins a body to itself.
+    #[error("a link joins the body {body:?} to itself; give another body, or none for the world")]
+    LinkToItself {
+        /// Name of the body.
+        body: String,
+    },
+    /// Glue over a distance.
+    #[error(
+        "the part of {body:?} that is glued to {other:?} is up to {cells:.1} cells away from it; glue parts that touch, or \
+         give a stiffness, for springs"
+    )]
+    LinkTooLong {
+        /// Name of the body.
+        body: String,
+        /// Name of the other body.
+        other: String,
+        /// The greatest distance, in cells of the other body.
+        cells: f64,
     },
     /// Automatic steps per frame without frames per second.
     #[error("substeps = \"auto\" needs fps, the number of frames per second")]

@@ -152,7 +152,7 @@ pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, 
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
     Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldLaw,
-    Force, ForceDuration, Goal, Handle, HandleMotion, Material, Pin, Plasticity, Preset, RegionDamping,
+    Force, ForceDuration, Goal, Handle, HandleMotion, Link, Material, Pin, Plasticity, Preset, RegionDamping,
     RegionSize, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
 };
 pub use error::{Error, StateError};
@@ -170,8 +170,8 @@ pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::{Range, RangeError};
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{
-    ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, Simulation, SimulationBuilder, SimulationState,
-    StepReason, Substeps, Touched,
+    ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, LinkRef, Simulation, SimulationBuilder,
+    SimulationState, StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{ArrayError, Placement};

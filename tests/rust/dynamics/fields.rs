@@ -153,7 +153,7 @@ fn a_broken_body_is_still_in_the_field() {
 fn a_field_of_a_body_that_does_not_exist_is_an_error() {
     let field = Field { bodies: vec!["cub".to_owned()], ..Field::new(FieldLaw::Drag(1.0)) };
     let error = with_field(field).build().unwrap_err().to_string();
-    assert!(error.contains(r#"a field acts on the body "cub""#) && error.contains(r#"["cube"]"#), "{error}");
+    assert!(error.contains(r#"a field names the body "cub""#) && error.contains(r#"["cube"]"#), "{error}");
     let inside = Field { within: Some(Selection::Vertices(vec![0])), ..Field::new(FieldLaw::Drag(1.0)) };
     assert!(with_field(inside).build().unwrap_err().to_string().contains("part of space"));
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use supple::{
-    Body, Curve, CurveKey, Goal, Handle, Key, Pin, RegionSize, Selection, Simulation, StepReason, Substeps,
-    TimeWindow,
+    Body, Curve, CurveKey, Goal, HalfWidth, Handle, Key, Pin, RegionSize, Selection, Simulation, StepReason,
+    Substeps, TimeWindow,
 };
 use supple_tests::{block, lattice};
 
@@ -67,14 +67,14 @@ fn a_soft_pin_carries_the_weight_and_lets_the_body_sleep() {
 #[test]
 fn a_weight_of_one_has_the_bits_of_a_prescribed_part() {
     let positions = |goal: Option<Goal>| {
-        let lattice = lattice(&block([4, 2, 2]));
-        let end = Selection::Plane { point: [0.5, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+        let lattice = lattice(&block([8, 2, 2]));
+        let end = Selection::Plane { point: [2.5, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
         let keys = vec![
             Key { time: 0.0, translate: [0.0; 3], rotate: [0.0; 3] },
             Key { time: 1.0, translate: [0.0, 1.0, 0.0], rotate: [0.0, 0.0, 40.0] },
         ];
         let handle = Handle { selection: end, motion: keys.into(), window: TimeWindow::default(), goal };
-        let body = Body::from_lattice(lattice).youngs_modulus(1e6).handle(handle).build().unwrap();
+        let body = Body::from_lattice(lattice).half_width(HalfWidth::CELL).handle(handle).build().unwrap();
         let mut simulation = simulated(body, 0.0, 1.0 / 240.0);
         simulation.steps(120);
         simulation.bodies()[0].positions()

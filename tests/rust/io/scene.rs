@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use supple::{
-    BreakLimit, Curve, CurveKey, CutSurface, Damping, Elasticity, FieldKind, FractureOptions, Interpolation,
-    Material, Plasticity, Preservation, Preset, RegionDamping, RegionSize, Resolution, Selection, Stiffness,
-    TouchingOptions, VolumeMeasure, VolumeScope, Zone,
+    Attraction, BreakLimit, Curve, CurveKey, CutSurface, Damping, Elasticity, Field, FieldKind, FieldLaw,
+    FractureOptions, Goal, Interpolation, Link, Material, Plasticity, Preservation, Preset, RegionDamping,
+    RegionSize, Resolution, Selection, Stiffness, TouchingOptions, VolumeMeasure, VolumeScope, Vortex, Wind,
+    Zone,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
@@ -53,6 +54,15 @@ self_contact = false
 box = { min = [0, 0, 0], max = [1, 1, 1] }
 end = 2.0
 
+[[body.pin]]
+group = "Skin"
+weight = [ { time = 0, value = 0.5 }, { time = 1, value = 1 } ]
+goal_frequency = 8
+goal_damping = 0
+
+[[body.pin]]
+lattice = [7, 1]
+
 [[body.zone]]
 plane = { point = [0, 2, 0], normal = [0, 1, 0] }
 factor = 0.5
@@ -65,6 +75,7 @@ inflate = 0.75
 sphere = { center = [0, 1, 0], radius = 0.5 }
 keys = [ { time = 0 }, { time = 1, translate = [0, 0.5, 0], rotate = [0, 720, 0] } ]
 start = 0.5
+weight = 0.7
 
 [[body]]
 name = "ball.2"
@@ -82,6 +93,37 @@ keys = [ { time = 1, translate = [0, -1, 0] } ]
 
 [[collider]]
 capsule = { a = [0, 0, 0], b = [0, 1, 0], radius = 0.25 }
+
+[[field]]
+wind = { velocity = [1, 0, 2], drag = 0.5, gust = 0.3, turbulence = 0.1, seed = 9 }
+strength = [ { time = 0, value = 0 }, { time = 2, value = 1.5 } ]
+bodies = ["ball.2"]
+sphere = { center = [0, 1, 0], radius = 4 }
+
+[[field]]
+drag = 0.25
+
+[[field]]
+gravity = [0, 0, 1]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+
+[[field]]
+vortex = { center = [1, 0, 0], axis = [0, 0, 1], spin = 2, radius = 3, drag = 4 }
+
+[[link]]
+body = "bust"
+sphere = { center = [0, 1, 0], radius = 2 }
+other = "ball.2"
+stiffness = 100
+damping_ratio = 0.5
+break = 20
+
+[[link]]
+body = "ball.2"
+group = "top"
+
+[[field]]
+attract = { center = [0, 5, 0], acceleration = -2, radius = 0.5, power = 1 }
 "#;
 
 const SMALL: &str = "[[body]]\nname = \"bust\"\nmesh = \"bust.obj\"\n";
@@ -144,8 +186,41 @@ fn every_key_is_read() {
     let pin = &body.pins[0];
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
     assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
+    let key = |time, value| CurveKey { time, value };
+    assert_eq!(body.pins[1].selection, Selection::Group("Skin".to_owned()));
+    let weight = Curve::new(vec![key(0.0, 0.5), key(1.0, 1.0)]).unwrap();
+    assert_eq!(body.pins[1].goal, Some(Goal { weight, frequency: 8.0, damping_ratio: 0.0 }));
+    assert_eq!((&body.pins[2].selection, &body.pins[2].goal), (&Selection::Vertices(vec![7, 1]), &None));
+    assert_eq!(body.handles[0].goal, Some(Goal::from(0.7)));
+    let wind = Wind { velocity: [1.0, 0.0, 2.0], drag: 0.5, gust: 0.3, turbulence: 0.1, seed: 9 };
+    let windy = Field {
+        strength: Curve::new(vec![key(0.0, 0.0), key(2.0, 1.5)]).unwrap(),
+        bodies: vec!["ball.2".to_owned()],
+        within: Some(Selection::Sphere { center: [0.0, 1.0, 0.0], radius: 4.0 }),
+        ..Field::new(FieldLaw::Wind(wind))
+    };
+    let half = Selection::Plane { point: [0.0; 3], normal: [0.0, 1.0, 0.0] };
+    let vortex = Vortex { center: [1.0, 0.0, 0.0], axis: [0.0, 0.0, 1.0], spin: 2.0, radius: 3.0, drag: 4.0 };
+    let attract = Attraction { center: [0.0, 5.0, 0.0], acceleration: -2.0, radius: 0.5, power: 1.0 };
+    let fields = [
+        windy,
+        Field::new(FieldLaw::Drag(0.25)),
+        Field { within: Some(half), ..Field::new(FieldLaw::Gravity([0.0, 0.0, 1.0])) },
+        Field::new(FieldLaw::Vortex(vortex)),
+        Field::new(FieldLaw::Attract(attract)),
+    ];
+    assert_eq!(scene.fields, fields);
+    let near = Selection::Sphere { center: [0.0, 1.0, 0.0], radius: 2.0 };
+    let springs = Link {
+        other: Some("ball.2".to_owned()),
+        stiffness: Some(100.0),
+        damping_ratio: 0.5,
+        break_force: Some(20.0),
+        ..Link::new("bust", near)
+    };
+    assert_eq!(scene.links, [springs, Link::new("ball.2", Selection::Group("top".to_owned()))]);
     let half_space = Selection::Plane { point: [0.0, 2.0, 0.0], normal: [0.0, 1.0, 0.0] };
-    let grown = Zone::new(Selection::Vertices(vec![3, 5]), 1.0).inflated(0.75);
+    let grown = Zone::new(Selection::MeshVertices(vec![3, 5]), 1.0).inflated(0.75);
     assert_eq!(body.zones, [Zone::new(half_space, 0.5), grown]);
     let keys = vec![CurveKey { time: 0.0, value: 1.0 }, CurveKey { time: 2.5, value: 1.3 }];
     assert_eq!(body.inflate, Curve::new(keys).unwrap().interpolated(Interpolation::Smooth));
@@ -319,6 +394,8 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[0, 1, 1]",
             "at least `min`, which is [1, 0, 0], on every axis",
         ),
+        ("[[body.pin]]\nvertices = [0]\nweight = 0", 6, "pin.0.weight", "0", "in (0, 1]"),
+        ("[[body.pin]]\nvertices = [0]\ngoal_damping = 2", 6, "pin.0.goal_damping", "2", "in [0, 1]"),
         ("[[body.zone]]\nvertices = [0]\ninflate = 11", 6, "zone.0.inflate", "11", "in [0.1, 10]"),
         (
             "inflate = [{ time = 0, value = 1 }, { time = 1, value = 11 }]",
@@ -663,4 +740,41 @@ fn fracture_is_a_table_of_a_body() {
     assert!(message.contains("fracture`") && message.contains("a table"), "{message}");
     let message = refusal("fractur = { strain = 1 }");
     assert!(message.contains("`fracture`"), "{message}");
+}
+
+#[test]
+fn wrong_fields_are_errors_that_name_key_and_way_out() {
+    let refused = |lines: &str| parse(&format!("{SMALL}[[field]]\n{lines}\n")).expect_err(lines).to_string();
+    for (lines, part) in [
+        ("drag = -1", "scene.toml:5: `field.0.drag` is -1; it must be a rate in 1/s, >= 0"),
+        ("wind = { gust = 2 }", "`field.0.wind.gust` is 2; it must be in [0, 1]"),
+        ("wind = { gusts = 1 }", "`gust`"),
+        ("drag = 1\nwind = {}", "`field.0.wind`"),
+        ("strength = 2", "`vortex`"),
+        ("drag = 1\nbodies = [\"bush\"]", "\"bush\""),
+        ("drag = 1\nbodies = \"bust\"", "a list of names of bodies"),
+        ("drag = 1\nstrength = -2", "`field.0.strength` is -2"),
+        ("drag = 1\nbox = { min = [1, 0, 0], max = [0, 1, 1] }", "at least `min`"),
+        ("drag = 1\nvertices = [0]", "`vertices`"),
+    ] {
+        let message = refused(lines);
+        assert!(message.contains(part), "{lines}: {message}");
+    }
+}
+
+#[test]
+fn wrong_links_are_errors_that_name_key_and_way_out() {
+    let refused = |lines: &str| parse(&format!("{SMALL}[[link]]\n{lines}\n")).expect_err(lines).to_string();
+    let part = "sphere = { center = [0, 0, 0], radius = 1 }";
+    for (lines, expected) in [
+        (part.to_owned(), "`link.0.body`"),
+        (format!("body = \"bush\"\n{part}"), "\"bush\""),
+        (format!("body = \"bust\"\nother = \"bust\"\n{part}"), "`link.0.other`"),
+        (format!("body = \"bust\"\nstiffness = 0\n{part}"), "`link.0.stiffness` is 0"),
+        (format!("body = \"bust\"\nbreaks = 1\n{part}"), "`break`"),
+        ("body = \"bust\"".to_owned(), "`group`"),
+    ] {
+        let message = refused(&lines);
+        assert!(message.contains(expected), "{lines}: {message}");
+    }
 }

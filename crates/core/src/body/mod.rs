@@ -28,6 +28,7 @@
 //! | `stages` | the stages of a step, in order |
 //! | `step` | runs them |
 //! | `plan` | describes the stages and their memory |
+//! | `linked` | points of a body to which links tie |
 //! | `applying` | applies forces and impulses |
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
@@ -46,6 +47,7 @@ mod fracture_stage;
 mod hold_force;
 mod inflation;
 mod leaving;
+mod linked;
 mod material;
 mod parts;
 mod piece_mesh;
@@ -73,6 +75,7 @@ pub use builder::BodyBuilder;
 pub(crate) use context::StepContext;
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
+pub(crate) use linked::Anchor;
 pub use piece_mesh::PieceMesh;
 pub use reference::BodyRef;
 pub(crate) use reference::{DisplayContext, NearBodies};

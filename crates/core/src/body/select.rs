@@ -112,7 +112,7 @@ impl Body {
     }
 
     /// Returns the position of a lattice vertex at frame 0, in world space.
-    fn start_of(&self, vertex: u32) -> Point3<f64> {
+    pub(crate) fn start_of(&self, vertex: u32) -> Point3<f64> {
         self.shape.model_to_world * self.shape.lattice.rest_position(vertex)
     }
 }

@@ -113,7 +113,7 @@ impl Body {
     }
 
     /// Returns the mass of a vertex.
-    pub(super) fn mass_of(&self, vertex: u32) -> f64 {
+    pub(crate) fn mass_of(&self, vertex: u32) -> f64 {
         self.cell_mass() * f64::from(self.shape.masses[vertex as usize])
     }
 

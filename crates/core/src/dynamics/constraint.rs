@@ -258,7 +258,8 @@ impl Constraint {
     /// Returns whether the constraint does not move, begin or end in a step, and was not released.
     pub(super) fn is_static(&self, step: Interval) -> bool {
         let follows = || self.follow.as_ref().is_some_and(|follow| follow.moves(step));
-        let moves = || self.pose(step.start) != self.pose(step.end) || follows();
+        let weight_changes = || self.goal.as_ref().is_some_and(|goal| goal.changes_in(step));
+        let moves = || self.pose(step.start) != self.pose(step.end) || follows() || weight_changes();
         !self.is_released() && self.acts_in(step) == self.active && !(self.active && moves())
     }
 

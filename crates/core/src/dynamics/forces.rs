@@ -36,6 +36,11 @@ impl Forces {
         self.lasting.push(lasting);
     }
 
+    /// Adds forces on lattice vertices, each of which occurs once, to the forces of the next step.
+    pub(crate) fn add(&mut self, forces: impl IntoIterator<Item = (u32, [f64; 3])>) {
+        add_to(&mut self.next, forces);
+    }
+
     /// Begins a step of `dt` seconds: adds the forces that last to those of the step.
     pub(crate) fn begin_step(&mut self, dt: f64) {
         let Self { lasting, next, .. } = self;

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 
 use crate::motion::{Curve, CurveKey};
 use crate::range::{Range, RangeError};
+use crate::state::Interval;
 
 /// How strongly a pin or a handle pulls its vertices to their targets, in place of prescribing their positions.
 ///
@@ -12,6 +13,9 @@ use crate::range::{Range, RangeError};
 /// higher frequency; with the weight 1 the positions are prescribed. The frequency is the same at any step length, on any
 /// lattice and for any mass, up to a sixth of the step rate, beyond which a vertex is at its target after each step. Under
 /// gravity g a vertex hangs g/ω² below its target.
+///
+/// The springs pull the vertices of the part alone. A part that is thinner than the regions of the body is bent against
+/// them: one layer of vertices does not hold a body like a clamp.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Goal {
@@ -53,6 +57,11 @@ impl Goal {
     /// Returns whether positions are prescribed at a time.
     pub(super) fn is_hard(&self, time: f64) -> bool {
         self.weight.value(time) >= 1.0
+    }
+
+    /// Returns whether the weight changes in a step.
+    pub(super) fn changes_in(&self, step: Interval) -> bool {
+        self.weight.value(step.start) != self.weight.value(step.end)
     }
 
     /// Returns the greatest frequency in Hz of the springs; 0 if positions are always prescribed.

@@ -9,6 +9,7 @@
 //! | `inflation` | rest volumes that change over time |
 //! | `goal` | soft goals: springs in place of prescribed positions |
 //! | `handle` | descriptions of pins and handles |
+//! | `link` | glue and springs between bodies |
 //! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
 //! | `constraints` | all pins and handles of a body |
@@ -44,6 +45,7 @@ mod goal;
 mod handle;
 mod inflation;
 mod integration;
+mod link;
 mod lowest_mode;
 mod material;
 mod momentum;
@@ -71,6 +73,7 @@ pub use goal::Goal;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
+pub use link::Link;
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;
 pub use material::{Accuracy, Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};

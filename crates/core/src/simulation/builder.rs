@@ -4,12 +4,13 @@ use nalgebra::Vector3;
 
 use super::clock::Clock;
 use super::groups::{self, ContactSettings, Groups};
+use super::links::Links;
 use super::settings::{check_dt, check_fields, check_gravity, check_substeps, check_threads};
 use super::substeps::Substeps;
 use super::world::Simulation;
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
-use crate::dynamics::Field;
+use crate::dynamics::{Field, Link};
 use crate::error::Error;
 use crate::matching::Workspaces;
 use crate::parallel::Executor;
@@ -26,6 +27,7 @@ pub struct SimulationBuilder {
     fps: Option<f64>,
     colliders: Vec<Collider>,
     fields: Vec<Field>,
+    links: Vec<Link>,
     substeps: Substeps,
     contact: ContactSettings,
     sleep: bool,
@@ -41,6 +43,7 @@ impl Default for SimulationBuilder {
             fps: None,
             colliders: Vec::new(),
             fields: Vec::new(),
+            links: Vec::new(),
             substeps: Substeps::Fixed(1),
             contact: ContactSettings { between: true, with_itself: false },
             sleep: true,
@@ -90,6 +93,13 @@ impl SimulationBuilder {
     #[must_use]
     pub fn field(mut self, field: Field) -> Self {
         self.fields.push(field);
+        self
+    }
+
+    /// Adds a link: glue or springs between a part of a body and another body or the world.
+    #[must_use]
+    pub fn link(mut self, link: Link) -> Self {
+        self.links.push(link);
         self
     }
 
@@ -144,13 +154,15 @@ impl SimulationBuilder {
     ///
     /// # Errors
     ///
-    /// No body, a number out of range, an invalid collider, or a field of a body that does not exist.
+    /// No body, a number out of range, an invalid collider, a field or a link of a body that does not exist, or a
+    /// link whose part is empty or, without a stiffness, too far from the other body.
     pub fn build(self) -> Result<Simulation, Error> {
         let colliders = self.checked_colliders()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
         check_fields(&self.fields, &self.bodies)?;
+        let links = Links::new(self.links.clone(), &self.bodies)?;
         let gravity = Vector3::from(self.gravity);
         let (dt, steps) = (self.step_length(), self.fixed_substeps());
         let mut bodies = self.bodies;
@@ -170,6 +182,7 @@ impl SimulationBuilder {
             clock: Clock::new(dt),
             colliders,
             fields: self.fields,
+            links,
             fps: self.fps,
             substeps: steps.into(),
             chosen: None,

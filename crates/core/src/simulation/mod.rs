@@ -7,6 +7,7 @@
 //! | `groups` | which bodies can touch; common rest and common damping of bodies that touch |
 //! | `collider` | access to a collider |
 //! | `world` | [`Simulation`] |
+//! | `links` | links between bodies |
 //! | `settings` | changes of settings between steps |
 //! | `builder` | builds a simulation |
 //! | `contact` | contact between bodies in a step |
@@ -20,6 +21,7 @@ mod collider;
 mod contact;
 mod contact_points;
 mod groups;
+mod links;
 mod load;
 mod settings;
 mod state;
@@ -30,6 +32,7 @@ mod world;
 pub use builder::SimulationBuilder;
 pub use collider::{ColliderMut, ColliderRef};
 pub use contact_points::{ContactPoint, Touched};
+pub use links::LinkRef;
 pub use state::SimulationState;
 pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 pub use world::Simulation;

@@ -179,7 +179,7 @@ pub(super) fn check_fields(fields: &[Field], bodies: &[Body]) -> Result<(), Erro
         field.validate()?;
         if let Some(name) = field.bodies.iter().find(|name| bodies.iter().all(|body| body.name() != *name)) {
             let bodies = bodies.iter().map(|body| body.name().to_owned()).collect();
-            return Err(Error::NoSuchBody { name: name.clone(), bodies });
+            return Err(Error::NoSuchBody { what: "field", name: name.clone(), bodies });
         }
     }
     Ok(())

@@ -24,6 +24,8 @@ pub struct SimulationState {
     driven: Vec<DrivenCollider>,
     /// The supports of the bodies by each other.
     pair_supports: PairSupports,
+    /// Which links are broken.
+    broken_links: Vec<bool>,
 }
 
 impl SimulationState {
@@ -44,6 +46,7 @@ impl Simulation {
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
             pair_supports: self.pair_supports.clone(),
+            broken_links: self.links.broken(),
         }
     }
 
@@ -84,6 +87,7 @@ impl Simulation {
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_snapshot(snapshot)?;
         }
+        self.links.set_broken(&state.broken_links);
         self.colliders.set_driven(&state.driven);
         self.pair_supports = state.pair_supports.clone();
         let count = self.bodies.len();

@@ -62,7 +62,9 @@ impl Simulation {
     /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         self.colliders.animate(self.clock.interval());
-        let Self { bodies, contacts, fields, pair_supports, groups, colliders, clock, workspaces, .. } = self;
+        let Self {
+            bodies, contacts, fields, links, pair_supports, groups, colliders, clock, workspaces, ..
+        } = self;
         let context = StepContext {
             gravity: self.gravity,
             interval: clock.interval(),
@@ -72,6 +74,7 @@ impl Simulation {
             workspaces,
         };
         executor.for_each_mut(bodies, |body| body.begin_forces(fields, context.interval));
+        links.apply(bodies, context.interval.dt);
         groups.settle(bodies, &context);
         match contacts {
             None => executor.for_each_mut(bodies, |body| {

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::clock::Clock;
 use super::collider::{ColliderMut, ColliderRef};
 use super::groups::{ContactSettings, Groups};
+use super::links::Links;
 use super::substeps::ChosenSubsteps;
 use crate::body::{Body, BodyRef, DisplayContext, NearBodies};
 use crate::contact::Colliders;
@@ -25,6 +26,7 @@ pub struct Simulation {
     pub(super) clock: Clock,
     pub(super) colliders: Colliders,
     pub(super) fields: Vec<Field>,
+    pub(super) links: Links,
     /// The contacts between bodies, if bodies can touch.
     pub(super) contacts: Option<BodyContacts>,
     pub(super) contact: ContactSettings,

@@ -14,7 +14,8 @@ use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{
-    Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Simulation, SimulationBuilder,
+    Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Selection, Simulation,
+    SimulationBuilder,
 };
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
@@ -95,7 +96,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
-        let part = if data.selects_groups() { part.with_groups(&document) } else { part };
+        let part = if selects_groups(scene, data) { part.with_groups(&document) } else { part };
         let input = Input { document, part };
         let (body, input) = build(data, input, &mut animations)?;
         bodies.push(body);
@@ -113,10 +114,17 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         builder = builder.collider(collider);
     }
     let builder = scene.fields.iter().cloned().fold(builder, SimulationBuilder::field);
+    let builder = scene.links.iter().cloned().fold(builder, SimulationBuilder::link);
     let mut simulation = builder.build().map_err(RunError::Simulation)?;
     let substeps = simulation.substeps() as u32;
     let cautions = Caution::all(&mut simulation);
     Ok(Prepared { simulation, substeps, inputs, cautions })
+}
+
+/// Returns whether a pin, a handle, a zone or a link selects a group of the file of a body.
+fn selects_groups(scene: &Scene, data: &BodyData) -> bool {
+    let links = scene.links.iter().filter(|link| link.body == data.name);
+    data.selections().chain(links.map(|link| &link.selection)).any(|part| matches!(part, Selection::Group(_)))
 }
 
 /// Returns the colliders of a scene. Reads the meshes of colliders.

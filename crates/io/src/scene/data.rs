@@ -9,12 +9,14 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::handle::HandleData;
-use super::keys::{self, FieldTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
+use super::keys::{
+    self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys,
+};
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
-    BodyBuilder, BreakLimit, Curve, Field, FractureOptions, LatticeOptions, Material, Pin, Placement,
+    BodyBuilder, BreakLimit, Curve, Field, FractureOptions, LatticeOptions, Link, Material, Pin, Placement,
     Plasticity, Refine, Resolution, Scale, Selection, SimulationBuilder, SkinKind, TouchingOptions,
     VolumeOptions, Zone,
 };
@@ -50,6 +52,9 @@ pub struct Scene {
     /// `[[field]]`, in the order of the file: wind, drag and other accelerations.
     #[serde(default, rename = "field", with = "keys::fields", skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<Field>,
+    /// `[[link]]`, in the order of the file: glue and springs between bodies.
+    #[serde(default, rename = "link", with = "keys::links", skip_serializing_if = "Vec::is_empty")]
+    pub links: Vec<Link>,
 }
 
 /// `[simulation]`: time, gravity and threads.
@@ -223,12 +228,11 @@ impl BodyData {
         std::iter::once(("mesh".to_owned(), &mut self.mesh)).chain(follow)
     }
 
-    /// Returns whether a pin, a handle or a zone selects a group of the file.
-    pub(crate) fn selects_groups(&self) -> bool {
+    /// Returns the selections of pins, handles and zones.
+    pub(crate) fn selections(&self) -> impl Iterator<Item = &Selection> {
         let pins = self.pins.iter().map(|pin| &pin.selection);
         let handles = self.handles.iter().map(|handle| &handle.selection);
-        let zones = self.zones.iter().map(|zone| &zone.selection);
-        pins.chain(handles).chain(zones).any(|selection| matches!(selection, Selection::Group(_)))
+        pins.chain(handles).chain(self.zones.iter().map(|zone| &zone.selection))
     }
 
     /// Passes the settings to the builder of a body: all keys but its name, mesh, object, zones, pins and handles.
@@ -367,6 +371,13 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
 }
 
 impl FieldTable {
+    /// Returns the keys that have a value.
+    pub fn to_keys(&self) -> Map<String, Value> {
+        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
+    }
+}
+
+impl LinkTable {
     /// Returns the keys that have a value.
     pub fn to_keys(&self) -> Map<String, Value> {
         flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()

@@ -73,6 +73,7 @@ impl Scene {
             bodies: vec![BodyData::new(name_from(path), path)],
             colliders: vec![ColliderData::plane(point, normal)],
             fields: Vec::new(),
+            links: Vec::new(),
         }
     }
 }

@@ -93,6 +93,7 @@ impl Scene {
         }
         check_ignored(&scene.bodies, &root)?;
         check_fields(&scene, &root)?;
+        check_links(&scene, &root)?;
         check_paths([("output.directory".to_owned(), &scene.output.directory)], &root)?;
         for (index, collider) in scene.colliders.iter_mut().enumerate() {
             let field = root.at(&format!("collider.{index}"));
@@ -165,6 +166,24 @@ fn check_fields(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
         if let Some(shape) = &field.within {
             check_box(shape, &place)?;
         }
+    }
+    Ok(())
+}
+
+/// Checks the shapes of links, and that the bodies that they join exist and differ.
+fn check_links(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
+    let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+    for (index, link) in scene.links.iter().enumerate() {
+        let place = root.at(&format!("link.{index}"));
+        if !names.contains(&link.body.as_str()) {
+            return Err(place.at("body").no_other_body(&link.body, "", &names));
+        }
+        if let Some(other) = &link.other
+            && (*other == link.body || !names.contains(&other.as_str()))
+        {
+            return Err(place.at("other").no_other_body(other, &link.body, &names));
+        }
+        check_box(&link.selection, &place)?;
     }
     Ok(())
 }

@@ -71,7 +71,7 @@ fn write_table(text: &mut String, path: &str, table: &Fields) {
                 header(text, format!("[{full_key}]"));
                 write_table(text, &full_key, table);
             }
-            ("body" | "collider" | "field" | "zone" | "pin" | "handle", Value::Array(list)) => {
+            ("body" | "collider" | "field" | "link" | "zone" | "pin" | "handle", Value::Array(list)) => {
                 for table in list.iter().filter_map(Value::as_object) {
                     header(text, format!("[[{full_key}]]"));
                     write_table(text, &full_key, table);

@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use supple::{Field, SimulationBuilder};
+use supple::{Field, Link, SimulationBuilder};
 use supple_io::scene::nearest;
 
-use super::fields::check_bodies;
+use super::{fields, links};
 use crate::argument::{conversion_error, wrong_type};
 use crate::body::{Body, SharedBody, SharedSimulation, Storage};
 use crate::error;
@@ -18,7 +18,7 @@ use crate::interrupt::interruptible;
 /// an error, no body moves.
 pub(super) fn simulation(
     bodies: &Bound<'_, PyAny>,
-    (builder, fields): (SimulationBuilder, Vec<Field>),
+    (builder, fields, links): (SimulationBuilder, Vec<Field>, Vec<Link>),
     threads: usize,
 ) -> PyResult<(Arc<SharedSimulation>, Vec<Arc<SharedBody>>)> {
     let py = bodies.py();
@@ -35,8 +35,11 @@ pub(super) fn simulation(
     check_ignored(py, &bodies)?;
     let name = |body: &Bound<'_, Body>| body.get().read(py, |body| body.name().to_owned());
     let names = bodies.iter().map(name).collect::<PyResult<Vec<_>>>()?;
-    check_bodies(&fields, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    fields::check_bodies(&fields, &names)?;
+    links::check_bodies(&links, &names)?;
     let builder = fields.into_iter().fold(builder, SimulationBuilder::field);
+    let builder = links.into_iter().fold(builder, SimulationBuilder::link);
     let parts = bodies.iter().map(Body::share).collect::<PyResult<Vec<_>>>()?;
     let moving = parts.clone();
     let shared = interruptible(py, move || move_in(&moving, builder, threads))??;

@@ -2,12 +2,12 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::PyTuple;
 use serde::Deserialize;
 use supple::Field;
-use supple_io::scene::{Data, FieldTable, nearest};
+use supple_io::scene::{FieldTable, nearest};
 
-use super::Simulation;
+use super::{Simulation, tables};
 use crate::{error, keys};
 
 #[pymethods]
@@ -39,23 +39,7 @@ struct FieldList {
 
 /// Reads the argument `fields`: a list of dicts, or one.
 pub(super) fn read(fields: &Bound<'_, PyAny>) -> PyResult<Vec<Field>> {
-    let py = fields.py();
-    let list =
-        if fields.cast::<PyDict>().is_ok() { PyList::new(py, [fields])?.into_any() } else { fields.clone() };
-    let arguments = [("fields".to_owned(), list)];
-    let FieldList { fields } = keys::read(arguments, |key, list| {
-        let mut value = keys::value(list, key)?;
-        // Keyframes of a strength may be tuples.
-        let tables = if let Data::Array(tables) = &mut value.data { &mut tables[..] } else { &mut [] };
-        for (index, (item, table)) in list.try_iter()?.zip(tables).enumerate() {
-            let Ok(dict) = item?.cast_into::<PyDict>() else { continue };
-            if let (Some(strength), Data::Table(table)) = (dict.get_item("strength")?, &mut table.data) {
-                let name = format!("{key}[{index}].strength");
-                table.insert("strength".to_owned(), keys::curve(&strength, &name)?);
-            }
-        }
-        Ok(Some(value))
-    })?;
+    let FieldList { fields } = tables::read(fields, "fields", &["strength"])?;
     Ok(fields.into_iter().map(|FieldTable(field)| field).collect())
 }
 

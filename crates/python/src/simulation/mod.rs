@@ -6,21 +6,25 @@
 //! | `cautions` | warnings, such as of bodies that overlap |
 //! | `fields` | acceleration fields, such as wind |
 //! | `contacts` | the contacts of the last step |
+//! | `links` | links between bodies |
 //! | `recording` | records frames into a USD stage or a page |
 //! | `saved` | saves and restores the state |
 //! | `substeps` | reads the number of steps per frame |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
+//! | `tables` | reads lists of dicts with the keys of scenes |
 //! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
 mod build;
 mod cautions;
 mod contacts;
 mod fields;
+mod links;
 mod recording;
 mod saved;
 mod steps;
 mod substeps;
 mod surfaces;
+mod tables;
 
 pub(crate) use cautions::warn;
 pub(crate) use recording::{Recording, film};
@@ -42,13 +46,14 @@ use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error, keys};
 
 /// Keyword arguments of `supple.Simulation`.
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "dt",
     "fps",
     "substeps",
     "gravity",
     "colliders",
     "fields",
+    "links",
     "threads",
     "contact",
     "self_contact",
@@ -76,6 +81,8 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 ///     Default: no colliders.
 /// fields : list of dict, or one dict
 ///     Wind, drag and other accelerations, with the keys of [[field]] in a scene. Default: no fields.
+/// links : list of dict, or one dict
+///     Glue and springs between bodies, with the keys of [[link]] in a scene. Default: no links.
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
 ///     of threads.
@@ -118,7 +125,7 @@ impl Simulation {
         let settings = Settings::from_call(settings, "Simulation()", &KEYS, &OPTIONAL)?;
         settings.exclusive("dt", "fps")?;
         let data: SimulationData = keys::read(settings.iter(), |key, value| match key {
-            "dt" | "substeps" | "colliders" | "fields" => Ok(None),
+            "dt" | "substeps" | "colliders" | "fields" | "links" => Ok(None),
             "gravity" => Ok(Some(keys::vector(arrays::vector(value, key)?))),
             _ => keys::value(value, key).map(Some),
         })?;
@@ -136,7 +143,8 @@ impl Simulation {
         let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
         let fields = settings.read("fields", |fields, _| fields::read(fields))?.unwrap_or_default();
-        let (shared, bodies) = build::simulation(bodies, (builder, fields), data.threads)?;
+        let links = settings.read("links", |links, _| links::read(links))?.unwrap_or_default();
+        let (shared, bodies) = build::simulation(bodies, (builder, fields, links), data.threads)?;
         Self::from_parts(shared, bodies, &colliders)
     }
 }
@@ -146,7 +154,7 @@ impl Simulation {
     #[new]
     #[pyo3(
         signature = (bodies, **settings),
-        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), fields=(), threads=0, contact=True, self_contact=False, sleep=True)"
+        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), fields=(), links=(), threads=0, contact=True, self_contact=False, sleep=True)"
     )]
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let simulation = Self::build(bodies, settings)?;
@@ -284,6 +292,7 @@ impl Simulation {
         }
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("fields", this.fields(py)?)?;
+        settings.set_item("links", this.link_arguments(py)?)?;
         settings.set_item("threads", this.shared.threads())?;
         settings.set_item("substeps", this.substeps(py)?)?;
         let (contact, self_contact) = this.shared.with(py, |s| (s.contact(), s.self_contact()))?;

@@ -2,6 +2,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `link` | the keys of links |
 //! | `material` | the keys of a material |
 //! | `curve` | numbers that may have keyframes |
 //! | `field_laws` | the keys of acceleration fields |
@@ -36,6 +37,7 @@ macro_rules! optional {
 mod curve;
 mod field_laws;
 mod fracture;
+mod link;
 mod material;
 mod parts;
 mod ranges;
@@ -52,9 +54,10 @@ use supple::{
 pub(super) use curve::inflate;
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
+pub use link::LinkTable;
 pub(super) use material::MaterialKeys;
 pub use parts::GoalTable;
-pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, optional_goal, pins, zones};
+pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, links, optional_goal, pins, zones};
 pub(super) use ranges::{
     count, direction, directory, extents, film_size, finite, fps, fraction, mesh, name, not_negative,
     point_cache, positive, view,
@@ -146,6 +149,7 @@ pub(super) fn hint_for(key: &str) -> &'static str {
         "keys" => "a list of keyframes, each with its `time`",
         "factor" => "a factor of the stiffness in (0, 100]; or give `inflate`, a ratio of the rest volume",
         "ignore" => "a list of names of bodies like [\"eyes\"]",
+        "body" => "the name of the body that is linked",
         "vertices" => "a list of mesh vertices like [0, 5]",
         "lattice" => "a list of lattice vertices like [0, 5]",
         "time" => "a time in seconds",

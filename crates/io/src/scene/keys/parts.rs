@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::{optional_inflate, weight};
 use super::field_laws::FieldKeys;
+use super::link::LinkKeys;
 use super::ranges::{direction, finite, fraction, frequency, not_negative, positive, stiffness_factor};
-use supple::{Curve, Field, Goal, Key, Pin, Selection, TimeWindow, Zone};
+use supple::{Curve, Field, Goal, Key, Link, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -129,6 +130,7 @@ macro_rules! lists {
 lists! {
     pins: Pin by "PinKeys", |_| Ok(());
     fields: Field by "FieldKeys", |_| Ok(());
+    links: Link by "LinkKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |list| {
         list.iter_mut().filter(|zone| zone.factor == 0.0 && zone.inflate.is_some()).for_each(|zone| zone.factor = 1.0);
         Ok(())
