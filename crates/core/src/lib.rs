@@ -147,7 +147,10 @@ mod state;
 mod volume;
 mod voxel;
 
-pub use body::{Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened, TouchingOptions};
+pub use body::{
+    AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened,
+    TouchingOptions,
+};
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{

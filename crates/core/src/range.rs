@@ -49,6 +49,10 @@ impl Range {
     pub const STIFFNESS_FACTOR: Self = Self::new(|x| x > 0.0 && x <= 100.0, "in (0, 100]");
     /// Ratio of the rest volume to that of the mesh.
     pub const INFLATION: Self = Self::new(|x| RATIOS.contains(&x), "in [0.1, 10]");
+    /// Simulated seconds per second of frames.
+    pub const TIME_SCALE: Self = Self::new(|x| x > 0.0 && x <= 10.0, "in (0, 10]");
+    /// Time that is simulated before frame 0.
+    pub const PREROLL: Self = Self::new(|x| (0.0..=1e6).contains(&x), "a time in seconds, in [0, 1e6]");
     /// Angle between neighboring cells at which a body breaks.
     pub const BREAK_ANGLE: Self = Self::new(|x| x > 0.0 && x <= 180.0, "in (0, 180] degrees");
     /// Relative variation of the strength.

@@ -16,6 +16,7 @@ mod lowest_mode;
 mod plasticity;
 mod poisson;
 mod quantities;
+mod reset;
 mod rest;
 mod same_bits;
 mod saved_state;

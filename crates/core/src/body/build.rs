@@ -85,6 +85,7 @@ impl BodyBuilder {
                 surface: surface.map(OnceLock::from),
                 scale: self.scale,
                 model_to_world: self.placement.isometry(),
+                placement: self.placement,
                 extent,
             },
             state,

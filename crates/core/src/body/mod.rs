@@ -34,7 +34,10 @@
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | the saved state |
 //! | `saving` | saves and restores it |
+//! | `initial` | the state that a body was built with |
+//! | `adopt` | takes settings of another body that was built alike |
 
+mod adopt;
 mod applying;
 mod body_contact;
 mod breaking;
@@ -46,6 +49,7 @@ mod escape;
 mod fracture_stage;
 mod hold_force;
 mod inflation;
+mod initial;
 mod leaving;
 mod linked;
 mod material;
@@ -71,6 +75,7 @@ mod transfer;
 mod values;
 mod zones;
 
+pub use adopt::AdoptedSettings;
 pub use builder::BodyBuilder;
 pub(crate) use context::StepContext;
 pub use elasticity::Softened;

@@ -14,6 +14,7 @@ use crate::lattice::{Lattice, Masses};
 use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::Scale;
 use crate::skin::SkinKind;
+use crate::state::Placement;
 use crate::volume::{Correction, VolumeMeasures, VolumeOptions};
 
 /// The lattice and the mesh of a body. Only fracture changes them.
@@ -28,6 +29,8 @@ pub(super) struct Shape {
     pub(super) scale: Scale,
     /// Transform from the model's frame to world space at frame 0.
     pub(super) model_to_world: Isometry3<f64>,
+    /// The placement at frame 0, with the initial velocities.
+    pub(super) placement: Placement,
     /// Largest extent of the lattice along an axis, in cells.
     pub(super) extent: usize,
     /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.

@@ -64,17 +64,23 @@ impl Body {
         }
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
-        if snapshot.volume != self.settings.volume {
+        self.replace_volume(snapshot.volume)?;
+        self.state = snapshot.state.clone();
+        stages().for_each(|stage| stage.restore(self, snapshot));
+        Ok(())
+    }
+
+    /// Replaces the options of the volume correction by others that are valid for the whole body.
+    pub(super) fn replace_volume(&mut self, volume: VolumeOptions) -> Result<(), VolumeError> {
+        if volume != self.settings.volume {
             if self.shape.lattice.broken_joints().is_empty() {
-                self.set_volume(snapshot.volume)?;
+                self.set_volume(volume)?;
             } else {
                 // As after an event, it is created when it is needed.
-                self.settings.volume = snapshot.volume;
+                self.settings.volume = volume;
                 self.display.correction = OnceLock::new();
             }
         }
-        self.state = snapshot.state.clone();
-        stages().for_each(|stage| stage.restore(self, snapshot));
         Ok(())
     }
 

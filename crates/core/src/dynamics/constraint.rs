@@ -157,6 +157,27 @@ impl Constraint {
         self.vertices = vertices;
     }
 
+    /// Returns to the time before the first step: the constraint is not active, and has captured nothing.
+    pub(super) fn restart(&mut self) {
+        (self.capture, self.active) = (None, false);
+    }
+
+    /// Returns whether the constraint follows an animation.
+    pub(super) fn is_following(&self) -> bool {
+        self.follow.is_some()
+    }
+
+    /// Returns whether the constraint holds the vertices of `other` from the same time on, with another motion or end.
+    pub(super) fn continues(&self, other: &Self) -> bool {
+        !other.is_released() && self.vertices == other.vertices && self.window.start == other.window.start
+    }
+
+    /// Takes the captured positions of a constraint that this one [continues](Self::continues).
+    pub(super) fn continue_from(&mut self, other: &Self) {
+        self.active = other.active;
+        self.capture = other.capture.clone().filter(|_| self.follow.is_none());
+    }
+
     /// Returns the time window.
     pub fn window(&self) -> TimeWindow {
         self.window

@@ -134,6 +134,33 @@ impl Constraints {
         self.held = held;
     }
 
+    /// Returns the constraints before the first step, on a lattice in which each vertex has the vertex `parents` of this
+    /// one: no constraint is active or has captured positions.
+    pub(crate) fn at_start(&self, parents: &[u32]) -> Self {
+        let mut stage = self.clone();
+        stage.constraints.iter_mut().for_each(Constraint::restart);
+        stage.transfer(parents);
+        stage
+    }
+
+    /// Removes the handles that follow an animation.
+    pub(crate) fn remove_followers(&mut self) {
+        self.constraints.retain(|constraint| !constraint.is_following());
+    }
+
+    /// Continues those of the constraints `before` that hold the same vertices from the same time on, with the positions
+    /// that they captured.
+    pub(crate) fn continue_from(&mut self, before: &Self) {
+        let mut others: Vec<&Constraint> = before.constraints.iter().collect();
+        for constraint in &mut self.constraints {
+            if let Some(place) = others.iter().position(|other| constraint.continues(other)) {
+                constraint.continue_from(others.remove(place));
+            }
+        }
+        let parents: Vec<u32> = (0..self.held.len() as u32).collect();
+        self.transfer(&parents);
+    }
+
     /// Returns the constraints in the order in which they were added, also released ones until the next step
     /// begins.
     pub fn list(&self) -> &[Constraint] {

@@ -152,6 +152,16 @@ impl Inflation {
         }
     }
 
+    /// Returns the inflation before the first step, with the zones on a lattice in which each vertex has the vertex
+    /// `parents` of this one.
+    pub(crate) fn at_start(&self, parents: &[u32]) -> Self {
+        let mut inflation = self.clone();
+        inflation.transfer(parents);
+        inflation.parts_mut().for_each(|part| part.in_force = 1.0);
+        (inflation.means, inflation.totals) = (Vec::new(), Vec::new());
+        inflation
+    }
+
     /// Returns whether all numbers are valid for a lattice with `vertices` vertices.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         self.parts().all(|part| {

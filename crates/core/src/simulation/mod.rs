@@ -14,7 +14,10 @@
 //! | `step` | the step |
 //! | `contact_points` | reports of the contacts |
 //! | `state` | saves and restores the state |
+//! | `reset` | sets the bodies back to frame 0 |
+//! | `adopt` | continues a restored state with other settings |
 
+mod adopt;
 mod builder;
 mod clock;
 mod collider;
@@ -23,6 +26,7 @@ mod contact_points;
 mod groups;
 mod links;
 mod load;
+mod reset;
 mod settings;
 mod state;
 mod step;

@@ -15,17 +15,17 @@ use crate::state::PairSupports;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
-    clock: Clock,
-    substeps: u64,
+    pub(super) clock: Clock,
+    pub(super) substeps: u64,
     /// Whether the next step chooses the number of steps per frame.
-    choose_at_next_step: bool,
-    gravity: [f64; 3],
-    bodies: Vec<BodySnapshot>,
-    driven: Vec<DrivenCollider>,
+    pub(super) choose_at_next_step: bool,
+    pub(super) gravity: [f64; 3],
+    pub(super) bodies: Vec<BodySnapshot>,
+    pub(super) driven: Vec<DrivenCollider>,
     /// The supports of the bodies by each other.
-    pair_supports: PairSupports,
+    pub(super) pair_supports: PairSupports,
     /// Which links are broken.
-    broken_links: Vec<bool>,
+    pub(super) broken_links: Vec<bool>,
 }
 
 impl SimulationState {

@@ -26,20 +26,30 @@ impl Simulation {
     /// [`ForceDuration::Call`](crate::ForceDuration::Call) act on, until [`end_call`](Self::end_call). For programs that
     /// do something else in the course of a call.
     pub fn make_steps(&mut self, count: u64) {
-        if count > 0 && self.choose_at_next_step {
-            self.choose_substeps();
-            self.choose_at_next_step = false;
-        }
         // Entering the pool takes longer than a step of a body that is a single task (see `parallel`).
         let executor = match &self.bodies[..] {
             [body] if body.is_one_task() => Executor::sequential(),
             _ => self.executor.clone(),
         };
+        self.make_steps_on(&executor, count);
+    }
+
+    /// Makes the steps of [`make_steps`](Self::make_steps) on the calling thread, with the same bits. For programs that
+    /// step many simulations at once.
+    pub fn make_sequential_steps(&mut self, count: u64) {
+        self.make_steps_on(&Executor::sequential(), count);
+    }
+
+    fn make_steps_on(&mut self, executor: &Executor, count: u64) {
+        if count > 0 && self.choose_at_next_step {
+            self.choose_substeps();
+            self.choose_at_next_step = false;
+        }
         Body::reserve_workspaces(&mut self.workspaces, &self.bodies, executor.threads());
         executor.enter(|| {
             self.update_pieces();
             for _ in 0..count {
-                self.step_bodies(&executor);
+                self.step_bodies(executor);
             }
         });
     }

@@ -1,0 +1,46 @@
+//! The state that a body was built with, for [`Simulation::reset`](crate::Simulation::reset).
+
+use super::snapshot::BodySnapshot;
+use super::soft_body::Body;
+use crate::lattice::Layout;
+use crate::simd::lanes::Lanes;
+use crate::state::State;
+
+impl Body {
+    /// Returns the state at frame 0 with the present settings, pins and handles: the body is whole and in its placement,
+    /// and pins and handles have captured nothing.
+    pub(crate) fn initial_snapshot(&self) -> BodySnapshot {
+        let (lattice, masses) = self.whole();
+        let (layout, placement) = (Layout::new(&lattice), &self.shape.placement);
+        let mut state = State::at_rest(&lattice, &layout, placement);
+        state.set_initial_velocities(masses, &layout, placement);
+        state.strains = self.settings.material.plastic.map(|_| Lanes::zeros(layout.blocks()));
+        state.escapes.search();
+        // The first vertices of a broken lattice are those of the whole one.
+        let whole: Vec<u32> = (0..lattice.len() as u32).collect();
+        let constraints = self.constraints.as_ref().map(|constraints| constraints.at_start(&whole));
+        let inflation = self.inflation.as_ref().map(|inflation| inflation.at_start(&whole));
+        BodySnapshot {
+            cracks: None,
+            state,
+            constraints,
+            material: self.settings.material,
+            youngs_modulus: self.settings.youngs_modulus,
+            half_width: self.half_width(),
+            stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
+            inflation,
+            volume: self.settings.volume,
+            forces: None,
+            displacements: Vec::new(),
+            sides: Vec::new(),
+        }
+    }
+
+    /// Ends what a state does not contain, after [`initial_snapshot`](Self::initial_snapshot) was restored.
+    pub(crate) fn finish_reset(&mut self) {
+        self.pipeline.fast_vertex = 0;
+        self.pipeline.unconverged = 0;
+        self.forget_elastic_measures();
+        self.wake();
+    }
+}
