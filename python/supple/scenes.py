@@ -44,6 +44,7 @@ def run(
     start_frame: int = 0,
     stats: str | os.PathLike[str] | None = None,
     resume: bool | Literal["auto"] = False,
+    from_frame: int | None = None,
     threads: int | None = None,
     overrides: Mapping[str, Any] | None = None,
 ) -> RunReport:
@@ -75,6 +76,11 @@ def run(
         Whether to continue an earlier run. If False, existing frames of the same names and format are replaced. If the
         earlier run had other settings or its checkpoint is damaged, True raises SceneError, and "auto" starts at the
         first frame and warns with ResumeWarning.
+    from_frame : int, optional
+        Number of a frame, as in file names: continue an earlier run with the scene as it is now, after the newest state
+        or checkpoint at or before this frame. Frames up to there stay as they are, and later ones are written anew.
+        States are kept with the key `output.states`. SceneError says which changes of the scene a state cannot have, if
+        there is no state, and with `resume`.
     threads : int, default the scene's
         Number of threads; 0 means one per processor.
     overrides : dict, optional
@@ -94,6 +100,7 @@ def run(
         start_frame=start_frame,
         stats=stats,
         resume=resume,
+        from_frame=from_frame,
         threads=threads,
     )
 

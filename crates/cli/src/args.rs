@@ -69,6 +69,11 @@ pub(crate) struct RunArgs {
     /// not fit the scene; without this flag all existing frames of the same names are removed
     #[arg(long, value_name = "auto", num_args = 0..=1, require_equals = true, default_missing_value = "", value_parser = resume)]
     pub(crate) resume: Option<Resume>,
+    /// Continue an earlier run with the scene as it is now, after the newest state or checkpoint at or before frame N; later
+    /// frames are written anew. Keep states with output.states. Handles, colliders, fields, materials, gravity and volume
+    /// options may have changed, but not bodies, meshes, lattices, frames per second and formats
+    #[arg(long, value_name = "N", value_parser = count::<0, { u32::MAX }>, allow_negative_numbers = true, conflicts_with = "resume")]
+    pub(crate) from: Option<u32>,
     /// With --resume: compare the contents of the frames with the hashes in the checkpoint, not only their sizes
     #[arg(long, requires = "resume")]
     pub(crate) verify: bool,

@@ -184,6 +184,14 @@ impl Reporter {
 }
 
 impl run::Observer for Reporter {
+    fn preroll(&mut self, done: f64) -> Flow {
+        if let Output::Bar(bar) = &mut self.output {
+            bar.set_position((done * STEPS) as u64);
+            bar.set_message("pre-roll");
+        }
+        if interrupt::requested().is_some() { Flow::Stop } else { Flow::Continue }
+    }
+
     fn started(&mut self, first: u32, _last: u32) {
         self.first = first;
         if let Output::Bar(bar) = &self.output {

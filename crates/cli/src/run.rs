@@ -125,7 +125,10 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
         }
         Err(error) => {
             terminal::print_error(&error);
-            Exit::from(&error)
+            match (&error, interrupt::requested()) {
+                (RunError::Stopped, Some(signal)) => signal.exit(),
+                _ => Exit::from(&error),
+            }
         }
     }
 }
@@ -196,6 +199,7 @@ fn job(args: &RunArgs, scene: Scene, input: &Path, name: &str, several: bool) ->
     job.every = args.every;
     job.start_frame = args.start_frame;
     job.resume = args.resume.unwrap_or_default();
+    job.from = args.from;
     job.verify = args.verify;
     job.scene_file = Some(input.to_owned());
     job.stats = stats;

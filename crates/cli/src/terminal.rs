@@ -109,6 +109,11 @@ pub(crate) fn duration(seconds: f64) -> String {
 /// Returns the command line of the program with `--resume` added, quoted for a shell.
 pub(crate) fn resume_command() -> String {
     let mut words: Vec<String> = ARGUMENTS.get().into_iter().flatten().map(|word| quoted(word)).collect();
+    // The run has begun to replace the frames after the one of `--from`.
+    while let Some(at) = words.iter().position(|word| word == "--from" || word.starts_with("--from=")) {
+        let count = if words[at] == "--from" { 2 } else { 1 };
+        words.drain(at..words.len().min(at + count));
+    }
     if !words.iter().any(|word| word.split('=').next() == Some("--resume")) {
         words.push("--resume".to_owned());
     }

@@ -8,7 +8,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use supple::Collider;
 use supple_io::run::{
     BodyReport, Flow, Input, Job, Note, Observer, Prepared, Progress, Resume, RunError, RunReport, Softened,
-    UnkeptVolume, prepare,
+    UnkeptVolume, prepare, preroll,
 };
 use supple_io::scene::{BodyData, OutputData, Scene, SceneError, Up};
 
@@ -32,7 +32,13 @@ pub(crate) fn load_scene<'py>(
 ) -> PyResult<Bound<'py, Simulation>> {
     let scene = open(path, &overrides)?;
     let described = scene.clone();
-    let prepared = interruptible(py, move || prepare(&described))?.map_err(run_error)?;
+    let build = move || {
+        let mut prepared = prepare(&described)?;
+        preroll(&mut prepared.simulation, described.simulation.preroll, |_| true)
+            .map_err(RunError::Simulation)?;
+        Ok(prepared)
+    };
+    let prepared = interruptible(py, build)?.map_err(run_error)?;
     let simulation = to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))?;
     warn(py, &prepared.cautions, CALLER)?;
     Ok(simulation)
@@ -75,18 +81,28 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
 }
 
 /// Keyword arguments of `supple.run`.
-const KEYS: [&str; 9] =
-    ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
+const KEYS: [&str; 10] = [
+    "output",
+    "format",
+    "frames",
+    "progress",
+    "every",
+    "start_frame",
+    "stats",
+    "resume",
+    "from_frame",
+    "threads",
+];
 
 /// Keyword arguments of `supple.run` that may be `None`, which means the value of the scene, or no callback
 /// or statistics.
-const OPTIONAL: [&str; 6] = ["output", "format", "frames", "progress", "stats", "threads"];
+const OPTIONAL: [&str; 7] = ["output", "format", "frames", "progress", "stats", "from_frame", "threads"];
 
 /// Run a scene to frames on disk. `overrides` contains strings `KEY=VALUE`.
 #[pyfunction]
 #[pyo3(
     signature = (path, overrides, **options),
-    text_signature = "(path, overrides, *, output=None, format=None, frames=None, progress=None, every=1, start_frame=0, stats=None, resume=False, threads=None)"
+    text_signature = "(path, overrides, *, output=None, format=None, frames=None, progress=None, every=1, start_frame=0, stats=None, resume=False, from_frame=None, threads=None)"
 )]
 pub(crate) fn run<'py>(
     py: Python<'py>,
@@ -110,6 +126,7 @@ pub(crate) fn run<'py>(
     job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
     job.stats = options.read("stats", argument::path)?;
     job.resume = options.read("resume", resume)?.unwrap_or(job.resume);
+    job.from = options.count_u32("from_frame", 0)?;
     let callback = options.read("progress", argument::callable)?;
     let mut observer = CallbackObserver {
         scene: &job.scene,
@@ -158,6 +175,16 @@ impl Observer for CallbackObserver<'_> {
             self.raised = Some(raised);
             Err(RunError::Stopped)
         })
+    }
+
+    fn preroll(&mut self, _done: f64) -> Flow {
+        match Python::attach(|py| py.check_signals()) {
+            Ok(()) => Flow::Continue,
+            Err(raised) => {
+                self.raised = Some(raised);
+                Flow::Stop
+            }
+        }
     }
 
     fn built(&mut self, simulation: &Arc<Mutex<supple::Simulation>>, inputs: &[Input]) {

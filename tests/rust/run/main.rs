@@ -1,7 +1,9 @@
 //! Jobs: resuming, shipped scenes and animations that are followed.
 
 mod cautions;
+mod continuation;
 mod follow_scenes;
+mod pace;
 mod resume;
 mod shaped_inputs;
 mod shipped;

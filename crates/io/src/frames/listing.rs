@@ -69,6 +69,13 @@ impl Listing {
         &self.files[sequence]
     }
 
+    /// Returns the listing without the files up to the frame `number`, and without those with all frames.
+    pub(crate) fn after(mut self, number: u64) -> Self {
+        let is_after = |file: &ListedFile| file.frame.is_some_and(|frame| frame > number);
+        self.files.iter_mut().for_each(|files| files.retain(is_after));
+        self
+    }
+
     /// Renames the frames that `sequences` write again to their temporary names, and removes all other files.
     /// `sequences` is the argument of [`Listing::read`].
     ///

@@ -39,6 +39,8 @@ pub(crate) struct BodyFrame<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     /// The pieces of a broken body.
     pub(crate) pieces: Option<Pieces<'a>>,
+    /// Simulated seconds per second of the frames.
+    pub(crate) pace: f64,
     /// The body, in the coordinates of the simulation.
     pub(crate) body: &'a Body,
     /// The evaluated body, in the coordinates of the simulation.

@@ -63,9 +63,10 @@ struct Velocities {
 }
 
 impl Velocities {
-    /// Returns the velocities of the points of a body, in units of length of the file per second of the file.
-    fn of_points(&mut self, body: &Body) -> &[[f32; 3]] {
-        let scale = self.space.length(self.rate);
+    /// Returns the velocities of the points of a body, in units of length of the file per second of the file. `pace`:
+    /// simulated seconds per second of the frames.
+    fn of_points(&mut self, body: &Body, pace: f64) -> &[[f32; 3]] {
+        let scale = self.space.length(self.rate * pace);
         let of_file =
             |velocity: Vector3<f64>| self.space.direction((velocity * scale).into()).map(|x| x as f32);
         self.of_points.clear();
@@ -177,14 +178,14 @@ impl FrameSink for StageWriter {
     /// # Panics
     /// If there is not one position per vertex of the mesh.
     fn push_body(&mut self, body: &BodyFrame<'_>) -> Result<Option<Record>, OutputError> {
-        let &BodyFrame { number, positions, ref pieces, body, .. } = body;
+        let &BodyFrame { number, positions, ref pieces, pace, body, .. } = body;
         let Self { stage, normals, velocities, bodies, corners, directions, broken, written, added, .. } =
             self;
         let surface = &stage.bodies()[*bodies];
         let vertices = pieces.as_ref().map_or(surface.points(), |pieces| pieces.mesh.vertices().len());
         assert_eq!(positions.len(), vertices, "there is one position per mesh vertex");
         check_finite(number, positions)?;
-        let velocities = velocities.as_mut().map(|velocities| velocities.of_points(body));
+        let velocities = velocities.as_mut().map(|velocities| velocities.of_points(body, pace));
         let mut transform = normals[*bodies].as_ref();
         if let Some(pieces) = pieces {
             if broken.get(bodies).is_none_or(|broken| broken.identity != pieces.identity) {

@@ -10,8 +10,10 @@ use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Note, Observer, Progress};
 use super::output::Output;
+use super::pace::Pace;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
+use super::states;
 use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
 use crate::frames::{Ending, SetAside};
@@ -31,6 +33,7 @@ pub(super) struct Running<'a> {
     /// Simulation, shared with the observer. It is locked while a frame is computed.
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
+    pace: Pace,
     inputs: Vec<Input>,
     /// What the author of the scene probably does not expect.
     cautions: Vec<Caution>,
@@ -64,6 +67,7 @@ impl<'a> Running<'a> {
         Self {
             job,
             simulation: Arc::new(Mutex::new(simulation)),
+            pace: Pace::new(&job.scene.simulation.time_scale, job.scene.simulation.fps, substeps),
             substeps,
             inputs,
             cautions,
@@ -100,7 +104,8 @@ impl<'a> Running<'a> {
             let mut simulation = lock(&shared);
             if frame > 0 {
                 let steps_start = Instant::now();
-                simulation.steps(u64::from(self.substeps));
+                let steps = self.pace.begin_frame(&mut simulation, frame).map_err(RunError::Simulation)?;
+                simulation.steps(steps);
                 self.step_time += steps_start.elapsed();
             }
             if self.job.is_written(frame) {
@@ -111,6 +116,9 @@ impl<'a> Running<'a> {
             let progress = Progress { frame, last, time, elapsed: loop_start.elapsed() };
             let stop = observer.frame(&progress) == Flow::Stop;
             let simulation = lock(&shared);
+            if self.job.keeps_state(frame) {
+                self.keep_state(&simulation, frame)?;
+            }
             if stop || frame == last {
                 self.output.sync()?;
                 // A run that ends before its files are complete completes them when it is resumed.
@@ -164,6 +172,20 @@ impl<'a> Running<'a> {
 
     /// Writes a checkpoint of the state after `frame`. Everything that it lists is on disk before.
     fn save(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        self.update_checkpoint(frame)?;
+        self.checkpoint.write(&self.job.directory, &simulation.state())
+    }
+
+    /// Keeps the state after `frame` beside the frames. Everything that it lists is on disk before.
+    fn keep_state(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        self.output.sync()?;
+        self.update_checkpoint(frame)?;
+        let path = states::path(&self.job.directory, self.job.number(frame));
+        self.checkpoint.write_to(&path, &simulation.state())
+    }
+
+    /// Brings the checkpoint up to `frame`, with the names of its files on disk.
+    fn update_checkpoint(&mut self, frame: u32) -> Result<(), RunError> {
         let directory = &self.job.directory;
         sync_directory(directory).map_err(|source| RunError::io("write", directory, source))?;
         self.checkpoint.frame = frame;
@@ -174,7 +196,7 @@ impl<'a> Running<'a> {
             }
             None => None,
         };
-        self.checkpoint.write(directory, &simulation.state())
+        Ok(())
     }
 
     /// Returns the report of the body with the given index.

@@ -53,11 +53,15 @@ impl Checkpoint {
     /// Writes the checkpoint and the state of the simulation to a directory, and replaces an existing
     /// checkpoint. Returns when the checkpoint is on disk.
     pub(super) fn write(&self, directory: &Path, state: &SimulationState) -> Result<(), RunError> {
-        let path = path(directory);
+        self.write_to(&path(directory), state)
+    }
+
+    /// As [`write`](Self::write), to the file `path`.
+    pub(super) fn write_to(&self, path: &Path, state: &SimulationState) -> Result<(), RunError> {
         let encoded = postcard::to_stdvec(self)
             .and_then(|payload| postcard::to_extend(state, payload))
-            .map_err(|error| RunError::io("encode", &path, std::io::Error::other(error)))?;
-        write(&path, &encoded)
+            .map_err(|error| RunError::io("encode", path, std::io::Error::other(error)))?;
+        write(path, &encoded)
     }
 
     /// Removes the checkpoint of a directory, if there is one. Returns when the removal is on disk, so that no
@@ -78,23 +82,40 @@ impl Saved {
         settings: &Settings,
         sequences: usize,
     ) -> Result<Option<Self>, RunError> {
-        let path = path(directory);
-        let Some(payload) = read(&path)? else { return Ok(None) };
-        let (checkpoint, state) = match postcard::take_from_bytes::<Checkpoint>(&payload) {
-            Ok((checkpoint, state)) => (checkpoint, state.to_vec()),
-            Err(error) => return Err(damaged(&path, format!("its data cannot be decoded: {error}"))),
-        };
-        if let Some(difference) = checkpoint.settings.difference(settings) {
-            return Err(RunError::Differs { path, difference });
+        let Some(saved) = Self::open(&path(directory))? else { return Ok(None) };
+        if let Some(difference) = saved.checkpoint.settings.difference(settings) {
+            return Err(RunError::Differs { path: saved.path, difference });
         }
+        saved.checked(settings, sequences).map(Some)
+    }
+
+    /// Reads a checkpoint with any settings; `None` if there is no file.
+    pub(super) fn open(path: &Path) -> Result<Option<Self>, RunError> {
+        let Some(payload) = read(path)? else { return Ok(None) };
+        match postcard::take_from_bytes::<Checkpoint>(&payload) {
+            Ok((checkpoint, state)) => {
+                Ok(Some(Self { path: path.to_owned(), checkpoint, state: state.to_vec() }))
+            }
+            Err(error) => Err(damaged(path, format!("its data cannot be decoded: {error}"))),
+        }
+    }
+
+    /// Returns the file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns an error if the checkpoint does not have the frames of `sequences` sequences.
+    pub(super) fn checked(self, settings: &Settings, sequences: usize) -> Result<Self, RunError> {
+        let checkpoint = &self.checkpoint;
         let frames = (checkpoint.frame / checkpoint.settings.every.max(1)) as usize + 1;
         let is_complete = checkpoint.frames.len() == sequences
             && checkpoint.frames.iter().all(|records| records.len() == frames)
             && checkpoint.stats.is_some() == settings.stats.is_some();
         if !is_complete {
-            return Err(damaged(&path, "it does not list all frames".to_owned()));
+            return Err(damaged(&self.path, "it does not list all frames".to_owned()));
         }
-        Ok(Some(Self { path, checkpoint, state }))
+        Ok(self)
     }
 
     /// Decodes the state of the simulation.

@@ -202,6 +202,28 @@ pub enum RunError {
         /// First difference between the run of the checkpoint and this run.
         difference: String,
     },
+    /// A run cannot continue from a kept state.
+    #[error("cannot continue from {}: {}; or run from frame 0 to start again", Escaped(path.display()), Escaped(what))]
+    From {
+        /// Kept state or checkpoint.
+        path: PathBuf,
+        /// Problem, part of the message.
+        what: String,
+    },
+    /// There is no kept state from which a run can continue.
+    #[error(
+        "there is no state at or before frame {from}: {}; run from frame 0, with `output.states = 30` to keep a state every \
+         30 frames",
+        first_state(directory, *first)
+    )]
+    NoState {
+        /// Directory of the frames.
+        directory: PathBuf,
+        /// Frame to continue from.
+        from: u64,
+        /// Frame of the first state in the directory.
+        first: Option<u64>,
+    },
     /// A file operation failed while the job ran.
     #[error("cannot {action} {}: {source}", Escaped(path.display()))]
     Io {
@@ -212,6 +234,15 @@ pub enum RunError {
         /// Cause.
         source: io::Error,
     },
+}
+
+/// Describes the first state of a directory.
+fn first_state(directory: &Path, first: Option<u64>) -> String {
+    let directory = Escaped(directory.display());
+    match first {
+        Some(first) => format!("the first one in {directory} is of frame {first}"),
+        None => format!("{directory} has none"),
+    }
 }
 
 impl From<ObjError> for RunError {

@@ -10,6 +10,7 @@ use super::lock::LOCK;
 use super::manifest::{self, MANIFEST};
 use super::report::Outcome;
 use super::settings::Settings;
+use super::states;
 use super::stats;
 use crate::file::{is_same_file, parent};
 use crate::frames::{Format, Sequence, check_inputs};
@@ -36,6 +37,16 @@ pub struct Job {
     pub stats: Option<PathBuf>,
     /// Whether to continue an earlier run; default [`Resume::No`].
     pub resume: Resume,
+    /// Number of a frame, as in file names: the job continues an earlier run after the newest kept state or checkpoint
+    /// at or before this frame, with the scene as it is now; default `None`. Up to there, the frames stay as they are;
+    /// later ones are removed, and simulated and written anew. The number of the first frame starts a new run.
+    ///
+    /// The scene may have another gravity, number of steps, material, zones, volume options, pins, handles and fields,
+    /// other contact settings, and other colliders, but the same number of them. It is an error if it has other bodies,
+    /// meshes, lattices or frames per second, if the formats, their settings, `every` or `start_frame` differ, if a frame
+    /// is missing, or if a format keeps no single frames once its file is complete (GLB, textures, films). States are kept
+    /// with [`OutputData::states`](crate::scene::OutputData::states).
+    pub from: Option<u32>,
     /// Whether a job that continues compares the contents of the frames with the hashes in the checkpoint;
     /// default false. Their sizes are always compared.
     pub verify: bool,
@@ -77,6 +88,7 @@ impl Job {
             start_frame: 0,
             stats: None,
             resume: Resume::No,
+            from: None,
             verify: false,
             scene_file: None,
             checkpoint_interval: Duration::from_secs(10),
@@ -158,6 +170,7 @@ impl Job {
         if self.every == 0 {
             return Err(RunError::Option { option: "every", value: "0".into(), range: "at least 1" });
         }
+        self.check_from()?;
         if let Some(stats) = &self.stats {
             stats::check_name(stats)?;
         }
@@ -170,6 +183,7 @@ impl Job {
         let inputs: BTreeSet<PathBuf> =
             self.scene.files().into_iter().chain(self.scene_file.clone()).collect();
         check_inputs(&sequences, &[CHECKPOINT, LOCK, MANIFEST], inputs.iter().map(PathBuf::as_path))?;
+        states::check_inputs(&self.directory, &inputs)?;
         manifest::check(&self.directory)?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         if let Some(path) = &self.stats

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::report::Outcome;
+use super::states;
 use crate::file::{remove_if_present, write_durably};
 use crate::frames::{Record, Sequence, written_images};
 
@@ -67,7 +68,9 @@ pub(super) fn write(run: &Files<'_>, checkpoint: &Checkpoint, outcome: Outcome) 
     let listed = listed.map(|(sequence, records)| files(sequence, records));
     let images = written_images(run.directory, &run.bodies_with_images).into_iter();
     let images = images.map(|paths| paths.iter().map(|path| whole_file(run.directory, path)).collect());
-    let listed = listed.chain(images);
+    let states =
+        states::list(run.directory)?.into_iter().map(|state| hashed_file(run.directory, &state.path));
+    let listed = listed.chain(images).chain([states.collect()]);
     let settings = &checkpoint.settings;
     let scene = run.scene_file.and_then(Path::file_name);
     let first = u64::from(settings.start_frame);
@@ -115,6 +118,13 @@ fn files(sequence: &Sequence, records: &[Record]) -> Result<Vec<ListedFile>, Run
 fn whole_file(directory: &Path, path: &Path) -> Result<ListedFile, RunError> {
     let metadata = fs::metadata(path).map_err(|source| RunError::io("read", path, source))?;
     Ok(ListedFile { name: name(directory, path), bytes: metadata.len(), xxh3: None })
+}
+
+/// Returns the entry of a file with its hash.
+fn hashed_file(directory: &Path, path: &Path) -> Result<ListedFile, RunError> {
+    let bytes = fs::read(path).map_err(|source| RunError::io("read", path, source))?;
+    let record = Record::of(&bytes);
+    Ok(ListedFile { name: name(directory, path), bytes: record.bytes, xxh3: Some(hexadecimal(&record)) })
 }
 
 /// Returns a path relative to the directory, with slashes on all systems.

@@ -32,6 +32,13 @@ pub trait Observer {
     /// input of each body.
     fn built(&mut self, _simulation: &Arc<Mutex<Simulation>>, _inputs: &[Input]) {}
 
+    /// Called after each frame of the pre-roll, before the files of an earlier run are removed. `done`: the share of the
+    /// pre-roll that is simulated, above 0 to 1. The return value decides whether the job continues; otherwise it fails
+    /// with [`RunError::Stopped`].
+    fn preroll(&mut self, _done: f64) -> Flow {
+        Flow::Continue
+    }
+
     /// Called before the first frame of this run. Frames `first` to `last` follow, counted from 0.
     fn started(&mut self, _first: u32, _last: u32) {}
 

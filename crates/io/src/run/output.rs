@@ -15,6 +15,14 @@ use crate::space::FileSpace;
 /// A sink and the index of its sequence.
 type Sink = (usize, Box<dyn FrameSink>);
 
+/// Returns the simulated seconds per second of the frames: the time scale of a run, and otherwise 1.
+fn pace(simulation: &Simulation) -> f64 {
+    let fps = simulation.fps().unwrap_or(1.0 / simulation.dt() / simulation.substeps() as f64);
+    let pace = fps * simulation.dt() * simulation.substeps() as f64;
+    // Without rounding, so that files have the same bits with a time scale of 1 and without one.
+    if (pace - 1.0).abs() < 1e-9 { 1.0 } else { pace }
+}
+
 /// The open frame files of a run.
 #[derive(Debug)]
 pub(super) struct Output {
@@ -88,9 +96,10 @@ impl Output {
             space.convert_directions(normals);
             let source = inputs.get(index).map(Input::source).or(body.whole_mesh().map(Source::Mesh));
             let pieces = source.and_then(|source| Pieces::of(&body, source));
+            let pace = pace(simulation);
             let (displayed, volumes) = (&displayed, OnceCell::new());
             let body = &*body;
-            let frame = BodyFrame { number, positions, normals, pieces, body, displayed, volumes };
+            let frame = BodyFrame { number, positions, normals, pieces, pace, body, displayed, volumes };
             for (sequence, sink) in bodies[index].iter_mut().chain(&mut *run) {
                 records[*sequence].extend(sink.push_body(&frame)?);
             }

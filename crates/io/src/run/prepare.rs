@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::animations::Animations;
 use super::caution::Caution;
 use super::error::RunError;
+use super::preroll::with_early_starts;
 use crate::frames::{self, Formats, OutputError, Source};
 use crate::memory::memory_limit;
 use crate::model;
@@ -83,13 +84,15 @@ impl Input {
     }
 }
 
-/// Builds the simulation that a scene describes.
+/// Builds the simulation that a scene describes, at time 0. A pre-roll of the scene is not simulated: see
+/// [`preroll`](super::preroll()).
 ///
 /// # Errors
 ///
 /// If a mesh cannot be read or is invalid, a lattice does not fit in memory, a pin or a handle selects no
 /// vertices, or the volume measure does not apply to a mesh.
 pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
+    let scene = &*with_early_starts(scene);
     let (mut documents, mut animations) = (HashMap::new(), Animations::new(scene));
     let mut bodies = Vec::new();
     let mut inputs = Vec::new();

@@ -1,6 +1,9 @@
 //! Decides where a resumed job starts: at frame 0, after the frame of a checkpoint, or not at all. Compares
 //! the settings and the files with the checkpoint, and changes no file of the earlier run.
 
+use std::path::PathBuf;
+
+use super::changes::Changes;
 use super::checkpoint::{Checkpoint, Saved};
 use super::error::RunError;
 use super::job::{Job, Resume};
@@ -31,6 +34,8 @@ pub(super) enum Start {
 /// An earlier run that can be continued.
 #[derive(Debug)]
 pub(super) struct Earlier {
+    /// File of its checkpoint or kept state.
+    pub(super) path: PathBuf,
     /// Its checkpoint.
     pub(super) checkpoint: Checkpoint,
     /// State of the simulation at the checkpoint.
@@ -41,6 +46,8 @@ pub(super) struct Earlier {
     pub(super) listing: Listing,
     /// Its frames that have another number of digits than the frames of this run.
     pub(super) renames: Renames,
+    /// The changes of the scene since the state, if the job continues from a kept state: see [`Job::from`].
+    pub(super) changes: Option<Changes>,
 }
 
 impl Job {
@@ -117,7 +124,15 @@ impl Job {
         }
         sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;
-        let checkpoint = saved.checkpoint;
-        Ok(Start::After(Box::new(Earlier { checkpoint, state, stats, listing, renames })))
+        let (path, checkpoint) = (saved.path().to_owned(), saved.checkpoint);
+        Ok(Start::After(Box::new(Earlier {
+            path,
+            checkpoint,
+            state,
+            stats,
+            listing,
+            renames,
+            changes: None,
+        })))
     }
 }

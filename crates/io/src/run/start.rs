@@ -3,18 +3,21 @@
 use std::time::Instant;
 
 use super::advance::{Files, Running};
-use super::checkpoint::{CHECKPOINT, Checkpoint};
+use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::fingerprint::fingerprint;
 use super::job::{Job, Resume};
 use super::lock::Lock;
 use super::manifest;
-use super::observer::{Note, Observer};
+use super::observer::{Flow, Note, Observer};
 use super::output::Output;
+use super::pace::Pace;
 use super::prepare::{Input, Prepared};
+use super::preroll::preroll;
 use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
+use super::states;
 use super::stats::Stats;
 use crate::frames::{Ending, FrameRun, Listing, SetAside, check_run, open_sink};
 
@@ -31,6 +34,8 @@ impl Job {
     /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost. With
     /// [`Resume::Auto`], the job starts at frame 0 in these cases too.
     ///
+    /// With [`Job::from`], the job continues after a kept state with the scene as it is now.
+    ///
     /// # Errors
     ///
     /// If the input is invalid or the run fails; [`RunError::is_input`] distinguishes the two.
@@ -41,7 +46,12 @@ impl Job {
 
         let mut lock = None;
         let mut start = Start::Fresh;
-        if self.resume != Resume::No && self.directory.is_dir() {
+        if let Some(from) = self.from.map(u64::from).filter(|&from| from > self.number(0)) {
+            if self.directory.is_dir() {
+                lock = Some(Lock::acquire(&self.directory)?);
+            }
+            start = Start::After(Box::new(self.find_state(&settings, from)?));
+        } else if self.resume != Resume::No && self.directory.is_dir() {
             lock = Some(Lock::acquire(&self.directory)?);
             start = self.choose_start(&settings, observer)?;
         }
@@ -72,20 +82,29 @@ impl Job {
             }
             return Ok(RunReport { files, ..self.already_finished(&checkpoint, job_start)? });
         }
-        if let Start::After(earlier) = &start
-            && let Err(error) = prepared.simulation.restore(&earlier.state)
-        {
-            let path = self.directory.join(CHECKPOINT);
-            start = self.start_again(RunError::Checkpoint { path, what: error.to_string() }, observer)?;
+        if let Start::After(earlier) = &start {
+            let changes = earlier.changes.as_ref();
+            if let Err(error) = prepared.restore(&earlier.state, changes, &earlier.path) {
+                start = self.start_again(error, observer)?;
+            }
         }
+        let simulation = &self.scene.simulation;
+        Pace::new(&simulation.time_scale, simulation.fps, prepared.substeps).check()?;
         // No file is changed before this: all checks are done.
         let _lock = match lock {
             Some(lock) => lock,
             None => self.create_directory()?,
         };
         let running = match start {
-            Start::After(earlier) => self.start_after(prepared, *earlier, observer)?,
-            _ => self.start_fresh(prepared, settings)?,
+            Start::After(earlier) => self.start_after(prepared, *earlier, settings, observer)?,
+            _ => {
+                let proceed = |done| observer.preroll(done) == Flow::Continue;
+                match preroll(&mut prepared.simulation, simulation.preroll, proceed) {
+                    Ok(true) => self.start_fresh(prepared, settings)?,
+                    Ok(false) => return Err(RunError::Stopped),
+                    Err(error) => return Err(RunError::Simulation(error)),
+                }
+            }
         };
         running.run(job_start, observer)
     }
@@ -118,6 +137,7 @@ impl Job {
         manifest::remove(&self.directory)?;
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
+        states::remove(&self.directory, None)?;
         let aside = existing.set_aside(&sequences)?;
         let checkpoint = Checkpoint {
             settings,
@@ -130,14 +150,16 @@ impl Job {
         Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
 
-    /// Opens the files of a run that continues after a checkpoint, whose state the simulation has.
+    /// Opens the files of a run that continues after a checkpoint or a kept state, whose state the simulation has. Later
+    /// frames and states of a run that continues from a kept state are removed.
     fn start_after(
         &self,
         prepared: Prepared,
         earlier: Earlier,
+        settings: Settings,
         observer: &mut dyn Observer,
     ) -> Result<Running<'_>, RunError> {
-        let Earlier { mut checkpoint, stats, listing, renames, .. } = earlier;
+        let Earlier { mut checkpoint, stats, listing, renames, changes, .. } = earlier;
         let level = supple::simd_level().to_string();
         if checkpoint.level != level {
             let before = std::mem::replace(&mut checkpoint.level, level.clone());
@@ -149,12 +171,25 @@ impl Job {
             _ => None,
         };
         manifest::remove(&self.directory)?;
+        if changes.is_some() {
+            // From here on, a job that is killed can be resumed with the scene as it is now.
+            states::remove(&self.directory, Some(self.number(frame)))?;
+            checkpoint.settings = settings;
+            checkpoint.write(&self.directory, &prepared.simulation.state())?;
+        }
         listing.remove_parts()?;
         renames.apply()?;
+        let aside = match changes {
+            None => SetAside::default(),
+            Some(_) => {
+                let sequences = self.sequences();
+                Listing::read(&sequences)?.after(self.number(frame)).set_aside(&sequences)?
+            }
+        };
         let kept = u64::from(frame / self.every) + 1;
         let output = Output::open(self.sequences(), &self.frame_run(&prepared, Some(kept)))?;
         observer.note(&Note::Resumed { frame });
-        let files = Files { output, stats, aside: SetAside::default() };
+        let files = Files { output, stats, aside };
         Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
     }
 

@@ -69,6 +69,13 @@ pub struct SimulationData {
     pub fps: f64,
     /// Number of steps per frame; default automatic.
     pub substeps: Substeps,
+    /// Simulated seconds per second of the frames, in (0, 10]: a number, or keyframes over the time of the frames; default
+    /// 1. Runs use it, and no live simulation.
+    #[serde(with = "keys::time_scale")]
+    pub time_scale: Curve,
+    /// Time that is simulated before frame 0, in s, in [0, 1e6], rounded up to whole frames; default 0.
+    #[serde(deserialize_with = "keys::preroll")]
+    pub preroll: f64,
     /// Gravitational acceleration, length/s^2; default `[0, -9.81, 0]`.
     pub gravity: [f64; 3],
     /// Number of threads; 0, the default, uses all processors.
@@ -83,7 +90,8 @@ pub struct SimulationData {
 }
 
 impl SimulationData {
-    /// Passes the settings to the builder of a simulation, except `frames`, `fps` and `substeps`.
+    /// Passes the settings to the builder of a simulation, except `frames`, `fps`, `substeps`, `time_scale`
+    /// and `preroll`.
     pub fn apply(&self, builder: SimulationBuilder) -> SimulationBuilder {
         let builder = builder.gravity(self.gravity).threads(self.threads);
         builder.contact(self.contact).self_contact(self.self_contact).sleep(self.sleep)
@@ -109,6 +117,10 @@ pub struct OutputData {
     pub directory: PathBuf,
     /// File formats; default OBJ.
     pub format: Formats,
+    /// Interval in frames between states that are kept beside the frames, from which a run can continue; by default none
+    /// are kept.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "keys::interval")]
+    pub states: Option<u32>,
     /// Axis of the files that points up; by default that of the scene, by [`Up::of_gravity`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<Up>,
@@ -298,6 +310,8 @@ impl Default for SimulationData {
             frames: 240,
             fps: 30.0,
             substeps: Substeps::Auto,
+            time_scale: 1.0.into(),
+            preroll: 0.0,
             gravity: [0.0, -9.81, 0.0],
             threads: 0,
             contact: true,
@@ -314,6 +328,7 @@ impl Default for OutputData {
         Self {
             directory: "frames".into(),
             format: Formats::default(),
+            states: None,
             up: None,
             scale: 1.0,
             fps: None,

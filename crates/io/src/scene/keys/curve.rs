@@ -8,7 +8,7 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::interpolation;
-use super::ranges::{finite, inflation, not_negative, positive_fraction};
+use super::ranges::{finite, inflation, not_negative, positive_fraction, time_scale as time_scale_value};
 use supple::{Curve, CurveKey, Interpolation, Range};
 
 /// Defines modules that read and write keyed numbers of a range. `$read` reads a number of a keyframe.
@@ -102,6 +102,7 @@ curves! {
     inflate: INFLATION by "inflation";
     strength: NOT_NEGATIVE by "not_negative";
     weight: POSITIVE_FRACTION by "positive_fraction";
+    time_scale: TIME_SCALE by "time_scale_value";
 }
 
 optional! {

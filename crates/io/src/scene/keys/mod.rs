@@ -51,7 +51,7 @@ use supple::{
     SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
-pub(super) use curve::inflate;
+pub(super) use curve::{inflate, time_scale};
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub use link::LinkTable;
@@ -59,8 +59,8 @@ pub(super) use material::MaterialKeys;
 pub use parts::GoalTable;
 pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, links, optional_goal, pins, zones};
 pub(super) use ranges::{
-    count, direction, directory, extents, film_size, finite, fps, fraction, mesh, name, not_negative,
-    point_cache, positive, view,
+    count, direction, directory, extents, film_size, finite, fps, fraction, interval, mesh, name,
+    not_negative, point_cache, positive, preroll, view,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.

@@ -42,6 +42,8 @@ numbers! {
     inflation: INFLATION;
     break_angle: BREAK_ANGLE;
     noise: NOISE;
+    time_scale: TIME_SCALE;
+    preroll: PREROLL;
 }
 
 /// Defines functions that deserialize a vector or string and check it.
@@ -80,6 +82,11 @@ where
     let is_valid = (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
     let count = is_valid.then(|| T::try_from(number as u32).ok()).flatten();
     count.ok_or_else(|| D::Error::custom(format_args!("a whole number from {LOW} to {HIGH}")))
+}
+
+/// Deserializes an interval in frames that is given.
+pub(in crate::scene) fn interval<'de, D: Deserializer<'de>>(value: D) -> Result<Option<u32>, D::Error> {
+    count::<_, _, 1, 10_000_000>(value).map(Some)
 }
 
 /// Deserializes the width and the height of a film.
