@@ -24,8 +24,9 @@ Contents:
                                             material, youngs_modulus, damping_ratio; mass, momenta, energies
     Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
                                             set between steps
-                                            save_state, restore_state
+                                            save_state, restore_state, reset
                                             contacts lists the contacts of the last step; sim["name"] is a body
+    step_all                                steps of many simulations in parallel
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     film                                    a simulation, or a run on disk, as a moving picture
@@ -56,7 +57,19 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 """
 
 from . import edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
-from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
+from ._core import (
+    Body,
+    ForceField,
+    Hold,
+    Lattice,
+    Mesh,
+    Simulation,
+    __version__,
+    read_obj,
+    rotations,
+    simd_level,
+    step_all,
+)
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import (
     ContactWarning,
@@ -133,6 +146,7 @@ __all__ = [
     "save_usd",
     "screenshot",
     "simd_level",
+    "step_all",
     "sweep",
     "view",
     "viewer",

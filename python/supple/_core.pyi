@@ -1,8 +1,8 @@
 """Declares the types of the compiled module `supple._core`."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, Protocol, TypeAlias, TypedDict, TypeVar, final, overload
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal, Protocol, SupportsIndex, TypeAlias, TypedDict, TypeVar, final, overload
 
 import numpy as np
 from _typeshed import ReadableBuffer
@@ -35,6 +35,7 @@ __all__ = [
     "rotations",
     "run",
     "simd_level",
+    "step_all",
 ]
 __version__: str
 
@@ -1219,7 +1220,8 @@ class Simulation:
     sleep : bool, default True
         Whether bodies at rest fall asleep: they are then not stepped until something moves them.
 
-    sim["name"] is the body with this name. Bodies that overlap at the start are pushed apart by the first steps, and
+    sim["name"] is the body with this name, `"name" in sim` says whether there is one; len(sim) is the number of bodies, and
+    iteration gives them. Bodies that overlap at the start are pushed apart by the first steps, and
     supple.ContactWarning names them.
 
     If steps are too long for the material of a body, the body is softer, and the first step warns with
@@ -1326,8 +1328,31 @@ class Simulation:
     def self_contact(self) -> bool:
         """Whether parts of a body touch each other, for bodies that do not say so themselves."""
     def __getitem__(self, name: str, /) -> Body: ...
-    def contacts(self) -> NDArray[np.void]:
-        """Return the contacts of the last step: a structured array with one entry per contact and these fields.
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[Body]: ...
+    def __contains__(self, item: object, /) -> bool: ...
+    def reset(self) -> None:
+        """Set the simulation back to time 0, and the bodies to the state in which they were built.
+
+        Placement, velocity and spin are those of the start; the bodies are whole, and have no plastic shapes, forces and
+        contacts. Pins and handles capture positions anew, and colliders follow their keyframes. Settings, keyframes,
+        pins, handles, fields, force fields and colliders stay as they are now. The next steps have the bits of a
+        simulation that is built with them. With substeps="auto", the next step chooses the number of steps per frame.
+
+        No copy of the first state is kept. It takes about as long as a step, and longer for a broken body.
+        """
+    def contacts(
+        self, body: str | SupportsIndex | Body | None = None, collider: SupportsIndex | Collider | None = None
+    ) -> NDArray[np.void]:
+        """Return the contacts of the last step: a structured array with one entry per contact and the fields below.
+
+        body : str, int or Body, optional
+            Only contacts of this body, given by name, index or itself: with bodies, also as the other one, and with
+            colliders.
+        collider : int or collider, optional
+            Only contacts with this collider of colliders, given by index or itself.
+
+        Fields:
 
         body : int32
             Index of the body in bodies; the lesser one of two bodies.
@@ -1344,7 +1369,8 @@ class Simulation:
             on the other is the opposite.
 
         Contacts with colliders come first. A body that sleeps has the contacts with which it fell asleep. Empty before
-        the first step, and in a copy until its first step.
+        the first step, and in a copy until its first step. Raises KeyError for an unknown name, IndexError for an index
+        that does not exist, and ValueError for a body or a collider of another simulation.
         """
     @overload
     def surfaces(self, out: None = None) -> list[NDArray[np.float64]]:
@@ -1460,6 +1486,22 @@ def main() -> int:
     process, because it handles Ctrl-C.
     """
 
+def step_all(sims: Iterable[Simulation], n: int = 1) -> None:
+    """Advance many simulations by n steps each, in parallel.
+
+    sims : sequence of Simulation
+        Each at most once. They need not be alike.
+    n : int, default 1
+        Number of steps of each, at least 0.
+
+    The simulations are distributed over the processors, and each is stepped by one thread, whatever its threads are. The
+    results have the bits of sim.step(n) for each. Forces of Body.apply_force act during the call, and functions of
+    add_force_field are called before each step. Other Python threads continue to run. Ctrl-C and warnings are as for
+    Simulation.step; after Ctrl-C, the simulations may have made different numbers of steps.
+
+    Raises TypeError for an item that is no Simulation, and ValueError for one that is given twice.
+    """
+
 def simd_level() -> str:
     """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
 
@@ -1540,6 +1582,7 @@ def run(
     start_frame: int = 0,
     stats: _Path | None = None,
     resume: bool | Literal["auto"] = False,
+    from_frame: int | None = None,
     threads: int | None = None,
 ) -> RunReport:
     """Run a scene to frames on disk. `overrides` contains strings `KEY=VALUE`."""

@@ -75,5 +75,5 @@ mod _core {
     #[pymodule_export]
     use crate::scene::{load_scene, run};
     #[pymodule_export]
-    use crate::simulation::{Recording, Simulation, film, simd_level};
+    use crate::simulation::{Recording, Simulation, film, simd_level, step_all};
 }

@@ -1,14 +1,14 @@
 //! Contact between bodies in `supple.Simulation`: settings, the contacts of the last step, bodies by name.
 
 use numpy::PyArray1;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict, PyString};
 use supple::{ContactPoint, Touched};
 use supple_io::scene::nearest;
 
 use super::Simulation;
-use crate::argument;
+use crate::argument::{self, type_name};
 use crate::arrays::from_vectors;
 use crate::body::Body;
 
@@ -63,7 +63,15 @@ impl Simulation {
         }
     }
 
-    /// Return the contacts of the last step: a structured array with one entry per contact and these fields.
+    /// Return the contacts of the last step: a structured array with one entry per contact and the fields below.
+    ///
+    /// body : str, int or Body, optional
+    ///     Only contacts of this body, given by name, index or itself: with bodies, also as the other one, and with
+    ///     colliders.
+    /// collider : int or collider, optional
+    ///     Only contacts with this collider of colliders, given by index or itself.
+    ///
+    /// Fields:
     ///
     /// body : int32
     ///     Index of the body in bodies; the lesser one of two bodies.
@@ -80,9 +88,23 @@ impl Simulation {
     ///     on the other is the opposite.
     ///
     /// Contacts with colliders come first. A body that sleeps has the contacts with which it fell asleep. Empty before
-    /// the first step, and in a copy until its first step.
-    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let contacts = self.shared.with(py, |simulation| simulation.contacts())?;
+    /// the first step, and in a copy until its first step. Raises KeyError for an unknown name, IndexError for an index that
+    /// does not exist, and ValueError for a body or a collider of another simulation.
+    #[pyo3(signature = (body=None, collider=None))]
+    fn contacts<'py>(
+        slf: &Bound<'py, Self>,
+        body: Option<&Bound<'py, PyAny>>,
+        collider: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let body = body.map(|body| Self::body_index(slf, body)).transpose()?;
+        let collider = collider.map(|collider| Self::collider_index(slf, collider)).transpose()?;
+        let mut contacts = slf.get().shared.with(py, |simulation| simulation.contacts())?;
+        contacts.retain(|contact| {
+            let is_of_body = |body| contact.body == body || contact.other == Touched::Body(body);
+            let is_of_collider = |collider| contact.other == Touched::Collider(collider);
+            body.is_none_or(is_of_body) && collider.is_none_or(is_of_collider)
+        });
         let dtype = PyDict::new(py);
         let (names, formats): (Vec<_>, Vec<_>) = FIELDS.into_iter().unzip();
         dtype.set_item("names", names)?;
@@ -105,6 +127,55 @@ impl Simulation {
         set("force", vectors(|contact| contact.force.into()))?;
         Ok(array)
     }
+}
+
+impl Simulation {
+    /// Returns the index of a body, given by its name, index or itself.
+    fn body_index(slf: &Bound<'_, Self>, body: &Bound<'_, PyAny>) -> PyResult<usize> {
+        if body.is_instance_of::<PyString>() {
+            let body = Self::__getitem__(slf, body)?.into_any();
+            return place_of(&body, &slf.getattr("bodies")?, "body", "bodies");
+        }
+        place_of(body, &slf.getattr("bodies")?, "body", "bodies")
+    }
+
+    /// Returns the index of a collider, given by its index or itself.
+    fn collider_index(slf: &Bound<'_, Self>, collider: &Bound<'_, PyAny>) -> PyResult<usize> {
+        place_of(collider, &slf.getattr("colliders")?, "collider", "colliders")
+    }
+}
+
+/// Returns the place of an item in a tuple: the item itself, or its index.
+fn place_of(item: &Bound<'_, PyAny>, items: &Bound<'_, PyAny>, name: &str, list: &str) -> PyResult<usize> {
+    let count = items.len()?;
+    if is_index(item) {
+        let index = argument::count(item, name, 0)?;
+        return match index < count {
+            true => Ok(index),
+            false => Err(PyIndexError::new_err(format!(
+                "{name} is {index}, and the simulation has {count} {list}; it must be less than {count}"
+            ))),
+        };
+    }
+    for (index, own) in items.try_iter()?.enumerate() {
+        if own?.is(item) {
+            return Ok(index);
+        }
+    }
+    let found = type_name(item);
+    Err(match item.get_type().module().is_ok_and(|module| module.to_string().starts_with("supple")) {
+        true => PyValueError::new_err(format!(
+            "{name} is a {found} that is not in sim.{list}; take it from there"
+        )),
+        false => {
+            PyTypeError::new_err(format!("{name} must be an item of sim.{list} or its index, not {found}"))
+        }
+    })
+}
+
+/// Returns whether a Python object is a whole number, and not a boolean.
+fn is_index(item: &Bound<'_, PyAny>) -> bool {
+    !item.is_instance_of::<PyBool>() && item.hasattr("__index__").unwrap_or(false)
 }
 
 /// Returns the index of what a body touches, and whether it is a collider.

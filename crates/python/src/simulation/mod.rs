@@ -3,6 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
+//! | `bodies` | the bodies as a collection; `reset` |
+//! | `many` | steps of many simulations at once |
 //! | `cautions` | warnings, such as of bodies that overlap |
 //! | `fields` | acceleration fields, such as wind |
 //! | `contacts` | the contacts of the last step |
@@ -14,11 +16,13 @@
 //! | `tables` | reads lists of dicts with the keys of scenes |
 //! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
+mod bodies;
 mod build;
 mod cautions;
 mod contacts;
 mod fields;
 mod links;
+mod many;
 mod recording;
 mod saved;
 mod steps;
@@ -27,6 +31,7 @@ mod surfaces;
 mod tables;
 
 pub(crate) use cautions::warn;
+pub(crate) use many::step_all;
 pub(crate) use recording::{Recording, film};
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -93,7 +98,8 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 /// sleep : bool, default True
 ///     Whether bodies at rest fall asleep: they are then not stepped until something moves them.
 ///
-/// sim["name"] is the body with this name. Bodies that overlap at the start are pushed apart by the first steps, and
+/// sim["name"] is the body with this name, `"name" in sim` says whether there is one; len(sim) is the number of bodies, and
+/// iteration gives them. Bodies that overlap at the start are pushed apart by the first steps, and
 /// supple.ContactWarning names them.
 ///
 /// If steps are too long for the material of a body, the body is softer, and the first step warns with

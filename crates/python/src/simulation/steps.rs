@@ -12,10 +12,11 @@ use supple::{Elasticity, Softened};
 use super::Simulation;
 use super::substeps::{AUTO, substeps as read_substeps};
 use crate::argument::{self, Given};
+use crate::body::SharedSimulation;
 use crate::error;
 
 /// Target run time between two checks for signals such as Ctrl-C.
-const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
+pub(super) const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 
 #[pymethods]
 impl Simulation {
@@ -131,28 +132,15 @@ impl Simulation {
         self.apply_fields(py)?;
         let (steps_per_frame, warnings) = self.shared.with_long(py, |simulation, shared| {
             simulation.make_steps(1);
-            let mut last = shared.softened.lock().unwrap_or_else(PoisonError::into_inner);
-            last.resize(simulation.bodies().len(), None);
-            let mut warnings = Vec::new();
-            for (index, last) in last.iter_mut().enumerate() {
-                let softened = simulation.body(index).softened();
-                if softened != *last {
-                    *last = softened;
-                    warnings.extend(softened.map(|softened| message(simulation, index, &softened)));
-                }
-            }
-            (simulation.substeps(), warnings)
+            (simulation.substeps(), warnings_about_materials(simulation, shared))
         })?;
-        for warning in warnings {
-            let category = py.import("supple.errors")?.getattr("MaterialWarning")?;
-            PyErr::warn(py, &category, &CString::new(warning)?, 1)?;
-        }
+        warn_softened(py, warnings)?;
         py.check_signals()?;
         Ok(steps_per_frame)
     }
 
     /// Applies the forces of all force fields in the next step. Returns whether there are fields.
-    fn apply_fields(&self, py: Python<'_>) -> PyResult<bool> {
+    pub(super) fn apply_fields(&self, py: Python<'_>) -> PyResult<bool> {
         if !self.bodies.iter().any(|body| body.has_fields()) {
             return Ok(false);
         }
@@ -183,6 +171,34 @@ impl Simulation {
         }
         Ok(())
     }
+}
+
+/// Returns the warnings about bodies that are softer than their material for the first time since it or the step length
+/// changed.
+pub(super) fn warnings_about_materials(
+    simulation: &supple::Simulation,
+    shared: &SharedSimulation,
+) -> Vec<String> {
+    let mut last = shared.softened.lock().unwrap_or_else(PoisonError::into_inner);
+    last.resize(simulation.bodies().len(), None);
+    let mut warnings = Vec::new();
+    for (index, last) in last.iter_mut().enumerate() {
+        let softened = simulation.body(index).softened();
+        if softened != *last {
+            *last = softened;
+            warnings.extend(softened.map(|softened| message(simulation, index, &softened)));
+        }
+    }
+    warnings
+}
+
+/// Warns about materials.
+pub(super) fn warn_softened(py: Python<'_>, warnings: Vec<String>) -> PyResult<()> {
+    for warning in warnings {
+        let category = py.import("supple.errors")?.getattr("MaterialWarning")?;
+        PyErr::warn(py, &category, &CString::new(warning)?, 1)?;
+    }
+    Ok(())
 }
 
 /// Formats the warning that a body is softer than its material.
