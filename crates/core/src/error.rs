@@ -1,7 +1,7 @@
 //! The error type of the crate. [`Error`] wraps the error types of the modules. [`StateError`] can wrap an [`Error`].
 
 use crate::contact::ColliderError;
-use crate::dynamics::{ConstraintError, SelectionError};
+use crate::dynamics::{ConstraintError, RigidError, SelectionError};
 use crate::lattice::LatticeError;
 use crate::mesh::MeshError;
 use crate::range::RangeError;
@@ -67,6 +67,9 @@ pub enum Error {
     /// An invalid pin or handle.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
+    /// A setting or a change that a rigid body does not have.
+    #[error(transparent)]
+    Rigid(#[from] RigidError),
     /// A volume correction that the body does not allow.
     #[error(transparent)]
     Volume(#[from] VolumeError),

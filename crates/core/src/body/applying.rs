@@ -105,6 +105,9 @@ impl Body {
             (position, self.mass_of(vertex))
         };
         let places: Vec<_> = vertices.iter().map(place).collect();
+        // The center of mass of a rigid body is not that of its lattice vertices.
+        let is_whole_rigid = self.is_rigid() && vertices.len() == slots.len();
+        let point = point.or_else(|| is_whole_rigid.then(|| self.center_of_mass().into()));
         let (force, torque) = (Vector3::from(force), Vector3::from(torque));
         let about = |center: Point3<f64>| {
             let lever = point.map_or_else(Vector3::zeros, |point| Point3::from(point) - center);

@@ -11,7 +11,7 @@ use crate::contact::bodies::{
     BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PartVertices,
     SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
-use crate::dynamics::{Constraints, CoupledComponent, Damping, add_rigid};
+use crate::dynamics::{Constraints, CoupledComponent, Damping, RigidBody, add_rigid};
 use crate::parallel::Executor;
 use crate::state::{ContactForce, SearchedMotion, State, Touches};
 
@@ -165,7 +165,12 @@ impl Body {
             }
         }
         // Pins and handles move the body, so the velocities at its contacts follow from their motion.
-        self.apply_constraints(context);
+        if self.is_rigid() {
+            self.read_held(context.interval);
+            self.hold_rigidly();
+        } else {
+            self.apply_constraints(context);
+        }
         self.detect_contacts(context);
         let is_asleep = self.is_asleep();
         let Self {
@@ -194,6 +199,36 @@ impl Body {
         let was_asleep = self.is_asleep();
         self.wake_in_contact();
         let dt = context.interval.dt;
+        if self.is_rigid() {
+            self.finish_island_rigidly(context, (island, member));
+        } else {
+            self.finish_island(context, (island, member, index), executor);
+        }
+        let unit = self.impulse_unit() / dt;
+        let Self { contact: ContactData { contacts, .. }, state, .. } = self;
+        let touched = island.pairs_of(index).flat_map(|pair| {
+            let sides = [(0, 1), (1, 0)];
+            sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
+        });
+        let touched = touched.filter(|(body, ..)| *body == index);
+        let between = island.pairs_of(index).filter(|pair| pair.bodies[0] == index);
+        let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
+        let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
+        let with_colliders = pressures.map(|pressure| pressure.force(unit));
+        let bodies = touched.map(|(_, component, other)| (component, other));
+        // The bodies that the body touched when it fell asleep, and that still sleep, are not searched in this step.
+        let keep = |other: u32| was_asleep && !between_bodies.is_pair(index, other);
+        state.touches.set(keep, between_bodies.touches(index), bodies, between.chain(with_colliders));
+    }
+
+    /// Applies the impulses and pushes of an island to the vertices.
+    fn finish_island(
+        &mut self,
+        context: &StepContext,
+        (island, member, index): (&Island, usize, u32),
+        executor: &Executor,
+    ) {
+        let dt = context.interval.dt;
         self.add_momenta(island, index, executor);
         let Self {
             contact: ContactData { contacts, .. },
@@ -221,21 +256,6 @@ impl Body {
         }
         state.energy_limit = None;
         self.restore_momenta(executor);
-        let unit = self.impulse_unit() / dt;
-        let Self { contact: ContactData { contacts, .. }, state, .. } = self;
-        let touched = island.pairs_of(index).flat_map(|pair| {
-            let sides = [(0, 1), (1, 0)];
-            sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
-        });
-        let touched = touched.filter(|(body, ..)| *body == index);
-        let between = island.pairs_of(index).filter(|pair| pair.bodies[0] == index);
-        let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
-        let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
-        let with_colliders = pressures.map(|pressure| pressure.force(unit));
-        let bodies = touched.map(|(_, component, other)| (component, other));
-        // The bodies that the body touched when it fell asleep, and that still sleep, are not searched in this step.
-        let keep = |other: u32| was_asleep && !between_bodies.is_pair(index, other);
-        state.touches.set(keep, between_bodies.touches(index), bodies, between.chain(with_colliders));
     }
 
     /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before
@@ -327,6 +347,7 @@ impl TouchingBody for Body {
                 restitution: self.settings.touching.restitution,
             },
             contacts: self.contact.contacts.as_ref(),
+            rigid: self.rigid.as_deref().map(RigidBody::mobility),
         })
     }
 

@@ -105,6 +105,7 @@ impl Body {
     ///
     /// A point or normal that is not finite, or a normal of length 0. The body is then unchanged.
     pub fn cut(&mut self, point: [f64; 3], normal: [f64; 3]) -> Result<usize, Error> {
+        self.check_deforms("a cut")?;
         for x in point {
             in_range("cut", x, x.abs() <= self.coordinate_limit(), "finite and at most 1e15 cells")?;
         }

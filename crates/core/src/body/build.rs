@@ -6,11 +6,13 @@ use super::builder::{BodyBuilder, Model};
 use super::elasticity::{extent, initial_half_width, size_of, slenderness_of};
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
+use super::rigid::{LATTICE_VERTICES, rigid_settings};
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
+use crate::dynamics::RigidError;
 use crate::error::Error;
 use crate::fracture::FractureOptions;
-use crate::lattice::{Embedding, Lattice, LatticeError, Masses, cell_shares};
+use crate::lattice::{Embedding, Lattice, LatticeError, Masses, Resolution, cell_shares};
 use crate::mesh::Scale;
 use crate::skin::{Skin, SkinKind};
 use crate::state::State;
@@ -25,6 +27,15 @@ impl BodyBuilder {
     /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
     pub fn build(self) -> Result<Body, Error> {
         self.material.validate()?;
+        let (material, volume) = match self.rigid {
+            true => rigid_settings(&self.material, self.volume)?,
+            false => (self.material, self.volume),
+        };
+        self.check_rigid()?;
+        let mut options = self.options;
+        if self.rigid && !self.has_resolution {
+            options.resolution = Resolution::Vertices(LATTICE_VERTICES);
+        }
         self.placement.validate()?;
         self.touching.validate()?;
         self.fracture.iter().try_for_each(FractureOptions::validate)?;
@@ -40,7 +51,7 @@ impl BodyBuilder {
             }
             Model::Mesh(mesh) => {
                 let mesh = mesh.scaled(self.scale)?;
-                let lattice = Lattice::from_mesh(&mesh, &self.options)?;
+                let lattice = Lattice::from_mesh(&mesh, &options)?;
                 let refined = self.refine.apply(&mesh, lattice.cell_size())?;
                 let mesh = refined.map_or(mesh, |refined| refined.mesh);
                 let embedding = Embedding::new(&lattice, mesh.vertices());
@@ -52,9 +63,9 @@ impl BodyBuilder {
             }
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
-        check_cell_mass(&self.material, &lattice)?;
+        check_cell_mass(&material, &lattice)?;
         let extent = extent(&lattice);
-        let half_width = initial_half_width(&self.material, &lattice, extent);
+        let half_width = initial_half_width(&material, &lattice, extent);
         let mesh = surface.as_ref().map(|surface| &surface.mesh);
         let shares = self.fracture.is_some().then(|| cell_shares(&lattice, mesh));
         let masses = match &shares {
@@ -66,13 +77,13 @@ impl BodyBuilder {
         let mut state = State::at_rest(&lattice, layout, &self.placement);
         state.set_initial_velocities(&masses, layout, &self.placement);
         let volume_surface = surface.as_ref().map(Surface::volume_surface);
-        let correction = Correction::new(&lattice, volume_surface, &self.volume)?.into();
+        let correction = Correction::new(&lattice, volume_surface, &volume)?.into();
         let mut body = Body {
             name: self.name,
             settings: Settings {
-                material: self.material,
+                material,
                 skin: if surface.is_some() { self.skin } else { SkinKind::Linear },
-                volume: self.volume,
+                volume,
                 touching: self.touching,
                 has_self_contact: false,
                 youngs_modulus: None,
@@ -101,8 +112,12 @@ impl BodyBuilder {
             inflation: None,
             stiffness_factors: None,
             breaking: None,
+            rigid: None,
             display: DisplayData { correction, measures: OnceLock::new() },
         };
+        if self.rigid {
+            body.make_rigid(self.placement.velocity.into(), self.placement.spin.into());
+        }
         body.update_shapes();
         body.rebuild_stages();
         if let (Some(options), Some(shares)) = (self.fracture, shares) {
@@ -113,5 +128,18 @@ impl BodyBuilder {
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;
         Ok(body)
+    }
+
+    /// Checks that a rigid body has no settings of bodies that deform, beside those of its material.
+    fn check_rigid(&self) -> Result<(), RigidError> {
+        let given = [
+            ("fracture", self.fracture.is_some()),
+            ("inflate", self.inflate != 1.0.into()),
+            ("zone", !self.zones.is_empty()),
+        ];
+        match given.into_iter().find(|(_, is_given)| self.rigid && *is_given) {
+            Some((key, _)) => Err(RigidError::Setting { key }),
+            None => Ok(()),
+        }
     }
 }

@@ -35,6 +35,9 @@ pub struct BodyBuilder {
     pub(super) zones: Vec<Zone>,
     pub(super) pins: Vec<Pin>,
     pub(super) handles: Vec<Handle>,
+    pub(super) rigid: bool,
+    /// Whether the resolution was set.
+    pub(super) has_resolution: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -81,6 +84,8 @@ impl BodyBuilder {
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
+            rigid: false,
+            has_resolution: false,
         }
     }
 
@@ -217,6 +222,7 @@ impl BodyBuilder {
     /// effect on a bare lattice.
     pub fn resolution(mut self, resolution: Resolution) -> Self {
         self.options.resolution = resolution;
+        self.has_resolution = true;
         self
     }
 
@@ -339,6 +345,16 @@ impl BodyBuilder {
     /// Adds a part with another stiffness or rest volume. The factors of overlapping zones multiply.
     pub fn zone(mut self, zone: Zone) -> Self {
         self.zones.push(zone);
+        self
+    }
+
+    /// Sets whether the body is rigid; default false. A rigid body has six degrees of freedom, with the exact mass and
+    /// inertia of a closed mesh, or those of the lattice of an open mesh and of a bare lattice. Its lattice has about 300
+    /// vertices by default; it is the geometry of the contacts. Settings of bodies that deform exclude it: elasticity,
+    /// damping, plasticity, fracture, inflation, zones and a volume measure. Pins and handles that hold single lattice
+    /// vertices are joints: see [`Body::pin`].
+    pub fn rigid(mut self, rigid: bool) -> Self {
+        self.rigid = rigid;
         self
     }
 

@@ -61,6 +61,10 @@ impl Body {
         let sum: Vector3<f64> = vertices.iter().map(|&vertex| position(vertex) - origin).sum();
         let center = origin + sum / vertices.len().max(1) as f64;
         let mut result = HoldForce { center, ..HoldForce::default() };
+        let step = Interval { start: time, end: time + dt, dt };
+        if let Some((force, torque)) = self.reaction_of(constraint, gravity, step, center) {
+            return HoldForce { force, torque, center };
+        }
         let mut add = |force: Vector3<f64>, point: Point3<f64>| {
             result.force += force;
             result.torque += (point - center).cross(&force);

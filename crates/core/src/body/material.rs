@@ -96,6 +96,10 @@ impl Body {
 
     /// Returns whether the body has the elastic-damping stage: for damping or rolling resistance.
     pub(super) fn needs_damping(&self) -> bool {
+        !self.is_rigid() && self.has_damping()
+    }
+
+    fn has_damping(&self) -> bool {
         self.settings.material.is_damped()
             || self.rolling_resistance() > 0.0
             || self.contact.colliders_resist_rolling

@@ -18,6 +18,7 @@
 //! | `select` | the vertices of a selection |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `builder`, `build` | the settings of a new body; builds it |
+//! | `rigid` | rigid bodies: settings, step and contacts |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |
 //! | `transfer` | the state after joints broke |
@@ -60,6 +61,7 @@ mod plan;
 mod plasticity;
 mod quantities;
 mod reference;
+mod rigid;
 mod samples;
 mod saving;
 mod select;

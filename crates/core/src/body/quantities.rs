@@ -14,11 +14,17 @@ use crate::matching::{Purpose, RegionFit, Workspace, rotations};
 impl Body {
     /// Returns the mass: the sum of [`Body::masses`].
     pub fn mass(&self) -> f64 {
+        if let Some(rigid) = &self.rigid {
+            return rigid.mass() * self.cell_mass();
+        }
         self.masses().iter().sum()
     }
 
     /// Returns the center of mass in world space.
     pub fn center_of_mass(&self) -> Point3<f64> {
+        if let Some(pose) = &self.state.rigid {
+            return self.state.frame.to_world(pose.center());
+        }
         let origin = self.state.frame.to_world(Vector3::zeros());
         // Sums relative to the origin of the body keep the accuracy far from the world origin.
         let moment = self.sum(|mass, position, _| (position - origin) * mass);
@@ -27,11 +33,17 @@ impl Body {
 
     /// Returns the linear momentum Σ m v, in kg x length / s.
     pub fn linear_momentum(&self) -> Vector3<f64> {
+        if let Some(pose) = &self.state.rigid {
+            return pose.velocity() * (self.mass() * self.shape.lattice.cell_size());
+        }
         self.sum(|mass, _, velocity| velocity * mass)
     }
 
     /// Returns the angular momentum about the center of mass, Σ m (x - x̄) × v, in kg x length^2 / s.
     pub fn angular_momentum(&self) -> Vector3<f64> {
+        if let Some(pose) = &self.state.rigid {
+            return pose.angular_momentum() * (self.impulse_unit() * self.shape.lattice.cell_size());
+        }
         let (center, mean) = (self.center_of_mass(), self.linear_momentum() / self.mass());
         // Without the mean velocity, whose part is zero, the cross products are small.
         self.sum(|mass, position, velocity| (position - center).cross(&(velocity - mean)) * mass)
@@ -62,6 +74,9 @@ impl Body {
 
     /// Returns the kinetic energy Σ m |v|²/2, in kg x length^2 / s^2.
     pub fn kinetic_energy(&self) -> f64 {
+        if let (Some(rigid), Some(pose)) = (&self.rigid, &self.state.rigid) {
+            return rigid.kinetic_energy(pose) * self.impulse_unit() * self.shape.lattice.cell_size();
+        }
         self.sum(|mass, _, velocity| Vector3::new(velocity.norm_squared() * mass / 2.0, 0.0, 0.0)).x
     }
 
@@ -87,6 +102,9 @@ impl BodyRef<'_> {
     pub fn elastic_energy(self) -> Option<f64> {
         let context = self.context()?;
         let body = self.get();
+        if body.is_rigid() {
+            return Some(0.0);
+        }
         let Body { pipeline: Pipeline { matching, .. }, state, .. } = body;
         let mut rotations = state.rotations.clone();
         let fitted =

@@ -106,6 +106,9 @@ impl Body {
     /// window of the pin begins. For selections see [`Body::select`]. The part may overlap with the parts of
     /// other pins and handles: of the active ones, the one that was added last moves the common vertices.
     ///
+    /// In a rigid body, all vertices that pins and handles hold at a time are one joint. A single vertex is a ball joint,
+    /// vertices on a line are a hinge, and all others prescribe the pose. Boxes and other shapes select whole cells.
+    ///
     /// # Errors
     ///
     /// An empty or invalid selection, or an empty time window.

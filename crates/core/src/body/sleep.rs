@@ -163,6 +163,9 @@ impl Body {
         state.set_origin_velocity(matching.layout.slots(), Vector3::zeros());
         state.velocities.blocks_mut().iter_mut().flatten().for_each(|row| row.fill(0.0));
         state.momenta.fill(None);
+        if let Some(rigid) = &mut state.rigid {
+            rigid.stop();
+        }
         state.energy_limit = None;
         state.rest.is_asleep = true;
         self.measure_contact_bounds();
@@ -177,6 +180,9 @@ impl Body {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
         let (size, cell_size) = (self.shape.size, self.shape.lattice.cell_size());
         let speed = REST_SPEED * (size * effective_gravity(size, gravity)).sqrt() / cell_size;
+        if self.is_rigid() {
+            return speed;
+        }
         let keep = self.kept_fraction(dt, executor);
         let rounding = f64::from(f32::EPSILON) * self.shape.extent as f64 / 2.0;
         let noise = NOISE * self.alpha_of_stiffest(dt) / dt * rounding / (1.0 - keep * keep).sqrt();

@@ -3,7 +3,7 @@
 use super::fracture_stage::Breaking;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
-use crate::dynamics::{Constraints, Forces, Inflation, Material, StiffnessFactors};
+use crate::dynamics::{Constraints, Forces, Inflation, Material, RigidBody, StiffnessFactors};
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching};
 use crate::mesh::Scale;
@@ -36,6 +36,8 @@ pub struct Body {
     pub(super) stiffness_factors: Option<StiffnessFactors>,
     /// Present in a body that can break or was cut.
     pub(super) breaking: Option<Box<Breaking>>,
+    /// Present in a rigid body.
+    pub(super) rigid: Option<Box<RigidBody>>,
     pub(super) display: DisplayData,
 }
 

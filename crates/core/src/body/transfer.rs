@@ -149,6 +149,7 @@ pub(super) fn transfer(
         supports: Supports::default(),
         touches: Touches::default(),
         escapes: state.escapes.clone(),
+        rigid: None,
         rest: Rest::default(),
     };
     // The escapes belong to components that no longer exist.

@@ -22,6 +22,7 @@ impl Body {
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.pipeline.matching.layout.slots(), positions);
+        self.fit_pose();
         self.measure_contact_bounds();
         self.wake();
         Ok(())
@@ -53,6 +54,7 @@ impl Body {
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
         self.state.set_world_velocities(self.pipeline.matching.layout.slots(), velocities);
+        self.fit_motion();
         self.wake();
         Ok(())
     }

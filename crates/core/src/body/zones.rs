@@ -24,6 +24,7 @@ impl Body {
     /// A wrong number of factors, a factor out of range, or a stiffness alpha per step whose product with the greatest
     /// factor exceeds 1. The factors are then unchanged.
     pub fn set_stiffness_factors(&mut self, factors: Option<&[f64]>) -> Result<(), Error> {
+        self.check_deforms("a stiffness factor")?;
         let factors =
             factors.map(|factors| checked_factors(factors, self.shape.lattice.len())).transpose()?;
         check_stiffness(&self.settings.material, factors.as_ref())?;

@@ -20,12 +20,21 @@ use super::vec4::{Vec4, dot};
 impl Solver {
     /// Computes the impulses.
     pub(super) fn solve(&mut self, tolerance: Tolerance) {
-        self.find_responses();
+        if self.rigid.is_empty() {
+            self.solve_with::<false>(tolerance);
+        } else {
+            self.solve_with::<true>(tolerance.of(self));
+        }
+    }
+
+    /// Computes the impulses. `RIGID`: whether the problem has rigid bodies; without, their code is left out.
+    fn solve_with<const RIGID: bool>(&mut self, tolerance: Tolerance) {
+        self.find_responses::<RIGID>();
         let begun = self.constraints.iter().map(|constraint| constraint.speed_change(&constraint.impulse()));
         let begun = begun.fold(0.0, f32::max);
         let mut threshold = tolerance.absolute;
         for pass in 0..tolerance.passes {
-            let change = self.pass(if pass % 2 == 1 { 2.0 } else { 1.0 });
+            let change = self.pass::<RIGID>(if pass % 2 == 1 { 2.0 } else { 1.0 });
             if pass == 0 {
                 threshold = threshold.max(tolerance.relative * change.max(begun));
             }
@@ -45,18 +54,19 @@ impl Solver {
     /// all impulses are scaled by s, `caused` is scaled by s^2 and `allowed` by s.
     fn limit_energy(&mut self) {
         let (mut allowed, mut caused) = (0.0, 0.0);
-        for constraint in &self.constraints {
+        for (index, constraint) in self.constraints.iter().enumerate() {
             let Contact { normal, velocity, slip_before, .. } = &constraint.contact;
             let limit = constraint.contact.limit();
             let impulse = constraint.impulse();
             allowed += dot(&impulse, normal) * limit - dot(&impulse, velocity) - dot(&impulse, slip_before);
-            caused += dot(&impulse, &mean(&self.links, constraint, &self.changes));
+            caused += dot(&impulse, &self.change_of(index, constraint));
         }
         if caused > allowed {
             let scale = (allowed / caused).max(0.0);
             for change in &mut self.changes {
                 *change *= scale;
             }
+            self.rigid.scale_changes(scale);
             for constraint in &mut self.constraints {
                 constraint.normal_impulse *= scale;
                 constraint.friction_impulse *= scale;
@@ -66,16 +76,20 @@ impl Solver {
 
     /// Computes the response of each constraint: the velocity change of its contact point if every constraint
     /// had a unit impulse in the direction that moves its point most.
-    fn find_responses(&mut self) {
-        let Self { constraints, links, sums, .. } = self;
+    fn find_responses<const RIGID: bool>(&mut self) {
+        let Self { constraints, links, sums, rigid, .. } = self;
+        if RIGID {
+            rigid.complete(constraints.len());
+            rigid.find_responses();
+        }
         sums.fill(Vec4::zeros());
         for link in &*links {
             sums[link.vertex as usize][0] += link.response.abs();
         }
-        for constraint in constraints {
+        for (index, constraint) in constraints.iter_mut().enumerate() {
             let links = links[constraint.links.clone()].iter();
-            constraint
-                .set_response(links.map(|link| link.weight.abs() * sums[link.vertex as usize][0]).sum());
+            let response = links.map(|link| link.weight.abs() * sums[link.vertex as usize][0]).sum();
+            constraint.set_response(if RIGID { response + rigid.response(index) } else { response });
         }
     }
 
@@ -83,17 +97,29 @@ impl Solver {
     ///
     /// The accumulated impulses are clamped and not their changes, so that a later pass can reduce the
     /// impulse of an earlier pass.
-    fn pass(&mut self, over_relaxation: f32) -> f32 {
-        let Self { constraints, links, changes, sums, .. } = self;
+    fn pass<const RIGID: bool>(&mut self, over_relaxation: f32) -> f32 {
+        let Self { constraints, links, changes, sums, rigid, .. } = self;
         sums.fill(Vec4::zeros());
+        if RIGID {
+            rigid.begin_pass();
+        }
         let mut greatest = 0.0_f32;
-        for constraint in constraints {
-            let velocity = mean(links, constraint, changes) + constraint.contact.velocity;
+        for (index, constraint) in constraints.iter_mut().enumerate() {
+            let mut velocity = mean(links, constraint, changes) + constraint.contact.velocity;
+            if RIGID {
+                velocity += rigid.velocity(index);
+            }
             let change = constraint.update_impulses(&velocity, over_relaxation);
             greatest = greatest.max(constraint.speed_change(&change));
             for link in &links[constraint.links.clone()] {
                 sums[link.vertex as usize] += change * link.response;
             }
+            if RIGID {
+                rigid.add_impulse(index, &change);
+            }
+        }
+        if RIGID {
+            rigid.end_pass();
         }
         for (change, sum) in changes.iter_mut().zip(&*sums) {
             *change += sum;

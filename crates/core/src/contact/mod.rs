@@ -26,9 +26,11 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the contact problem: its constraints and impulses |
 //! | `jacobi` | the solution of the problem by projected Jacobi iteration |
+//! | `rigid` | the rigid bodies of a problem |
 //! | `pressure` | a contact of the last step |
 //! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
 //! | `push_out` | moves samples that are still inside a collider out of it |
+//! | `rigid_stage` | the second part of the stage for rigid bodies |
 //! | `continuation` | the data of the stage for snapshots and for a body that breaks |
 //! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
@@ -76,6 +78,8 @@ mod patch;
 mod posed_collider;
 mod pressure;
 mod push_out;
+mod rigid;
+mod rigid_stage;
 mod sampler;
 mod samples;
 mod shape;
@@ -100,6 +104,7 @@ pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
 pub(crate) use self::parts::Parts;
 pub(crate) use self::pressure::Pressure;
+pub(crate) use self::rigid_stage::RigidMover;
 pub(crate) use self::sampler::RestSurface;
 pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;

@@ -10,7 +10,7 @@ use crate::state::{BodyState, Interval};
 
 /// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
 /// surface of the collider. The samples that remain inside form the patches of the next round.
-const PUSH_ROUNDS: usize = 4;
+pub(super) const PUSH_ROUNDS: usize = 4;
 
 impl Contacts {
     /// Pushes samples that are deeper than [`SOFT_DEPTH`] inside a collider out of it. Changes positions, but not
@@ -24,33 +24,13 @@ impl Contacts {
         colliders: &Colliders,
         step: Interval,
     ) -> f64 {
-        let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
         let mut deepest = f64::INFINITY;
         for _ in 0..PUSH_ROUNDS {
-            solver.clear();
-            detection.read(state.positions, &samples.slots, leaving);
-            detection.update_paths();
-            let mut report = ContactReport::default();
-            for (index, collider) in colliders.during(step, state.frame).enumerate() {
-                detection.find(index as u32, &collider, samples, 0.0, &mut report);
-                for patch in detection.patches() {
-                    let (normal, distance) = match patch.side() {
-                        Some(side) => (side.normal, patch.mean_distance()),
-                        None => {
-                            let position = mean_position(patch.vertices(), detection.positions());
-                            let sdf = collider.shape.signed_distance(&position);
-                            (sdf.normal, sdf.distance + samples.offset(patch, &collider.shape, &position))
-                        }
-                    };
-                    let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
-                    let contact = Contact { normal, target, approach: target, ..Contact::default() };
-                    solver.add(contact, samples.links(patch));
-                }
-            }
-            deepest = report.deepest;
+            deepest = self.find_pushes(state, colliders, step);
             if deepest <= SOFT_DEPTH {
                 break;
             }
+            let Self { samples, solver, touched, displacements, .. } = self;
             solver.solve(Tolerance::PUSH);
             for (row, displacement) in solver.changes() {
                 let slot = samples.slots[row as usize];
@@ -63,5 +43,31 @@ impl Contacts {
             }
         }
         deepest
+    }
+    /// Adds the push-outs of the samples inside colliders to the problem. Returns the greatest depth of a sample in cells.
+    pub(super) fn find_pushes(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
+        let Self { samples, detection, solver, leaving, rigid, .. } = self;
+        solver.clear();
+        solver.begin_rigid(rigid.as_ref());
+        detection.read(state.positions, &samples.slots, leaving);
+        detection.update_paths();
+        let mut report = ContactReport::default();
+        for (index, collider) in colliders.during(step, state.frame).enumerate() {
+            detection.find(index as u32, &collider, samples, 0.0, &mut report);
+            for patch in detection.patches() {
+                let position = mean_position(patch.vertices(), detection.positions());
+                let (normal, distance) = match patch.side() {
+                    Some(side) => (side.normal, patch.mean_distance()),
+                    None => {
+                        let sdf = collider.shape.signed_distance(&position);
+                        (sdf.normal, sdf.distance + samples.offset(patch, &collider.shape, &position))
+                    }
+                };
+                let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
+                let contact = Contact { normal, target, approach: target, ..Contact::default() };
+                solver.add_patch(contact, (patch, &position), samples, rigid.as_ref());
+            }
+        }
+        report.deepest
     }
 }

@@ -13,13 +13,15 @@
 //! ```
 //!
 //! A *row* is the number of a vertex in the problem, as the caller counts them, and the index of a vertex is its index
-//! in `Solver::rows`. A push-out uses the same solver with
+//! in `Solver::rows`. A contact of a rigid body has a link to the body in place of vertices: see `rigid`. A push-out uses the same solver with
 //! displacements in place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::memory::buffer_bytes;
+use super::rigid::RigidMembers;
 use super::vec4::{Vec4, dot};
 use crate::sparse_set::SparseSet;
+use crate::state::Twist;
 
 /// Stopping criterion of the solver.
 ///
@@ -44,6 +46,17 @@ impl Tolerance {
 
     /// For displacements in cells.
     pub(super) const PUSH: Self = Self { passes: 9, relative: 0.0, absolute: 1e-5 };
+
+    /// Returns the criterion of a problem with rigid bodies. All contacts of a rigid body change each other, so that the
+    /// passes converge more slowly.
+    fn with_rigid_bodies(self) -> Self {
+        Self { passes: 1 + 4 * (self.passes - 1), ..self }
+    }
+
+    /// Returns the criterion of a problem.
+    pub(super) fn of(self, problem: &Solver) -> Self {
+        if problem.rigid.is_empty() { self } else { self.with_rigid_bodies() }
+    }
 }
 
 /// Link between a contact and one of its vertices.
@@ -79,6 +92,7 @@ pub(super) struct Solver {
     pub(super) changes: Vec<Vec4>,
     /// Scratch for each vertex in `rows`: velocity change by one pass, or sum of responses.
     pub(super) sums: Vec<Vec4>,
+    pub(super) rigid: RigidMembers,
 }
 
 impl Solver {
@@ -90,7 +104,8 @@ impl Solver {
     /// Returns the memory of the buffers in bytes.
     pub(super) fn bytes(&self) -> usize {
         let contacts = buffer_bytes(&self.constraints) + buffer_bytes(&self.links);
-        contacts + self.rows.bytes() + buffer_bytes(&self.changes) + buffer_bytes(&self.sums)
+        let changes = buffer_bytes(&self.changes) + buffer_bytes(&self.sums);
+        contacts + self.rows.bytes() + changes + self.rigid.bytes()
     }
 
     /// Removes all contacts.
@@ -100,6 +115,7 @@ impl Solver {
         self.rows.clear();
         self.changes.clear();
         self.sums.clear();
+        self.rigid.clear();
     }
 
     /// Changes the possible rows to `0..rows`. The problem has to be empty.
@@ -114,14 +130,24 @@ impl Solver {
 
     /// Adds the contacts of another problem, without its impulses. `row` returns the row of a row of the other problem,
     /// and `units` converts to the units of this problem.
-    pub(super) fn append(&mut self, other: &Self, row: impl Fn(u32) -> u32, units: Units) {
-        for ContactConstraint { contact, links, .. } in &other.constraints {
+    /// `rigid`: the index in this problem of the rigid body of the other one, if it has one.
+    pub(super) fn append(
+        &mut self,
+        other: &Self,
+        row: impl Fn(u32) -> u32,
+        units: Units,
+        rigid: Option<u32>,
+    ) {
+        for (index, ContactConstraint { contact, links, .. }) in other.constraints.iter().enumerate() {
             let links = other.links[links.clone()].iter();
             let vertices = links.map(|&Link { vertex, weight, response }| {
                 let row = row(other.rows.list()[vertex as usize]);
                 (row, weight, response / weight * units.mobility)
             });
             self.add(contact.scaled(units.velocity), vertices);
+            if let Some(rigid) = rigid {
+                self.rigid.append(self.len() - 1, &other.rigid, index, rigid, units.velocity);
+            }
         }
     }
 
@@ -143,8 +169,10 @@ impl Solver {
     /// without the parts that no contact can have. Contacts that were faster than `slow` before the step begin without
     /// an impulse: the impulse of an impact differs from step to step, and would add energy.
     pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
-        let Self { constraints, links, changes, .. } = self;
-        for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
+        self.rigid.complete(self.constraints.len());
+        self.rigid.begin_pass();
+        let Self { constraints, links, changes, rigid, .. } = self;
+        for (index, (constraint, impulse)) in constraints.iter_mut().zip(impulses).enumerate() {
             let Contact { slip_before, approach, .. } = &constraint.contact;
             let is_fast = dot(slip_before, slip_before) + approach.max(0.0).powi(2) >= slow * slow;
             if is_fast || !impulse.iter().all(|x| x.is_finite()) {
@@ -155,7 +183,11 @@ impl Solver {
             for link in &links[constraint.links.clone()] {
                 changes[link.vertex as usize] += impulse * link.response;
             }
+            if !rigid.is_empty() {
+                rigid.add_impulse(index, &impulse);
+            }
         }
+        rigid.end_pass();
     }
 
     /// Returns the row and the velocity change of each vertex that has a link.
@@ -181,8 +213,8 @@ impl Solver {
 
     /// Returns each contact and the change of its normal velocity.
     pub(super) fn contacts(&self) -> impl Iterator<Item = (&Contact, f32)> {
-        self.constraints.iter().map(|constraint| {
-            let change = mean(&self.links, constraint, &self.changes);
+        self.constraints.iter().enumerate().map(|(index, constraint)| {
+            let change = self.change_of(index, constraint);
             (&constraint.contact, dot(&change, &constraint.contact.normal))
         })
     }
@@ -197,25 +229,48 @@ impl Solver {
     pub(super) fn set_impulses(&mut self, impulses: &[(f32, Vec4)], units: Units) {
         let scale = units.mobility / units.velocity;
         self.changes.fill(Vec4::zeros());
-        for (constraint, (normal, friction)) in self.constraints.iter_mut().zip(impulses) {
+        self.rigid.complete(self.constraints.len());
+        self.rigid.scale_changes(0.0);
+        self.rigid.begin_pass();
+        for (index, (constraint, (normal, friction))) in self.constraints.iter_mut().zip(impulses).enumerate() {
             constraint.normal_impulse = normal * scale;
             constraint.friction_impulse = friction * scale;
             for link in &self.links[constraint.links.clone()] {
                 self.changes[link.vertex as usize] += constraint.impulse() * link.response;
             }
+            if !self.rigid.is_empty() {
+                self.rigid.add_impulse(index, &constraint.impulse());
+            }
         }
+        self.rigid.end_pass();
     }
 
     /// Begins another problem with the same contact points: without impulses, and with the contacts that `contact`
     /// returns for the index of a constraint, its contact and the change of its velocity.
     pub(super) fn restart(&mut self, mut contact: impl FnMut(usize, &Contact, &Vec4) -> Contact) {
-        let Self { constraints, links, changes, .. } = self;
+        let Self { constraints, links, changes, rigid, .. } = self;
         for (index, constraint) in constraints.iter_mut().enumerate() {
-            let change = mean(links, constraint, changes);
+            let mut change = mean(links, constraint, changes);
+            if !rigid.is_empty() {
+                change += rigid.velocity(index);
+            }
             let contact = contact(index, &constraint.contact, &change);
             *constraint = ContactConstraint::new(contact, constraint.links.clone());
         }
         changes.fill(Vec4::zeros());
+        rigid.scale_changes(0.0);
+    }
+
+    /// Returns the change of the velocity of a constraint.
+    #[inline(always)]
+    pub(super) fn change_of(&self, index: usize, constraint: &ContactConstraint) -> Vec4 {
+        let change = mean(&self.links, constraint, &self.changes);
+        if self.rigid.is_empty() { change } else { change + self.rigid.velocity(index) }
+    }
+
+    /// Returns the impulses on each rigid body in f64.
+    pub(super) fn rigid_totals(&self, totals: &mut Vec<Twist>) {
+        self.rigid.totals(self.constraints.iter().map(ContactConstraint::impulse), totals);
     }
 }
 

@@ -16,7 +16,7 @@ use super::shape::PosedShape;
 use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, ContactKey, Interval};
+use crate::state::{BodyState, ContactKey, Interval, RigidMobility, Twist};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
@@ -48,11 +48,11 @@ pub struct Contacts {
     /// Rows of the components that leave colliders. They have no contacts.
     pub(super) leaving: Vec<u32>,
     /// The contacts of the last step.
-    pressures: Vec<Pressure>,
+    pub(super) pressures: Vec<Pressure>,
     /// Impulses with which the solution begins, in the order of the contacts. Empty if it begins without.
-    begin: Vec<Vec4>,
+    pub(super) begin: Vec<Vec4>,
     /// Speed in cells/s from which on a contact begins without an impulse.
-    slow: f32,
+    pub(super) slow: f32,
     /// The contacts with which a sleeping body fell asleep, while `pressures` has the contacts of a step.
     kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
@@ -60,6 +60,10 @@ pub struct Contacts {
     /// Contact displacement of the vertex of each row since `clear_displacements`, in cells; see
     /// [`displacements`](Self::displacements).
     pub(super) displacements: Vec<[f32; 3]>,
+    /// The mobility of a rigid body: see `rigid_stage`.
+    pub(super) rigid: Option<RigidMobility>,
+    /// Buffer: the impulses on the rigid body.
+    pub(super) rigid_totals: Vec<Twist>,
 }
 
 impl Contacts {
@@ -84,6 +88,8 @@ impl Contacts {
             kept_pressures: Vec::new(),
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
+            rigid: None,
+            rigid_totals: Vec::new(),
             spacing,
             samples,
         }
@@ -105,7 +111,8 @@ impl Contacts {
         let scratch =
             velocities + self.detection.bytes() + self.solver.bytes() + buffer_bytes(&self.pressures);
         let lists = buffer_bytes(&self.leaving) + buffer_bytes(&self.touched) + buffer_bytes(&self.begin);
-        self.samples.bytes() + scratch + lists + buffer_bytes(&self.displacements)
+        let rigid = buffer_bytes(&self.rigid_totals);
+        self.samples.bytes() + scratch + lists + buffer_bytes(&self.displacements) + rigid
     }
 
     /// Returns false only if no sample is in the shape. May return true in this case as well.
@@ -177,10 +184,11 @@ impl Contacts {
         gravity: [f64; 3],
     ) -> ContactReport {
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
-        let leaving = &self.leaving;
+        let (leaving, rigid) = (&self.leaving, self.rigid.as_ref());
         pressures.clear();
         touched.clear();
         solver.clear();
+        solver.begin_rigid(rigid);
         detection.read(state.positions, &samples.slots, leaving);
         if colliders.any_needs_paths() {
             detection.begin_paths(state.velocities, &samples.slots, step.dt);
@@ -218,7 +226,7 @@ impl Contacts {
                     velocity: collider.velocity_at(&position),
                     spin: collider.spin(),
                 });
-                solver.add(contact, samples.links(patch));
+                solver.add_patch(contact, (patch, &point.position), samples, rigid);
             }
         }
         report
@@ -246,13 +254,23 @@ impl Contacts {
     }
 
     /// Stores on which side of the colliders the samples are at the end of a step.
-    fn keep_sides(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) {
+    pub(super) fn keep_sides(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) {
         let Self { samples, detection, leaving, .. } = self;
         detection.keep_sides(state.positions, (samples, leaving), colliders.during(step, state.frame));
     }
 
     /// Stores the impulses, and pushes samples out of colliders.
     fn finish(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
+        if self.store_impulses(step.dt) > SOFT_DEPTH {
+            let deepest = self.push_out(state, colliders, step);
+            self.limit_depths(deepest);
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+    }
+
+    /// Stores the impulses of a step of `dt` seconds. Returns the greatest depth that may remain.
+    pub(super) fn store_impulses(&mut self, dt: f64) -> f64 {
         let Self { solver, pressures, displacements, .. } = self;
         for (pressure, (impulse, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.impulse = f64::from(impulse);
@@ -260,23 +278,23 @@ impl Contacts {
         }
         let mut remaining = 0.0_f64;
         for (pressure, (_, change)) in pressures.iter_mut().zip(solver.contacts()) {
-            let motion = f64::from(change) * step.dt;
+            let motion = f64::from(change) * dt;
             pressure.depth -= motion;
             // Samples that turn about the contact point of an impact may be deeper than it.
             remaining = remaining.max(pressure.depth).max(motion.abs());
         }
         for (row, change) in solver.normal_changes() {
             // The displacement plus the velocity change times the step; the two are equal.
-            add_displacement(&mut displacements[row as usize], change, 2.0 * step.dt as f32);
+            add_displacement(&mut displacements[row as usize], change, 2.0 * dt as f32);
         }
-        if remaining > SOFT_DEPTH {
-            let deepest = self.push_out(state, colliders, step);
-            for pressure in &mut self.pressures {
-                pressure.depth = pressure.depth.min(deepest);
-            }
+        remaining
+    }
+
+    /// Limits the depths of the contacts after a push-out.
+    pub(super) fn limit_depths(&mut self, deepest: f64) {
+        for pressure in &mut self.pressures {
+            pressure.depth = pressure.depth.min(deepest);
         }
-        self.touched.sort_unstable();
-        self.touched.dedup();
     }
 
     /// Adds the velocity changes to the velocities, and the velocity changes times the step to the positions.

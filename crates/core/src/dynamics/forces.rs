@@ -8,7 +8,7 @@ use super::field::FieldAccelerations;
 use super::force::Lasting;
 
 use crate::lattice::Lattice;
-use crate::state::{Interval, State};
+use crate::state::{Interval, State, Twist};
 
 /// The external-force stage: the forces that last, those of the next step, those with which the body came to rest, and
 /// the displacements that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no
@@ -141,6 +141,41 @@ impl Forces {
         // unstable; an unstable sort does not allocate.
         self.displacements.sort_unstable_by_key(|&(vertex, _)| vertex);
         sum_duplicates(&mut self.displacements);
+    }
+
+    /// Takes the forces of the next step of a rigid body: returns their sum, and their torque about its center of mass in
+    /// force x cells. A field acts on the mass of the body: its sum over the vertices is multiplied by a factor, and its
+    /// torque is the one about the center of mass of the vertices, so that a uniform field exerts none.
+    ///
+    /// * `is_frame_start`, `is_awake`: whether a frame begins, and whether the body is not at rest.
+    /// * `arm`, `lattice_center`: a vertex, and the center of mass of all vertices, from the center of mass in cells.
+    /// * `mass`, `factor`: of a vertex, and the mass of the body relative to that of the vertices.
+    pub(crate) fn take_sum(
+        &mut self,
+        (is_frame_start, is_awake): (bool, bool),
+        (arm, lattice_center): (impl Fn(u32) -> Vector3<f64>, Vector3<f64>),
+        (mass, factor): (impl Fn(u32) -> f64, f64),
+    ) -> Twist {
+        if is_frame_start {
+            self.displacements.clear();
+        }
+        if is_awake {
+            self.at_rest.clone_from(&self.next);
+            self.fields.at_rest.clone_from(&self.fields.next);
+        }
+        let mut sum = Twist::default();
+        let mut add = |force: Vector3<f64>, arm: Vector3<f64>| {
+            sum.linear += force;
+            sum.angular += arm.cross(&force);
+        };
+        for (vertex, acceleration) in (0..).zip(&self.fields.next) {
+            let force = Vector3::from(*acceleration) * (mass(vertex) * factor);
+            add(force, arm(vertex) - lattice_center);
+        }
+        for (vertex, force) in self.next.drain(..) {
+            add(force.into(), arm(vertex));
+        }
+        sum
     }
 
     /// Transfers the lists to a lattice whose vertices were split. `pairs` has pairs of a vertex and a vertex before.

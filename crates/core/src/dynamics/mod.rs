@@ -27,6 +27,7 @@
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
+//! | `rigid` | the motion of rigid bodies |
 //! | `recovery` | the return of a tangled body to its rest shape |
 
 mod constraint;
@@ -52,6 +53,7 @@ mod momentum;
 mod plasticity;
 mod reaction;
 mod recovery;
+mod rigid;
 mod rolling;
 mod selection;
 mod stiffness_factors;
@@ -80,6 +82,9 @@ pub use material::{Accuracy, Damping, Elasticity, Material, Preset, RegionDampin
 pub(crate) use momentum::MomentumTracker;
 pub use plasticity::Plasticity;
 pub(crate) use recovery::{is_tangled, most_steps, recover};
+pub use rigid::RigidError;
+pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
+pub(crate) use rolling::rolling_resistance;
 pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
 pub use stiffness_factors::Zone;

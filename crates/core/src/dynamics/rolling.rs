@@ -7,7 +7,7 @@
 //! the distances of the contacts from their center: the lattice resolves no smaller ones.
 
 use super::momentum::{Mobility, RigidMotion};
-use crate::state::Support;
+use crate::state::{RigidMobility, Support};
 use nalgebra::Vector3;
 
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: of the
@@ -32,6 +32,19 @@ pub(super) fn resistance(
         true => RigidMotion { angular: -turned * torque.min(stopping), ..RigidMotion::ZERO },
         false => RigidMotion::ZERO,
     }
+}
+
+/// Returns the change of the angular velocity `spin` of a rigid body by rolling resistance at a support: see
+/// [`resistance`].
+pub(crate) fn rolling_resistance(
+    support: &Support,
+    coefficient: f64,
+    body: &RigidMobility,
+    spin: Vector3<f64>,
+) -> Vector3<f64> {
+    let mobility = Mobility::of_angular(&body.angular);
+    let motion = RigidMotion { angular: spin, ..RigidMotion::ZERO };
+    resistance(support, coefficient, &mobility, motion).angular
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3};
 use super::csr::Csr;
 use super::description::{OpenSurface, Topology};
 use super::triangles;
-use super::volume::{second_moments, signed_volume};
+use super::volume::{signed_volume, volume_moments};
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
 ///
@@ -134,7 +134,14 @@ impl Mesh {
 
     /// Returns the second moments of the volume about its center, relative to the volume, of a closed mesh.
     pub(crate) fn second_moments(&self) -> Matrix3<f64> {
-        let center = self.center();
-        second_moments(self.triangles(), |vertex| self.vertices[vertex as usize] - center)
+        self.volume_moments().2
+    }
+
+    /// Returns the volume of a closed mesh, its center, and its second moments about the center, relative to the volume.
+    pub(crate) fn volume_moments(&self) -> (f64, Point3<f64>, Matrix3<f64>) {
+        let middle = self.center();
+        let (volume, center, moments) =
+            volume_moments(self.triangles(), |vertex| self.vertices[vertex as usize] - middle);
+        (volume, middle + center, moments)
     }
 }

@@ -22,11 +22,14 @@ pub(crate) fn signed_volume(triangles: &[[u32; 3]], position: impl Fn(u32) -> Ve
     blocks.sum::<f64>() / 6.0
 }
 
-/// Returns the second moments of the volume inside triangles about its center, relative to the volume.
+/// Returns the volume inside triangles, its center, and its second moments about the center, relative to the volume.
 ///
 /// With a corner at the origin, a tetrahedron of the volume V has the first moment V/4 (a + b + c) and the second moments
 /// V/20 (a aᵀ + b bᵀ + c cᵀ + (a + b + c) (a + b + c)ᵀ).
-pub(crate) fn second_moments(triangles: &[[u32; 3]], position: impl Fn(u32) -> Vector3<f64>) -> Matrix3<f64> {
+pub(crate) fn volume_moments(
+    triangles: &[[u32; 3]],
+    position: impl Fn(u32) -> Vector3<f64>,
+) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
     for triangle in triangles {
         let [a, b, c] = triangle.map(&position);
@@ -37,5 +40,5 @@ pub(crate) fn second_moments(triangles: &[[u32; 3]], position: impl Fn(u32) -> V
             part / 20.0 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
     }
     let center = first / volume;
-    second / volume - center * center.transpose()
+    (volume, center, second / volume - center * center.transpose())
 }

@@ -41,7 +41,7 @@ pub(super) fn update(bodies: &mut [Body], settings: ContactSettings, contacts: &
 
 /// Returns whether connected parts of a body touch each other.
 fn connected_parts_touch(body: &Body, settings: ContactSettings) -> bool {
-    body.touching().self_contact.unwrap_or(settings.with_itself)
+    !body.is_rigid() && body.touching().self_contact.unwrap_or(settings.with_itself)
 }
 
 /// Returns which bodies touch each other or themselves. The pieces of a body touch each other as bodies do.

@@ -10,6 +10,7 @@
 //! | `touches` | the contacts with other bodies in the last step, and the forces of those with colliders |
 //! | `place` | the place of a body at a time, from which its displacements are measured |
 //! | `rest` | how long a body has been at rest, and whether it sleeps |
+//! | `rigid` | pose and momenta of a rigid body, and its mobility |
 //! | `errors` | arrays that do not fit a body |
 //! | `escapes` | the translations by which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
@@ -22,6 +23,7 @@ mod place;
 mod placement;
 mod pressing;
 mod rest;
+mod rigid;
 mod supports;
 mod touches;
 
@@ -33,6 +35,7 @@ pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use pressing::{Deflection, Pressing, PressingContact};
 pub(crate) use rest::{Rest, RestSigns, Stay};
+pub(crate) use rigid::{RigidMobility, RigidPose, Twist};
 pub(crate) use supports::{Support, SupportingContact, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, TouchedPoint, Touches};
 
@@ -76,6 +79,8 @@ pub(crate) struct State {
     pub(crate) touches: Touches,
     pub(crate) escapes: Escapes,
     pub(crate) rest: Rest,
+    /// `None` if the body is not rigid.
+    pub(crate) rigid: Option<RigidPose>,
 }
 
 /// Eight identity quaternions.
@@ -109,6 +114,7 @@ impl State {
             touches: Touches::default(),
             escapes: Escapes::default(),
             rest: Rest::default(),
+            rigid: None,
         };
         let quaternion = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
         for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
@@ -132,6 +138,7 @@ impl State {
             && self.touches.is_valid(blocks, components)
             && self.escapes.is_valid(components)
             && self.rest.is_valid(blocks)
+            && self.rigid.is_none_or(|rigid| rigid.is_valid())
             && rotations.blocks().len() == blocks
             && strains.as_ref().is_none_or(|strains| are_strains_valid(strains, blocks))
             && self.momenta.len() == components
@@ -295,6 +302,9 @@ impl State {
         self.frame.shift = (Vector3::from(self.frame.shift) + offset).into();
         for &slot in slots {
             self.set_local(slot, self.local(slot) - offset);
+        }
+        if let Some(rigid) = &mut self.rigid {
+            rigid.set_center(rigid.center() - offset);
         }
         self.supports.shift(-offset);
     }

@@ -9,9 +9,7 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::handle::HandleData;
-use super::keys::{
-    self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys,
-};
+use super::keys::{self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, TouchingKeys, VolumeKeys};
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
@@ -194,9 +192,16 @@ pub struct BodyData {
     /// Keys `rotate` and `translate`, applied in this order, and initial `velocity` and `spin`.
     #[serde(rename = "@placement", with = "PlacementKeys")]
     pub placement: Placement,
-    /// Keys `lattice_vertices` or `cell_size`: resolution of the lattice; default 1,000 lattice vertices.
-    #[serde(rename = "@resolution", with = "ResolutionKeys")]
-    pub resolution: Resolution,
+    /// Whether the body is rigid; default false.
+    pub rigid: bool,
+    /// Keys `lattice_vertices` or `cell_size`: resolution of the lattice; default 1,000 lattice vertices, and 300 of a
+    /// rigid body.
+    #[serde(
+        rename = "@resolution",
+        with = "keys::optional_resolution",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub resolution: Option<Resolution>,
     /// Whether bridges of cells join separate parts of the lattice to the largest part; default true.
     pub join: bool,
     /// Keys `material`, or `youngs_modulus`, or any of `half_width` or `stiffness_radius` and `stiffness` or
@@ -251,7 +256,7 @@ impl BodyData {
     pub fn apply(&self, builder: BodyBuilder) -> BodyBuilder {
         let builder = builder
             .scale(self.scale)
-            .resolution(self.resolution)
+            .rigid(self.rigid)
             .join(self.join)
             .material(self.material)
             .inflate(self.inflate.clone())
@@ -260,6 +265,10 @@ impl BodyData {
             .refine(self.refine)
             .skin(self.skin)
             .touching(self.touching.clone());
+        let builder = match self.resolution {
+            Some(resolution) => builder.resolution(resolution),
+            None => builder,
+        };
         match self.fracture {
             Some(fracture) => builder.fracture(fracture),
             None => builder,
@@ -273,7 +282,7 @@ impl BodyData {
 
     /// Creates a body with a name and a mesh, and defaults for all other keys.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
-        let LatticeOptions { resolution, join, .. } = LatticeOptions::default();
+        let LatticeOptions { join, .. } = LatticeOptions::default();
         Self {
             name: name.into(),
             mesh: mesh.into(),
@@ -281,7 +290,8 @@ impl BodyData {
             scale: Scale::default(),
             refine: Refine::default(),
             placement: Placement::default(),
-            resolution,
+            rigid: false,
+            resolution: None,
             join,
             material: Material::default(),
             inflate: 1.0.into(),
@@ -428,6 +438,7 @@ pub fn table_keys(table: &str) -> Vec<String> {
 fn body_fields() -> Fields {
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
     let fracture = FractureOptions::new(BreakLimit::Strain(1.0));
+    body.resolution = Some(LatticeOptions::default().resolution);
     body.fracture = Some(FractureOptions { rotation: Some(90.0), ..fracture });
     body.material.damping = Some(body.material.damping());
     body.material.plastic = Some(Plasticity::default());

@@ -20,7 +20,7 @@ use serde::forward_to_deserialize_any;
 
 use super::error::{Place, SceneError};
 use super::fault::Fault;
-use super::keys::{ELASTICITY, expand, hint_for};
+use super::keys::{ELASTICITY, OF_SOFT_BODIES, expand, hint_for};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
 use super::way_out::{nearest, resembles};
@@ -203,6 +203,15 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// Returns an error if the table of a rigid body has a key of a body that deforms.
+    fn check_rigid(&self, table: &Table) -> Result<(), Fault> {
+        let is_rigid = matches!(table.get("rigid").map(|value| &value.data), Some(Data::Boolean(true)));
+        match OF_SOFT_BODIES.into_iter().find(|&key| is_rigid && table.contains_key(key)) {
+            Some(key) => Err(Fault::Known(self.exclusive(key, "rigid"))),
+            None => Ok(()),
+        }
+    }
+
     /// Returns the entries of this table for a struct with these fields. An unknown key is an error before
     /// any value is read.
     fn entries(&self, fields: &[&'static str]) -> Result<Entries<'a>, Fault> {
@@ -223,6 +232,9 @@ impl<'a> Field<'a> {
         }
         if fields.contains(&"@elasticity") {
             self.check_elasticity(table)?;
+        }
+        if fields.contains(&"rigid") {
+            self.check_rigid(table)?;
         }
         let entry = |&field: &&'static str| match table.get(field) {
             Some(value) => Some((field, self.child(field, value))),

@@ -14,7 +14,7 @@ use super::name::name_from;
 use super::value::PATHS;
 use super::{overrides, value};
 use crate::file;
-use supple::{Key, Selection, TimeWindow};
+use supple::{Key, Preservation, Selection, TimeWindow};
 
 /// Largest size of a scene file in bytes. Parsing takes up to 130 bytes of memory for each byte of the file.
 /// A list of a million vertices has 8 MB.
@@ -87,6 +87,9 @@ impl Scene {
             }
             if !names.insert(body.name.clone()) {
                 return Err(field.duplicate(&body.name));
+            }
+            if body.rigid && matches!(body.volume.measure, Preservation::By(_)) {
+                return Err(field.exclusive("volume", "rigid"));
             }
             check_parts(body, &field)?;
             check_paths(body.files_mut().map(|(key, path)| (key, &*path)), &field)?;

@@ -75,7 +75,11 @@ impl Stage for ApplyConstraints {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.apply_constraints(step.context);
+        if body.is_rigid() {
+            body.hold_rigidly();
+        } else {
+            body.apply_constraints(step.context);
+        }
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {

@@ -126,6 +126,7 @@ impl Body {
     /// Stores the velocities before the impacts of this step.
     pub(in crate::body) fn begin_contacts(&mut self, context: &StepContext) {
         self.begin_body_contact();
+        self.begin_rigid_contacts();
         self.begin_escapes(context);
         if let Some(contacts) = &mut self.contact.contacts {
             contacts.begin(&self.state.velocities);
@@ -149,6 +150,10 @@ impl Body {
         let unit = self.impulse_unit() / context.interval.dt;
         let Self { contact: ContactData { contacts: Some(contacts), .. }, state, .. } = self else { return };
         contacts.begin_with(|key| state.touches.force(key) / unit);
+        if self.rigid.is_some() {
+            self.finish_alone_rigidly(context);
+            return;
+        }
         contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
     }
 
@@ -169,7 +174,12 @@ impl Body {
 
     /// Moves components out of colliders in which they began, and finds the contacts with colliders.
     pub(in crate::body) fn detect_contacts(&mut self, context: &StepContext) {
-        self.move_out();
+        if self.is_rigid() {
+            self.move_out_rigidly();
+            self.pass_mobility();
+        } else {
+            self.move_out();
+        }
         let is_asleep = self.is_asleep();
         let Self { contact: ContactData { contacts: Some(contacts), .. }, state, .. } = self else { return };
         if context.is_frame_start && !is_asleep {
@@ -194,7 +204,7 @@ impl Body {
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
         }
-        if self.pipeline.elastic_damping.is_some() || context.sleep {
+        if self.pipeline.elastic_damping.is_some() || context.sleep || self.rigid.is_some() {
             state.supports.set(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
                 |pressure| {
                     let component = lattice.components().of_vertex[pressure.vertex as usize];
@@ -202,6 +212,7 @@ impl Body {
                 },
             ));
         }
+        self.resist_rolling(context);
     }
 }
 

@@ -22,7 +22,11 @@ impl Stage for ApplyForces {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.apply_external_forces(step.context);
+        if body.is_rigid() {
+            body.apply_forces_rigidly(step.context);
+        } else {
+            body.apply_external_forces(step.context);
+        }
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {

@@ -15,8 +15,8 @@ impl Stage for Integrate {
         "integration"
     }
 
-    fn exists(&self, _body: &Body) -> bool {
-        true
+    fn exists(&self, body: &Body) -> bool {
+        !body.is_rigid()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {

@@ -19,8 +19,8 @@ impl Stage for MatchShapes {
         "shape matching"
     }
 
-    fn exists(&self, _body: &Body) -> bool {
-        true
+    fn exists(&self, body: &Body) -> bool {
+        !body.is_rigid()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {

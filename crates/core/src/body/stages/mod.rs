@@ -29,6 +29,7 @@
 //! | `momentum` | the momenta of free components |
 //! | `damping` | region damping and the damping of the elastic modes |
 //! | `matching` | shape matching |
+//! | `rigid` | the motion of a rigid body, in place of the stages from `momentum` to `integration` |
 //! | `recovery` | the return of a tangled body to its rest shape |
 //! | `fracture` | the joints that break |
 //! | `integration` | the advance of the positions |
@@ -46,6 +47,7 @@ mod integration;
 mod matching;
 mod momentum;
 mod recovery;
+mod rigid;
 mod stage;
 mod supports;
 
@@ -59,6 +61,7 @@ use self::integration::Integrate;
 use self::matching::MatchShapes;
 use self::momentum::TrackMomentum;
 use self::recovery::Recover;
+use self::rigid::MoveRigidly;
 pub(super) use self::stage::{BodyStep, Stage};
 use self::supports::{DampOnSupports, MeetSupports};
 
@@ -91,6 +94,9 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     &FindBreaking,
     // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
     &Integrate,
+    // dynamics::rigid, of a rigid body, in place of the stages that need the regions: V += h a; c += h V; R turns at
+    // constant angular momentum; x = c + R r.
+    &MoveRigidly,
     // dynamics::forces: v += h f/m and x += h² f/m. After the damping, so that a steady force acts whole.
     &ApplyForces,
     // dynamics::goal: v += h a and x += h² a, with the acceleration a = -ω² (x - t) - 2 ζ ω (v - t') by a soft pin or handle.

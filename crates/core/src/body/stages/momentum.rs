@@ -16,8 +16,8 @@ impl Stage for TrackMomentum {
         "momentum tracker"
     }
 
-    fn exists(&self, _body: &Body) -> bool {
-        true
+    fn exists(&self, body: &Body) -> bool {
+        !body.is_rigid()
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {

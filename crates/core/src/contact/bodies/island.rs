@@ -13,10 +13,11 @@ use super::view::{BodyView, ContactStep};
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
 use crate::contact::memory::buffer_bytes;
+use crate::contact::rigid_stage::RigidMover;
 use crate::contact::solver::{Solver, Tolerance, Units};
 use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
-use crate::state::{BodyState, ContactKey, Interval};
+use crate::state::{BodyState, ContactKey, Interval, Twist};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
 const PUSH_PART: f64 = 0.3;
@@ -47,6 +48,9 @@ pub(crate) struct Island {
     impacts: Vec<(u32, Vec4)>,
     /// Displacement of each row by the pushes, in increasing order of the rows.
     pushes: Vec<(u32, Vec4)>,
+    /// The impulses on each rigid body, and their displacements by the pushes.
+    rigid_impulses: Vec<Twist>,
+    rigid_pushes: Vec<Twist>,
     pub(super) patches: PatchBuffers,
     /// Unit of length, and unit of mass.
     pub(super) units: (f64, f64),
@@ -65,6 +69,8 @@ pub(super) struct Member {
     first: usize,
     /// Converts its velocities in cells/s and its inverse masses to units of the island.
     scale: Units,
+    /// Its index among the rigid bodies of the problem; `None` if it is not rigid.
+    pub(super) rigid: Option<u32>,
 }
 
 /// A contact between two bodies, or two parts of one body.
@@ -120,6 +126,7 @@ impl Island {
         self.pairs_by_body.clear();
         self.impacts.clear();
         self.pushes.clear();
+        self.rigid_pushes.clear();
     }
 
     /// Returns the memory in bytes.
@@ -131,7 +138,8 @@ impl Island {
             + buffer_bytes(pairs_by_body)
             + buffer_bytes(begin)
             + buffer_bytes(collider_impulses);
-        let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
+        let rigid = buffer_bytes(&self.rigid_impulses) + buffer_bytes(&self.rigid_pushes);
+        let changes = buffer_bytes(impacts) + buffer_bytes(pushes) + rigid;
         let links: usize = patches.links.iter().map(buffer_bytes).sum();
         lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
@@ -144,7 +152,7 @@ impl Island {
     /// Adds a body, greater than those before. Returns its index in the island.
     pub(super) fn add_body(&mut self, body: u32) -> u32 {
         let scale = Units { velocity: 1.0, mobility: 1.0 };
-        self.members.push(Member { body, offset: 0, vertices: 0, first: 0, scale });
+        self.members.push(Member { body, offset: 0, vertices: 0, first: 0, scale, rigid: None });
         self.members.len() as u32 - 1
     }
 
@@ -176,6 +184,7 @@ impl Island {
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(Tolerance::IMPACT);
         self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
+        self.solver.rigid_totals(&mut self.rigid_impulses);
         self.store_impulses(step.dt);
         self.push(step.dt);
     }
@@ -202,9 +211,11 @@ impl Island {
             };
             offset += member.vertices;
             member.first = solver.len();
+            let Units { velocity, mobility } = member.scale;
+            member.rigid = body.rigid.map(|rigid| solver.rigid.add(rigid, velocity, mobility));
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
-                solver.append(contacts.solver(), row, member.scale);
+                solver.append(contacts.solver(), row, member.scale, member.rigid);
                 begin.extend(contacts.pressures().iter().map(|pressure| {
                     narrow(body.state.touches.force(pressure.key()) * (dt / (length * mass)))
                 }));
@@ -255,7 +266,7 @@ impl Island {
     /// into colliders.
     fn push(&mut self, dt: f64) {
         let (length, mass) = self.units;
-        let Self { solver, pairs, pushes, collider_constraints, .. } = self;
+        let Self { members, solver, pairs, pushes, rigid_pushes, collider_constraints, .. } = self;
         let first = *collider_constraints;
         let mut deepest = 0.0_f64;
         solver.restart(|constraint, contact, change| {
@@ -281,6 +292,7 @@ impl Island {
         }
         solver.solve(Tolerance::PUSH);
         pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
+        rigid_pushes.extend(members.iter().filter_map(|member| member.rigid).map(|body| solver.rigid.change(body)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);
         }
@@ -299,6 +311,31 @@ impl Island {
     ) {
         let Member { first, scale, .. } = self.members[member];
         contacts.finish_in_island(state, surroundings, (&self.collider_impulses[first..], scale));
+    }
+
+    /// As [`finish_contacts`](Self::finish_contacts), of a rigid member.
+    pub(crate) fn finish_contacts_rigidly(
+        &self,
+        member: usize,
+        contacts: &mut Contacts,
+        body: &mut impl RigidMover,
+        surroundings: (&Colliders, Interval),
+    ) {
+        let Member { first, scale, .. } = self.members[member];
+        contacts.finish_rigidly_in_island(body, surroundings, (&self.collider_impulses[first..], scale));
+    }
+
+    /// Returns the impulse on a rigid member, in units of the body, and its displacement by pushes.
+    pub(crate) fn rigid_motion(&self, member: usize) -> (Twist, Twist) {
+        let Member { scale, rigid, .. } = self.members[member];
+        let (velocity, mobility) = (f64::from(scale.velocity), f64::from(scale.mobility));
+        let of = |list: &[Twist]| {
+            rigid.and_then(|index| list.get(index as usize)).copied().unwrap_or_default()
+        };
+        let (impulse, push) = (of(&self.rigid_impulses), of(&self.rigid_pushes));
+        let unit = mobility / velocity;
+        let impulse = Twist { linear: impulse.linear * unit, angular: impulse.angular * (unit / velocity) };
+        (impulse, Twist { linear: push.linear / velocity, angular: push.angular })
     }
 
     /// Returns the velocity changes of the vertices of a member, in cells/s.

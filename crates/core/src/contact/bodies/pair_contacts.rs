@@ -115,6 +115,10 @@ impl Island {
             touched.contact(skin, length, |approach| approach.min(0.0).max(-gap_before.max(0.0) / dt));
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
         let offsets = sides.map(|(_, index, _)| self.member(index).offset);
+        let rigid = sides.map(|(body, index, _)| self.member(index).rigid.zip(body.rigid));
+        for (links, _) in links.iter_mut().zip(rigid).filter(|(_, rigid)| rigid.is_some()) {
+            links.clear();
+        }
         let rows = links.iter().zip(sides).zip(offsets).flat_map(|((links, (body, _, sign)), offset)| {
             links.iter().map(move |&(vertex, w)| {
                 let mobility = (body.inverse_mass(vertex) * mass).min(GREATEST_RATIO);
@@ -122,6 +126,11 @@ impl Island {
             })
         });
         self.solver.add(contact, rows);
+        for ((body, _, sign), (index, mobility)) in sides.iter().zip(rigid).filter_map(|(s, r)| Some((s, r?))) {
+            let center = body.state.frame.to_world(mobility.center);
+            let constraint = self.solver.len() - 1;
+            self.solver.rigid.link(constraint, index, *sign as f32, narrow((point - center) / length));
+        }
         self.begin.push(narrow(body.state.touches.force(key) * (dt / (length * mass))));
         self.pairs.push(PairContact {
             bodies: [search.body, search.other],

@@ -11,7 +11,7 @@ use super::surface::ContactSurface;
 use crate::contact::Contacts;
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
-use crate::state::{SearchedMotion, State};
+use crate::state::{RigidMobility, SearchedMotion, State};
 
 /// The numbers of a step that contact between bodies depends on.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +133,8 @@ pub(crate) struct BodyView<'a> {
     pub(crate) properties: SurfaceProperties,
     /// The contacts with colliders, whose constraints are part of the problem of an island.
     pub(crate) contacts: Option<&'a Contacts>,
+    /// The mobility of a rigid body; `None` if the body is not rigid.
+    pub(crate) rigid: Option<&'a RigidMobility>,
 }
 
 impl BodyView<'_> {

@@ -48,6 +48,13 @@ impl Mobility {
         Self { allowed: free, free }
     }
 
+    /// Creates the mobility of the rotations alone: the change of ω by an angular impulse.
+    pub(in crate::dynamics) fn of_angular(angular: &Matrix3<f64>) -> Self {
+        let mut free = Matrix6::zeros();
+        free.fixed_view_mut::<3, 3>(3, 3).copy_from(angular);
+        Self { allowed: free, free }
+    }
+
     /// Returns the change of ω by an angular impulse of 1 about `axis`.
     pub(in crate::dynamics) fn turn(&self, axis: Vector3<f64>) -> Vector3<f64> {
         self.allowed.fixed_view::<3, 3>(3, 3) * axis

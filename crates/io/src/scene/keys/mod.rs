@@ -75,6 +75,26 @@ const ALTERNATIVES: [[&str; 2]; 5] = [
     ["region_damping", "region_damping_rate"],
 ];
 
+/// The keys of a body that a rigid body does not have, because it does not deform.
+pub(super) const OF_SOFT_BODIES: [&str; 16] = [
+    "material",
+    "youngs_modulus",
+    "half_width",
+    "stiffness_radius",
+    "stiffness",
+    "frequency",
+    "accuracy",
+    "poisson_ratio",
+    "damping_ratio",
+    "damping_rate",
+    "region_damping",
+    "region_damping_rate",
+    "plastic",
+    "fracture",
+    "inflate",
+    "zone",
+];
+
 /// The two motions of a handle, which exclude each other.
 const MOTIONS: [&str; 2] = ["keys", "follow"];
 
@@ -211,6 +231,10 @@ pub(super) struct VolumeKeys {
     field: FieldKind,
     #[serde(deserialize_with = "not_negative")]
     max_correction: f64,
+}
+
+optional! {
+    optional_resolution: Resolution by "ResolutionKeys";
 }
 
 /// The scale of a mesh: a number, or three.

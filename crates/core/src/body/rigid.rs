@@ -1,0 +1,389 @@
+//! Rigid bodies: their settings, their step, and their contacts.
+//!
+//! A rigid body has the lattice of a soft body, which gives the geometry of its contacts and displays its mesh. One stage
+//! takes the place of damping, shape matching and integration: it advances the pose (`dynamics::rigid`) and writes the
+//! lattice vertices. Forces, contacts, pins and handles change the pose and the momenta.
+
+use nalgebra::{Point3, Vector3};
+
+use super::context::StepContext;
+use super::parts::{ContactData, Pipeline, Shape};
+use super::soft_body::Body;
+use crate::contact::RigidMover;
+use crate::contact::bodies::Island;
+use crate::dynamics::{
+    Constraint, Constraints, Elasticity, HeldVertex, Material, RegionSize, RigidBody, RigidError, RigidMass, Stiffness,
+    rolling_resistance,
+};
+use crate::matching::HalfWidth;
+use crate::state::{BodyState, Interval, RigidMobility, State, Twist};
+use crate::volume::{Preservation, VolumeOptions};
+
+/// Default number of lattice vertices of a rigid body: enough for its contacts.
+pub(super) const LATTICE_VERTICES: usize = 300;
+
+/// Checks that the settings of a rigid body are those of a body that does not deform. Returns its material and its volume
+/// correction.
+pub(super) fn rigid_settings(
+    material: &Material,
+    volume: VolumeOptions,
+) -> Result<(Material, VolumeOptions), RigidError> {
+    let default = Material::default();
+    let elasticity = match material.elasticity {
+        Elasticity::Preset(_) => "material",
+        Elasticity::YoungsModulus(_) => "youngs_modulus",
+        Elasticity::Regions { .. } => "half_width or stiffness",
+    };
+    let given = [
+        (elasticity, material.elasticity != default.elasticity),
+        ("poisson_ratio", material.poisson_ratio.is_some()),
+        ("accuracy", material.accuracy != default.accuracy),
+        ("damping_ratio or damping_rate", material.damping.is_some()),
+        ("region_damping", material.region_damping != default.region_damping),
+        ("plastic", material.plastic.is_some()),
+        ("volume", matches!(volume.measure, Preservation::By(_))),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(RigidError::Setting { key });
+    }
+    // Of the regions, only the layout is used.
+    let (size, stiffness) = (RegionSize::Cells(HalfWidth::whole(1)), Stiffness::PerStep(1.0));
+    let material = Material { elasticity: Elasticity::Regions { size, stiffness }, ..*material };
+    Ok((material, VolumeOptions { measure: Preservation::Off, ..volume }))
+}
+
+impl Body {
+    /// Returns whether the body is rigid.
+    pub fn is_rigid(&self) -> bool {
+        self.rigid.is_some()
+    }
+
+    /// Returns an error if the body is rigid.
+    pub(super) fn check_deforms(&self, change: &'static str) -> Result<(), RigidError> {
+        if self.is_rigid() { Err(RigidError::Change { change }) } else { Ok(()) }
+    }
+
+    /// Makes a new body rigid, with the velocity and the spin of its placement.
+    pub(super) fn make_rigid(&mut self, velocity: Vector3<f64>, spin: Vector3<f64>) {
+        let Shape { lattice, masses, model_to_world, .. } = &self.shape;
+        let layout = &self.pipeline.matching.layout;
+        let mass = RigidMass::new(lattice, self.mesh(), masses);
+        let (rigid, mut pose) =
+            RigidBody::new(mass, (lattice, layout), masses, (&self.state, model_to_world.rotation));
+        let motion = Twist { linear: velocity / lattice.cell_size(), angular: spin };
+        rigid.set_motion(&mut pose, motion);
+        self.state.set_origin_velocity(layout.slots(), Vector3::zeros());
+        self.state.rigid = Some(pose);
+        self.rigid = Some(Box::new(rigid));
+        self.write_pose();
+    }
+
+    /// Returns the parts that contacts and pushes move; `None` if the body is not rigid.
+    fn moved(&mut self) -> Option<MovedBody<'_>> {
+        let Self { pipeline: Pipeline { matching, .. }, rigid, state, .. } = self;
+        let rigid = rigid.as_deref_mut()?;
+        Some(MovedBody { rigid, state, occupied: matching.layout.occupied() })
+    }
+
+    /// Writes the lattice vertices of a rigid body, whose pose was changed.
+    pub(super) fn write_pose(&mut self) {
+        if let Some(moved) = self.moved() {
+            moved.rigid.write(moved.state, moved.occupied);
+        }
+    }
+
+    /// Reads the targets of the vertices that pins and handles hold in a step.
+    pub(super) fn read_held(&mut self, interval: Interval) {
+        let Self { pipeline: Pipeline { matching, .. }, constraints, rigid: Some(rigid), state, .. } = self
+        else {
+            return;
+        };
+        let (slots, frame) = (matching.layout.slots(), state.frame.body_frame());
+        let mut held = std::mem::take(&mut rigid.held);
+        held.clear();
+        if let Some(constraints) = constraints {
+            held.extend(held_vertices(constraints, constraints.list(), interval).map(|(vertex, target, change)| {
+                HeldVertex {
+                    offset: rigid.offset(slots[vertex as usize]),
+                    target: frame.to_local(&target),
+                    velocity: change / (interval.dt * frame.cell_size),
+                }
+            }));
+        }
+        rigid.held = held;
+    }
+
+    /// Advances the pose by a step.
+    pub(super) fn move_rigidly(&mut self, context: &StepContext) {
+        let Interval { dt, .. } = context.interval;
+        let weights = &self.pipeline.matching.regions.weights;
+        let slots = self.pipeline.matching.layout.slots();
+        if let Some(pose) = self.state.rigid
+            && self.state.needs_rebase(slots[0], weights)
+        {
+            self.state.rebase(slots, pose.center());
+        }
+        self.read_held(context.interval);
+        let velocity_change = context.gravity * (dt / self.shape.lattice.cell_size());
+        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
+        if let Some(pose) = &mut state.rigid {
+            rigid.advance(pose, velocity_change, dt);
+        }
+        rigid.write(state, occupied);
+    }
+
+    /// Moves the held vertices of a rigid body to their targets.
+    pub(super) fn hold_rigidly(&mut self) {
+        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
+        if let Some(pose) = state.rigid.as_mut().filter(|_| !rigid.held.is_empty()) {
+            rigid.hold(pose);
+            rigid.write(state, occupied);
+        }
+    }
+
+    /// Applies the external forces of the step: their sum and their torque.
+    pub(super) fn apply_forces_rigidly(&mut self, context: &StepContext) {
+        let cell_mass = self.cell_mass();
+        let dt = context.interval.dt;
+        let Self {
+            shape: Shape { lattice, masses, .. },
+            pipeline: Pipeline { matching, .. },
+            forces: Some(forces),
+            rigid: Some(rigid),
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
+        let Some(mut pose) = state.rigid else { return };
+        let mass = |vertex: u32| cell_mass * f64::from(masses[vertex as usize]);
+        let (lattice_center, mass_factor) = rigid.lattice_center(&pose);
+        let slots = matching.layout.slots();
+        let arm = |vertex: u32| state.local(slots[vertex as usize]) - pose.center();
+        let is_awake = state.rest.time() == 0.0;
+        let sum = forces.take_sum((context.is_frame_start, is_awake), (arm, lattice_center), (mass, mass_factor));
+        let is_empty = forces.is_empty();
+        if sum != Twist::default() {
+            let unit = dt / (cell_mass * lattice.cell_size());
+            let impulse = Twist { linear: sum.linear * unit, angular: sum.angular * unit };
+            rigid.apply_impulse(&mut pose, impulse, dt);
+            state.rigid = Some(pose);
+            rigid.write(state, matching.layout.occupied());
+        }
+        if is_empty {
+            self.forces = None;
+        }
+    }
+
+    /// Stores the pose before a step, from which a body inside colliders leaves them.
+    pub(super) fn begin_rigid_contacts(&mut self) {
+        if let (Some(rigid), Some(pose)) = (&mut self.rigid, self.state.rigid) {
+            rigid.set_before(pose);
+        }
+    }
+
+    /// Passes the mobility to the contacts with colliders.
+    pub(super) fn pass_mobility(&mut self) {
+        if let (Some(rigid), Some(contacts)) = (&self.rigid, &mut self.contact.contacts) {
+            contacts.set_rigid(Some(rigid.mobility()));
+        }
+    }
+
+    /// Moves the body out of colliders in which it began, by the translation of the first component.
+    pub(super) fn move_out_rigidly(&mut self) {
+        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
+        let Some(escape) = state.escapes.list().first() else { return };
+        let mut pose = *rigid.pose_before();
+        pose.set_center(pose.center() + Vector3::from(escape.translation));
+        state.rigid = Some(pose);
+        rigid.write(state, occupied);
+        state.escapes.advance();
+    }
+
+    /// Applies the contacts with colliders of a rigid body that touches no other body.
+    pub(super) fn finish_alone_rigidly(&mut self, context: &StepContext) {
+        let Self {
+            contact: ContactData { contacts: Some(contacts), .. },
+            pipeline: Pipeline { matching, .. },
+            rigid: Some(rigid),
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
+        let mut moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
+        contacts.finish_alone_rigidly(&mut moved, context.colliders, context.interval);
+    }
+
+    /// Applies the impulses and pushes of the island of the body.
+    ///
+    /// A contact moves the center of mass by D/M, so that its moment changes by D × V: see `Body::add_momenta`. A body that
+    /// nothing else touches gives this change to its angular momentum.
+    pub(super) fn finish_island_rigidly(
+        &mut self,
+        context: &StepContext,
+        (island, member): (&Island, usize),
+    ) {
+        let dt = context.interval.dt;
+        let cell_size = self.shape.lattice.cell_size();
+        let Self {
+            contact: ContactData { contacts, .. },
+            pipeline: Pipeline { matching, .. },
+            rigid: Some(rigid),
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
+        let Some(mut pose) = state.rigid else { return };
+        let (impulse, push) = island.rigid_motion(member);
+        rigid.apply_impulse(&mut pose, impulse, dt);
+        rigid.displace(&mut pose, push);
+        let touches_colliders = contacts.as_ref().is_some_and(|contacts| !contacts.pressures().is_empty());
+        if rigid.held.is_empty() && !touches_colliders {
+            let moved = impulse.linear * dt + push.linear * rigid.mass();
+            let velocity = pose.velocity() - island.mean_velocity() / cell_size;
+            pose.set_angular_momentum(pose.angular_momentum() - moved.cross(&velocity));
+        }
+        state.rigid = Some(pose);
+        let occupied = matching.layout.occupied();
+        rigid.write(state, occupied);
+        if let Some(contacts) = contacts {
+            let mut moved = MovedBody { rigid, state, occupied };
+            island.finish_contacts_rigidly(member, contacts, &mut moved, (context.colliders, context.interval));
+        }
+    }
+
+    /// Applies the rolling resistance of the supports.
+    pub(super) fn resist_rolling(&mut self, context: &StepContext) {
+        let own = self.rolling_resistance();
+        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
+        let Some(mut pose) = state.rigid else { return };
+        let mut spin = rigid.angular_velocity(&pose);
+        let before = spin;
+        for support in state.supports.list() {
+            let coefficient = context.colliders.rolling_resistance(support.collider).unwrap_or(own);
+            spin += rolling_resistance(support, coefficient, rigid.mobility(), spin);
+        }
+        if spin != before {
+            let motion = Twist { linear: pose.velocity(), angular: spin };
+            rigid.set_motion(&mut pose, motion);
+            state.rigid = Some(pose);
+            rigid.write(state, occupied);
+        }
+    }
+
+    /// Fits the pose of a rigid body to positions that were set. The motion is unchanged.
+    pub(super) fn fit_pose(&mut self) {
+        let vertices = self.vertex_motions();
+        let Some(MovedBody { rigid, state, .. }) = self.moved() else { return };
+        let Some(mut pose) = state.rigid else { return };
+        let spin = rigid.angular_velocity(&pose);
+        rigid.fit_to(&mut pose, &vertices);
+        let motion = Twist { linear: pose.velocity(), angular: spin };
+        rigid.set_motion(&mut pose, motion);
+        state.rigid = Some(pose);
+        self.write_pose();
+    }
+
+    /// Fits the motion of a rigid body to velocities that were set.
+    pub(super) fn fit_motion(&mut self) {
+        let vertices = self.vertex_motions();
+        self.state.set_origin_velocity(self.pipeline.matching.layout.slots(), Vector3::zeros());
+        let Some(MovedBody { rigid, state, .. }) = self.moved() else { return };
+        let Some(mut pose) = state.rigid else { return };
+        rigid.fit_motion(&mut pose, &vertices);
+        state.rigid = Some(pose);
+        self.write_pose();
+    }
+
+    /// Returns the positions and velocities of all vertices of a rigid body.
+    fn vertex_motions(&self) -> Vec<HeldVertex> {
+        let Some(rigid) = &self.rigid else { return Vec::new() };
+        let state = &self.state;
+        let motion = |&slot: &u32| HeldVertex {
+            offset: rigid.offset(slot),
+            target: state.local(slot),
+            velocity: Vector3::from(state.velocities.get(slot).map(f64::from)) + state.frame.velocity(),
+        };
+        self.pipeline.matching.layout.slots().iter().map(motion).collect()
+    }
+
+    /// Returns the force and the torque about `center` of a pin or handle of a rigid body in the next step of `dt`
+    /// seconds, shared by all pins and handles in proportion to the numbers of vertices that they hold.
+    pub(super) fn reaction_of(
+        &self,
+        constraint: &Constraint,
+        gravity: Vector3<f64>,
+        step: Interval,
+        center: Point3<f64>,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let (rigid, pose, constraints) = (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
+        let (frame, slots) = (self.state.frame.body_frame(), self.pipeline.matching.layout.slots());
+        let active = || constraints.list().iter().filter(|constraint| constraint.is_active());
+        let mut holding = rigid.clone();
+        holding.held.clear();
+        let (mut own, mut all) = (0.0, 0.0);
+        for other in active() {
+            for (vertex, target, change) in held_vertices(constraints, std::slice::from_ref(other), step) {
+                let (offset, target) = (rigid.offset(slots[vertex as usize]), frame.to_local(&target));
+                let velocity = change / (step.dt * frame.cell_size);
+                holding.held.push(HeldVertex { offset, target, velocity });
+                all += 1.0;
+                own += f64::from(u8::from(other.index() == constraint.index()));
+            }
+        }
+        let Twist { linear, angular } =
+            holding.reaction(&pose, gravity * (step.dt / frame.cell_size), step.dt);
+        let unit = self.impulse_unit() / step.dt * own / f64::max(all, 1.0);
+        let force = linear * unit;
+        let arm = frame.to_world(pose.center()) - center;
+        Some((force, angular * (unit * frame.cell_size) + arm.cross(&force)))
+    }
+}
+
+/// Returns the vertices that some of the constraints of a body move in a step: vertex, target and change of the target.
+fn held_vertices<'a>(
+    constraints: &'a Constraints,
+    some: &'a [Constraint],
+    interval: Interval,
+) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> + 'a {
+    some.iter().filter(|constraint| constraint.is_active()).flat_map(move |constraint| {
+        let targets = constraint.targets(interval);
+        targets.filter(move |&(vertex, ..)| constraints.is_moved_by(constraint, vertex))
+    })
+}
+
+/// The parts of a rigid body that contacts move.
+struct MovedBody<'a> {
+    rigid: &'a mut RigidBody,
+    state: &'a mut State,
+    occupied: &'a [u8],
+}
+
+impl RigidMover for MovedBody<'_> {
+    fn body_state(&mut self) -> BodyState<'_> {
+        self.state.body_state()
+    }
+
+    fn mobility(&self) -> RigidMobility {
+        *self.rigid.mobility()
+    }
+
+    fn apply_impulse(&mut self, impulse: Twist, dt: f64) {
+        if let Some(pose) = &mut self.state.rigid {
+            self.rigid.apply_impulse(pose, impulse, dt);
+        }
+        self.rigid.write(self.state, self.occupied);
+    }
+
+    fn displace(&mut self, displacement: Twist) {
+        if let Some(pose) = &mut self.state.rigid {
+            self.rigid.displace(pose, displacement);
+        }
+        self.rigid.write(self.state, self.occupied);
+    }
+}
