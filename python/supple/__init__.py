@@ -22,6 +22,7 @@ Contents:
                                             edit; pin, handle, holds, apply_force, add_force_field; goals, surface,
                                             volume_report;
                                             material, youngs_modulus, damping_ratio; mass, momenta, energies
+    RigidBody                               a body that does not deform: Body(..., rigid=True)
     Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
                                             set between steps
                                             save_state, restore_state, reset
@@ -56,7 +57,7 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
+from . import bodies, edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
 from ._core import (
     Body,
     ForceField,
@@ -70,6 +71,7 @@ from ._core import (
     simd_level,
     step_all,
 )
+from .bodies import RigidBody
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import (
     ContactWarning,
@@ -113,6 +115,7 @@ __all__ = [
     "Progress",
     "Recorder",
     "ResumeWarning",
+    "RigidBody",
     "RunReport",
     "SceneError",
     "SceneWarning",
@@ -125,6 +128,7 @@ __all__ = [
     "UnkeptVolume",
     "VolumeReport",
     "__version__",
+    "bodies",
     "edits",
     "errors",
     "film",

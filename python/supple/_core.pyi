@@ -267,7 +267,11 @@ class Body:
         Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
     translate : (3,) float, default 0
         Offset in scene units, applied last.
-    lattice_vertices : int, default 1000; or cell_size : float
+    rigid : bool, default False
+        Whether the body is rigid: it moves with six degrees of freedom, and does not deform. Its mass and inertia are exact for
+        a closed mesh, and those of the lattice for an open mesh and a Lattice. Arguments of soft bodies, from material to
+        poisson_ratio, inflate, damping, plastic and fracture, and a volume measure exclude it.
+    lattice_vertices : int, default 1000, and 300 if rigid; or cell_size : float
         Resolution of the lattice of a mesh: target number of vertices, at least 8, or edge of a cell, > 0.
     join : bool, default True
         Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
@@ -356,6 +360,7 @@ class Body:
         refine: Literal["off", "auto"] = "off",
         rotate: Rotate = (0, 0, 0),
         translate: ArrayLike = (0, 0, 0),
+        rigid: bool = False,
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
         join: bool = True,
@@ -697,6 +702,9 @@ class Body:
         """Energy in the gravity field, -mass gravity . center_of_mass, in mass x length^2/s^2: zero at the world
         origin. Raises ValueError outside a simulation.
         """
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the body is rigid: the argument rigid."""
     @property
     def is_asleep(self) -> bool:
         """Whether the body sleeps: it came to rest and is not stepped until something moves it, or wake() is called.

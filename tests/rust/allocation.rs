@@ -119,12 +119,25 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
 
     let stacked =
         |k: usize| block(6).damping_ratio(0.5).translate([0.1, 0.01 + 0.6 * k as f64, 0.0]).build().unwrap();
-    let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
-    let stack = Simulation::builder().body(stacked(0)).body(stacked(1)).collider(ground).sleep(false);
+    let ground = || Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+    let stack = Simulation::builder().body(stacked(0)).body(stacked(1)).collider(ground()).sleep(false);
     let mut stack = stack.dt(1.0 / 240.0).threads(1).build().unwrap();
     stack.steps(600);
     assert!(stack.contacts().iter().any(|contact| matches!(contact.other, Touched::Body(_))));
     assert_eq!(thread_allocations(|| stack.steps(200)), 0, "two bodies that touch each other");
+
+    let rigid = Body::builder(mesh_of(unit_cube())).rigid(true).translate([0.1, 0.63, 0.1]).build().unwrap();
+    let stack = Simulation::builder().body(stacked(0)).body(rigid).collider(ground()).sleep(false);
+    let mut stack = stack.dt(1.0 / 240.0).threads(1).build().unwrap();
+    stack.steps(600);
+    assert!(stack.contacts().iter().any(|contact| matches!(contact.other, Touched::Body(_))));
+    assert_eq!(thread_allocations(|| stack.steps(200)), 0, "a rigid body on a soft one");
+
+    let pin = Pin { selection: Selection::Vertices(vec![0]), window: TimeWindow::default() };
+    let rigid = Body::builder(mesh_of(unit_cube())).rigid(true).pin(pin).build().unwrap();
+    let mut swinging = Simulation::builder().body(rigid).collider(ground()).threads(1).build().unwrap();
+    swinging.steps(3);
+    assert_eq!(thread_allocations(|| swinging.steps(200)), 0, "a rigid body that swings");
 
     let mut at_rest = resting_simulation(false);
     at_rest.steps(300);

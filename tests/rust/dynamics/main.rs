@@ -18,6 +18,7 @@ mod poisson;
 mod quantities;
 mod reset;
 mod rest;
+mod rigid;
 mod same_bits;
 mod saved_state;
 mod selections;

@@ -569,6 +569,12 @@ fn mutually_exclusive_keys_are_errors_that_name_both() {
         ("damping_ratio = 0.1\ndamping_rate = 3", "damping_ratio", "damping_rate"),
         ("region_damping = 0\nregion_damping_rate = 3", "region_damping", "region_damping_rate"),
         ("lattice_vertices = 100\ncell_size = 0.1", "lattice_vertices", "cell_size"),
+        ("rigid = true\nmaterial = \"flesh\"", "rigid", "material"),
+        ("rigid = true\nyoungs_modulus = 1e5", "rigid", "youngs_modulus"),
+        ("damping_rate = 1\nrigid = true", "rigid", "damping_rate"),
+        ("rigid = true\nfracture = { strain = 0.1 }", "rigid", "fracture"),
+        ("rigid = true\nvolume = \"mesh\"", "rigid", "volume"),
+        ("rigid = true\n[[body.zone]]\nvertices = [3]\nfactor = 2", "rigid", "zone"),
         (
             "[[body.pin]]\nbox = { min = [0,0,0], max = [1,1,1] }\nsphere = { center = [0,0,0], radius = 1 }",
             "box",
@@ -579,6 +585,21 @@ fn mutually_exclusive_keys_are_errors_that_name_both() {
         assert!(message.contains(&format!("{second}` and `{first}` ")), "{message}");
         assert!(message.ends_with("; leave one of them out"), "{message}");
     }
+}
+
+#[test]
+fn a_rigid_body_has_keys_and_defaults_of_its_own() {
+    let scene = parse(&format!("{SMALL}rigid = true\ndensity = 300\nvolume = \"off\"\n")).unwrap();
+    assert!(scene.bodies[0].rigid);
+    assert_eq!(scene.bodies[0].resolution, Resolution::Vertices(300));
+    let written = scene.to_toml();
+    assert!(!written.contains("material") && written.contains("rigid = true"), "{written}");
+    assert_eq!(parse(&written).unwrap(), scene);
+    let given = parse(&format!("{SMALL}rigid = true\nlattice_vertices = 1000\n")).unwrap();
+    assert_eq!(given.bodies[0].resolution, Resolution::Vertices(1000));
+    let soft = parse(&format!("{SMALL}rigid = false\nmaterial = \"jelly\"\n")).unwrap();
+    assert!(!soft.bodies[0].rigid);
+    assert_eq!(soft.bodies[0].resolution, Resolution::Vertices(1000));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::builder::{BodyBuilder, Model};
 use super::elasticity::{extent, initial_half_width, size_of, slenderness_of};
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
-use super::rigid::{LATTICE_VERTICES, rigid_settings};
+use super::rigid::rigid_settings;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
 use crate::dynamics::RigidError;
@@ -34,7 +34,7 @@ impl BodyBuilder {
         self.check_rigid()?;
         let mut options = self.options;
         if self.rigid && !self.has_resolution {
-            options.resolution = Resolution::Vertices(LATTICE_VERTICES);
+            options.resolution = Resolution::Vertices(Self::RIGID_VERTICES);
         }
         self.placement.validate()?;
         self.touching.validate()?;

@@ -59,6 +59,9 @@ impl Body {
 }
 
 impl BodyBuilder {
+    /// Default number of lattice vertices of a rigid body: enough for its contacts.
+    pub const RIGID_VERTICES: usize = 300;
+
     pub(super) fn from_mesh(mesh: Mesh) -> Self {
         Self::from_shape(Model::Mesh(mesh))
     }

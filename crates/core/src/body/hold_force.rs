@@ -62,15 +62,11 @@ impl Body {
         let center = origin + sum / vertices.len().max(1) as f64;
         let mut result = HoldForce { center, ..HoldForce::default() };
         let step = Interval { start: time, end: time + dt, dt };
-        if let Some((force, torque)) = self.reaction_of(constraint, gravity, step, center) {
-            return HoldForce { force, torque, center };
-        }
         let mut add = |force: Vector3<f64>, point: Point3<f64>| {
             result.force += force;
             result.torque += (point - center).cross(&force);
         };
 
-        let step = Interval { start: time, end: time + dt, dt };
         let in_step = constraint.in_step(step, executor);
         if !constraint.holds() {
             let mut state = self.state.clone();
@@ -78,6 +74,9 @@ impl Body {
                 add(acceleration * self.mass_of(vertex), position(vertex));
             }
             return result;
+        }
+        if let Some((force, torque)) = self.reaction_of(constraint, gravity, step, center) {
+            return HoldForce { force, torque, center };
         }
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();

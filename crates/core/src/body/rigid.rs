@@ -12,15 +12,12 @@ use super::soft_body::Body;
 use crate::contact::RigidMover;
 use crate::contact::bodies::Island;
 use crate::dynamics::{
-    Constraint, Constraints, Elasticity, HeldVertex, Material, RegionSize, RigidBody, RigidError, RigidMass, Stiffness,
-    rolling_resistance,
+    Constraint, Constraints, Elasticity, HeldVertex, Material, RegionSize, RigidBody, RigidError, RigidMass,
+    Stiffness, rolling_resistance,
 };
 use crate::matching::HalfWidth;
 use crate::state::{BodyState, Interval, RigidMobility, State, Twist};
 use crate::volume::{Preservation, VolumeOptions};
-
-/// Default number of lattice vertices of a rigid body: enough for its contacts.
-pub(super) const LATTICE_VERTICES: usize = 300;
 
 /// Checks that the settings of a rigid body are those of a body that does not deform. Returns its material and its volume
 /// correction.
@@ -102,13 +99,13 @@ impl Body {
         let mut held = std::mem::take(&mut rigid.held);
         held.clear();
         if let Some(constraints) = constraints {
-            held.extend(held_vertices(constraints, constraints.list(), interval).map(|(vertex, target, change)| {
-                HeldVertex {
+            held.extend(held_vertices(constraints, constraints.list(), interval).map(
+                |(vertex, target, change)| HeldVertex {
                     offset: rigid.offset(slots[vertex as usize]),
                     target: frame.to_local(&target),
                     velocity: change / (interval.dt * frame.cell_size),
-                }
-            }));
+                },
+            ));
         }
         rigid.held = held;
     }
@@ -162,7 +159,8 @@ impl Body {
         let slots = matching.layout.slots();
         let arm = |vertex: u32| state.local(slots[vertex as usize]) - pose.center();
         let is_awake = state.rest.time() == 0.0;
-        let sum = forces.take_sum((context.is_frame_start, is_awake), (arm, lattice_center), (mass, mass_factor));
+        let sum =
+            forces.take_sum((context.is_frame_start, is_awake), (arm, lattice_center), (mass, mass_factor));
         let is_empty = forces.is_empty();
         if sum != Twist::default() {
             let unit = dt / (cell_mass * lattice.cell_size());
@@ -253,7 +251,12 @@ impl Body {
         rigid.write(state, occupied);
         if let Some(contacts) = contacts {
             let mut moved = MovedBody { rigid, state, occupied };
-            island.finish_contacts_rigidly(member, contacts, &mut moved, (context.colliders, context.interval));
+            island.finish_contacts_rigidly(
+                member,
+                contacts,
+                &mut moved,
+                (context.colliders, context.interval),
+            );
         }
     }
 
@@ -321,7 +324,8 @@ impl Body {
         step: Interval,
         center: Point3<f64>,
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let (rigid, pose, constraints) = (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
+        let (rigid, pose, constraints) =
+            (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
         let (frame, slots) = (self.state.frame.body_frame(), self.pipeline.matching.layout.slots());
         let active = || constraints.list().iter().filter(|constraint| constraint.is_active());
         let mut holding = rigid.clone();

@@ -45,7 +45,12 @@ impl Contacts {
         deepest
     }
     /// Adds the push-outs of the samples inside colliders to the problem. Returns the greatest depth of a sample in cells.
-    pub(super) fn find_pushes(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) -> f64 {
+    pub(super) fn find_pushes(
+        &mut self,
+        state: &BodyState<'_>,
+        colliders: &Colliders,
+        step: Interval,
+    ) -> f64 {
         let Self { samples, detection, solver, leaving, rigid, .. } = self;
         solver.clear();
         solver.begin_rigid(rigid.as_ref());

@@ -108,7 +108,14 @@ impl RigidMembers {
 
     /// Copies the links of a constraint of another problem, with its only body. `body`: its index in this problem;
     /// `length`: as for [`add`](Self::add).
-    pub(super) fn append(&mut self, constraint: usize, other: &Self, of_other: usize, body: u32, length: f32) {
+    pub(super) fn append(
+        &mut self,
+        constraint: usize,
+        other: &Self,
+        of_other: usize,
+        body: u32,
+        length: f32,
+    ) {
         let link = other.links[of_other][0];
         if link.body != NONE {
             self.link(constraint, body, link.sign, link.arm * length);

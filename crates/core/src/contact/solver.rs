@@ -232,7 +232,8 @@ impl Solver {
         self.rigid.complete(self.constraints.len());
         self.rigid.scale_changes(0.0);
         self.rigid.begin_pass();
-        for (index, (constraint, (normal, friction))) in self.constraints.iter_mut().zip(impulses).enumerate() {
+        for (index, (constraint, (normal, friction))) in self.constraints.iter_mut().zip(impulses).enumerate()
+        {
             constraint.normal_impulse = normal * scale;
             constraint.friction_impulse = friction * scale;
             for link in &self.links[constraint.links.clone()] {

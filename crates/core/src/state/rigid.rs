@@ -20,8 +20,12 @@ pub(crate) struct RigidPose {
 impl RigidPose {
     /// Creates the pose of a body without motion.
     pub(crate) fn at_rest(center: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
-        let mut pose =
-            Self { center: center.into(), rotation: [0.0; 4], velocity: [0.0; 3], angular_momentum: [0.0; 3] };
+        let mut pose = Self {
+            center: center.into(),
+            rotation: [0.0; 4],
+            velocity: [0.0; 3],
+            angular_momentum: [0.0; 3],
+        };
         pose.set_rotation(rotation);
         pose
     }

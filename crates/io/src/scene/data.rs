@@ -9,7 +9,9 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::handle::HandleData;
-use super::keys::{self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, TouchingKeys, VolumeKeys};
+use super::keys::{
+    self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys,
+};
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
@@ -196,12 +198,8 @@ pub struct BodyData {
     pub rigid: bool,
     /// Keys `lattice_vertices` or `cell_size`: resolution of the lattice; default 1,000 lattice vertices, and 300 of a
     /// rigid body.
-    #[serde(
-        rename = "@resolution",
-        with = "keys::optional_resolution",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub resolution: Option<Resolution>,
+    #[serde(rename = "@resolution", with = "ResolutionKeys")]
+    pub resolution: Resolution,
     /// Whether bridges of cells join separate parts of the lattice to the largest part; default true.
     pub join: bool,
     /// Keys `material`, or `youngs_modulus`, or any of `half_width` or `stiffness_radius` and `stiffness` or
@@ -257,6 +255,7 @@ impl BodyData {
         let builder = builder
             .scale(self.scale)
             .rigid(self.rigid)
+            .resolution(self.resolution)
             .join(self.join)
             .material(self.material)
             .inflate(self.inflate.clone())
@@ -265,10 +264,6 @@ impl BodyData {
             .refine(self.refine)
             .skin(self.skin)
             .touching(self.touching.clone());
-        let builder = match self.resolution {
-            Some(resolution) => builder.resolution(resolution),
-            None => builder,
-        };
         match self.fracture {
             Some(fracture) => builder.fracture(fracture),
             None => builder,
@@ -277,12 +272,14 @@ impl BodyData {
 
     /// Returns the keys that have a value, in the order of the fields.
     pub fn to_keys(&self) -> Map<String, Value> {
-        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
+        let mut fields = fields(self);
+        leave_out_soft_keys(&mut fields);
+        flattened(fields).into_iter().filter(|(_, value)| !value.is_null()).collect()
     }
 
     /// Creates a body with a name and a mesh, and defaults for all other keys.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
-        let LatticeOptions { join, .. } = LatticeOptions::default();
+        let LatticeOptions { resolution, join, .. } = LatticeOptions::default();
         Self {
             name: name.into(),
             mesh: mesh.into(),
@@ -291,7 +288,7 @@ impl BodyData {
             refine: Refine::default(),
             placement: Placement::default(),
             rigid: false,
-            resolution: None,
+            resolution,
             join,
             material: Material::default(),
             inflate: 1.0.into(),
@@ -409,6 +406,16 @@ impl LinkTable {
     }
 }
 
+/// Leaves out the keys that a rigid body does not have.
+pub(super) fn leave_out_soft_keys(body: &mut Fields) {
+    if body.get("rigid") == Some(&Value::Bool(true)) {
+        body.retain(|key, _| !keys::OF_SOFT_BODIES.contains(&key.as_str()));
+        if let Some(Value::Object(material)) = body.get_mut("@material") {
+            material.retain(|key, _| key == "density");
+        }
+    }
+}
+
 /// Replaces each field `@...` by the keys for which it stands.
 fn flattened(fields: Fields) -> Fields {
     let entries = |(key, value): (String, Value)| match value {
@@ -438,7 +445,6 @@ pub fn table_keys(table: &str) -> Vec<String> {
 fn body_fields() -> Fields {
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
     let fracture = FractureOptions::new(BreakLimit::Strain(1.0));
-    body.resolution = Some(LatticeOptions::default().resolution);
     body.fracture = Some(FractureOptions { rotation: Some(90.0), ..fracture });
     body.material.damping = Some(body.material.damping());
     body.material.plastic = Some(Plasticity::default());

@@ -10,6 +10,7 @@
 
 use std::iter::Enumerate;
 use std::slice::Iter;
+use std::sync::LazyLock;
 use std::vec::IntoIter;
 
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
@@ -24,6 +25,7 @@ use super::keys::{ELASTICITY, OF_SOFT_BODIES, expand, hint_for};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
 use super::way_out::{nearest, resembles};
+use supple::BodyBuilder;
 
 /// Deserializes the keys of a table. Checks neither values that depend on each other nor names of files.
 ///
@@ -205,8 +207,7 @@ impl<'a> Field<'a> {
 
     /// Returns an error if the table of a rigid body has a key of a body that deforms.
     fn check_rigid(&self, table: &Table) -> Result<(), Fault> {
-        let is_rigid = matches!(table.get("rigid").map(|value| &value.data), Some(Data::Boolean(true)));
-        match OF_SOFT_BODIES.into_iter().find(|&key| is_rigid && table.contains_key(key)) {
+        match OF_SOFT_BODIES.into_iter().find(|&key| is_rigid(table) && table.contains_key(key)) {
             Some(key) => Err(Fault::Known(self.exclusive(key, "rigid"))),
             None => Ok(()),
         }
@@ -238,6 +239,13 @@ impl<'a> Field<'a> {
         }
         let entry = |&field: &&'static str| match table.get(field) {
             Some(value) => Some((field, self.child(field, value))),
+            // The default resolution of a rigid body is another one.
+            None if field == "@resolution"
+                && is_rigid(table)
+                && !expand(&[field]).into_iter().any(|key| table.contains_key(key)) =>
+            {
+                Some((field, Self { value: &RIGID_RESOLUTION, is_part: true, ..self.clone() }))
+            }
             None if field.starts_with('@') => {
                 let given = expand(&[field]).into_iter().any(|key| table.contains_key(key));
                 given.then(|| (field, Self { is_part: true, ..self.clone() }))
@@ -338,6 +346,18 @@ impl<'de> Deserializer<'de> for Field<'de> {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq
         tuple_struct map identifier ignored_any
     }
+}
+
+/// The default resolution of a rigid body, as a part of its table.
+static RIGID_RESOLUTION: LazyLock<Value> = LazyLock::new(|| {
+    let value = |data| Value { data, place: Place::Argument("default".to_owned()) };
+    let vertices = value(Data::Integer(BodyBuilder::RIGID_VERTICES as i64));
+    value(Data::Table(Table::from([("lattice_vertices".to_owned(), vertices)])))
+});
+
+/// Returns whether the table of a body says that it is rigid.
+fn is_rigid(table: &Table) -> bool {
+    matches!(table.get("rigid").map(|value| &value.data), Some(Data::Boolean(true)))
 }
 
 /// Iterator over the entries of a table.

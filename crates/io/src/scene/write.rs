@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::collider::ColliderData;
-use super::data::{BodyData, Fields, Scene, fields};
+use super::data::{BodyData, Fields, Scene, fields, leave_out_soft_keys};
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
 
@@ -15,7 +15,10 @@ impl Scene {
     /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        write_table(&mut text, "", &fields(self));
+        let mut table = fields(self);
+        let bodies = table.get_mut("body").and_then(Value::as_array_mut).into_iter().flatten();
+        bodies.filter_map(Value::as_object_mut).for_each(leave_out_soft_keys);
+        write_table(&mut text, "", &table);
         text
     }
 

@@ -83,6 +83,12 @@ impl Body {
         need_simulation(self.in_context(py, |body| body.gravity_energy())?, "gravity_energy")
     }
 
+    /// Whether the body is rigid: the argument rigid.
+    #[getter]
+    fn is_rigid(&self, py: Python<'_>) -> PyResult<bool> {
+        self.read(py, supple::Body::is_rigid)
+    }
+
     /// Whether the body sleeps: it came to rest and is not stepped until something moves it, or wake() is called.
     ///
     /// A body falls asleep if every vertex was nearly still for half a second while the body was held or rested on a

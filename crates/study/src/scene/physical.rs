@@ -148,7 +148,7 @@ impl Physical {
             if grid.refined(dynamics.refinement) != grid.half_width {
                 // The radius is a whole number of cells on every lattice, so rounding does not change the
                 // material.
-                data.resolution = Some(Resolution::CellSize(grid.refined_cell_size(dynamics.refinement)));
+                data.resolution = Resolution::CellSize(grid.refined_cell_size(dynamics.refinement));
             }
             let stiffness = grid.stiffness(dynamics.refinement, dt);
             // That of a named material would be lost with it.

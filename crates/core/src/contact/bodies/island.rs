@@ -292,7 +292,8 @@ impl Island {
         }
         solver.solve(Tolerance::PUSH);
         pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
-        rigid_pushes.extend(members.iter().filter_map(|member| member.rigid).map(|body| solver.rigid.change(body)));
+        rigid_pushes
+            .extend(members.iter().filter_map(|member| member.rigid).map(|body| solver.rigid.change(body)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);
         }
@@ -329,9 +330,8 @@ impl Island {
     pub(crate) fn rigid_motion(&self, member: usize) -> (Twist, Twist) {
         let Member { scale, rigid, .. } = self.members[member];
         let (velocity, mobility) = (f64::from(scale.velocity), f64::from(scale.mobility));
-        let of = |list: &[Twist]| {
-            rigid.and_then(|index| list.get(index as usize)).copied().unwrap_or_default()
-        };
+        let of =
+            |list: &[Twist]| rigid.and_then(|index| list.get(index as usize)).copied().unwrap_or_default();
         let (impulse, push) = (of(&self.rigid_impulses), of(&self.rigid_pushes));
         let unit = mobility / velocity;
         let impulse = Twist { linear: impulse.linear * unit, angular: impulse.angular * (unit / velocity) };

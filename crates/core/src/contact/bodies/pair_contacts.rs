@@ -126,7 +126,8 @@ impl Island {
             })
         });
         self.solver.add(contact, rows);
-        for ((body, _, sign), (index, mobility)) in sides.iter().zip(rigid).filter_map(|(s, r)| Some((s, r?))) {
+        for ((body, _, sign), (index, mobility)) in sides.iter().zip(rigid).filter_map(|(s, r)| Some((s, r?)))
+        {
             let center = body.state.frame.to_world(mobility.center);
             let constraint = self.solver.len() - 1;
             self.solver.rigid.link(constraint, index, *sign as f32, narrow((point - center) / length));

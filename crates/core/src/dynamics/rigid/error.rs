@@ -7,7 +7,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum RigidError {
     /// A setting.
-    #[error("rigid and {key} are mutually exclusive: a rigid body does not deform; leave out {key}, or rigid")]
+    #[error(
+        "rigid and {key} are mutually exclusive: a rigid body does not deform; leave out {key}, or rigid"
+    )]
     Setting {
         /// Name of the setting.
         key: &'static str,

@@ -48,22 +48,26 @@ pub(super) struct Joint {
 impl Joint {
     pub(super) fn new(held: &[HeldVertex]) -> Self {
         let count = held.len().max(1) as f64;
-        let mean = |vector: fn(&HeldVertex) -> Vector3<f64>| held.iter().map(vector).sum::<Vector3<f64>>() / count;
+        let mean =
+            |vector: fn(&HeldVertex) -> Vector3<f64>| held.iter().map(vector).sum::<Vector3<f64>>() / count;
         let (offset, target, velocity) = (mean(|v| v.offset), mean(|v| v.target), mean(|v| v.velocity));
         Self { freedom: freedom(held, &offset), offset, target, velocity }
     }
 
     /// Returns the rotation nearest to `rotation` with which the vertices are nearest to their targets.
     pub(super) fn fitted(&self, held: &[HeldVertex], rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-        let arms = |vertex: &HeldVertex| (rotation * (vertex.offset - self.offset), vertex.target - self.target);
+        let arms =
+            |vertex: &HeldVertex| (rotation * (vertex.offset - self.offset), vertex.target - self.target);
         match self.freedom {
             Freedom::Free | Freedom::Ball => rotation,
             Freedom::Hinge => {
                 // The vertex farthest from the middle; the first one of several.
-                let farthest = held.iter().map(arms).fold((Vector3::zeros(), Vector3::zeros()), |far, arm| {
-                    if arm.0.norm_squared() > far.0.norm_squared() { arm } else { far }
-                });
-                UnitQuaternion::rotation_between(&farthest.0, &farthest.1).map_or(rotation, |turn| turn * rotation)
+                let farthest =
+                    held.iter().map(arms).fold((Vector3::zeros(), Vector3::zeros()), |far, arm| {
+                        if arm.0.norm_squared() > far.0.norm_squared() { arm } else { far }
+                    });
+                UnitQuaternion::rotation_between(&farthest.0, &farthest.1)
+                    .map_or(rotation, |turn| turn * rotation)
             }
             Freedom::Fixed => {
                 let covariance: Matrix3<f64> =

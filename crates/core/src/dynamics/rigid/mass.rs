@@ -24,7 +24,9 @@ impl RigidMass {
     /// vertices, of `masses`, of a bare lattice, an open mesh or a sheet.
     pub(crate) fn new(lattice: &Lattice, mesh: Option<&Mesh>, masses: &[f32]) -> Self {
         let closed = mesh.filter(|mesh| mesh.interior() == Interior::Closed);
-        closed.and_then(|mesh| Self::of_mesh(lattice, mesh)).unwrap_or_else(|| Self::of_vertices(lattice, masses))
+        closed
+            .and_then(|mesh| Self::of_mesh(lattice, mesh))
+            .unwrap_or_else(|| Self::of_vertices(lattice, masses))
     }
 
     /// Returns the integrals over the volume inside a closed mesh; `None` for a sheet.
@@ -47,7 +49,8 @@ impl RigidMass {
         };
         let mass: f64 = vertices().map(|(_, mass)| mass).sum();
         let center = vertices().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
-        let moment = |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
+        let moment =
+            |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
         Self { mass, center, inertia: inertia_of(vertices().map(moment).sum()) }
     }
 }
@@ -67,7 +70,8 @@ mod tests {
     /// A box of 2 x 3 x 5 about (1, 2, 3).
     fn cuboid() -> Mesh {
         let half = [1.0, 1.5, 2.5];
-        let corner = |k: usize| [0, 1, 2].map(|a| (a + 1) as f64 + if k >> a & 1 == 1 { half[a] } else { -half[a] });
+        let corner =
+            |k: usize| [0, 1, 2].map(|a| (a + 1) as f64 + if k >> a & 1 == 1 { half[a] } else { -half[a] });
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         Mesh::new((0..8).map(corner).collect(), &quads).unwrap()
     }

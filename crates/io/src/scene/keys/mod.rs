@@ -233,10 +233,6 @@ pub(super) struct VolumeKeys {
     max_correction: f64,
 }
 
-optional! {
-    optional_resolution: Resolution by "ResolutionKeys";
-}
-
 /// The scale of a mesh: a number, or three.
 pub(super) mod scale {
     use serde::de::{Error, Unexpected};
