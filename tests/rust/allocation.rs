@@ -133,7 +133,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     assert!(stack.contacts().iter().any(|contact| matches!(contact.other, Touched::Body(_))));
     assert_eq!(thread_allocations(|| stack.steps(200)), 0, "a rigid body on a soft one");
 
-    let pin = Pin { selection: Selection::Vertices(vec![0]), window: TimeWindow::default() };
+    let pin = Pin { goal: None, selection: Selection::Vertices(vec![0]), window: TimeWindow::default() };
     let rigid = Body::builder(mesh_of(unit_cube())).rigid(true).pin(pin).build().unwrap();
     let mut swinging = Simulation::builder().body(rigid).collider(ground()).threads(1).build().unwrap();
     swinging.steps(3);

@@ -156,7 +156,8 @@ pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, Untangling
 pub use dynamics::{
     Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldLaw,
     Force, ForceDuration, Goal, Handle, HandleMotion, Link, Material, Pin, Plasticity, Preset, RegionDamping,
-    RegionSize, RigidError, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
+    RegionSize, RigidError, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind,
+    Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{

@@ -149,3 +149,23 @@ fn a_weight_out_of_range_is_an_error() {
         assert!(error.contains("weight = ") && error.contains("(0, 1]"), "{error}");
     }
 }
+
+/// A rigid body on soft goals has the frequency of their weight too.
+#[test]
+fn a_soft_pin_pulls_a_rigid_body() {
+    let goal = Goal { weight: 0.5.into(), frequency: 3.0, damping_ratio: 0.5 };
+    let lattice = lattice(&block([2, 2, 2]));
+    let everywhere = Selection::Vertices((0..lattice.len() as u32).collect());
+    let pin = Pin { selection: everywhere, window: TimeWindow::default(), goal: Some(goal) };
+    let body = Body::from_lattice(lattice).rigid(true).pin(pin).build().unwrap();
+    let before = body.center_of_mass().y;
+    let mut simulation = simulated(body, -9.81, 1.0 / 120.0);
+    simulation.steps(600);
+    let omega = std::f64::consts::TAU * 3.0;
+    let sag = 9.81 / (omega * omega) * (1.0 + (omega / 120.0).powi(2) / 12.0);
+    assert!(
+        (before - height(&simulation) - sag).abs() < 0.01 * sag,
+        "{} {sag}",
+        before - height(&simulation)
+    );
+}

@@ -76,13 +76,14 @@ fn plastic_shapes_broken_joints_and_captured_poses_are_reset() {
         let body = Body::from_lattice(lattice).name("bar").half_width(1).plastic(Plasticity::default());
         let body = if cut { body } else { body.fracture(FractureOptions::new(BreakLimit::Strain(0.1))) };
         let handle = Handle {
+            goal: None,
             selection: side(1.9),
             motion: keys.to_vec().into(),
             window: TimeWindow { start: 0.05, end: f64::INFINITY },
         };
         let body = body
             .zone(zone)
-            .pin(Pin { selection: side(-0.2), window: TimeWindow::default() })
+            .pin(Pin { goal: None, selection: side(-0.2), window: TimeWindow::default() })
             .handle(handle)
             .build()
             .unwrap();
@@ -113,7 +114,7 @@ fn settings_that_were_changed_stay() {
     simulation.body_mut(0).set_density(500.0).unwrap();
     simulation.set_gravity([1.0, 0.0, 0.0]).unwrap();
     new.set_gravity([1.0, 0.0, 0.0]).unwrap();
-    let pin = Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
+    let pin = Pin { goal: None, selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
     simulation.body_mut(0).pin(&pin).unwrap();
     new.body_mut(0).pin(&pin).unwrap();
     simulation.steps(10);

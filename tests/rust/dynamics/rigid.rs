@@ -349,7 +349,12 @@ fn a_vertex_that_is_held_is_a_ball_joint() {
     let vertex = vertex_at(&body, [0.0, 0.5, 0.0]);
     let pivot = body.positions()[vertex as usize];
     let distance = pivot.coords.norm();
-    body.pin(&Pin { selection: Selection::Vertices(vec![vertex]), window: TimeWindow::default() }).unwrap();
+    body.pin(&Pin {
+        goal: None,
+        selection: Selection::Vertices(vec![vertex]),
+        window: TimeWindow::default(),
+    })
+    .unwrap();
     let (dt, amplitude) = (1.0 / 240.0, 0.05);
     // The spin with which it swings to the amplitude.
     let about_pivot = (0.01 + 1.0) / 12.0 + distance * distance;
@@ -394,7 +399,8 @@ fn two_vertices_that_are_held_are_a_hinge() {
     let held = vertices.map(|vertex| body.positions()[vertex as usize]);
     let mut sorted = vertices.to_vec();
     sorted.sort_unstable();
-    body.pin(&Pin { selection: Selection::Vertices(sorted), window: TimeWindow::default() }).unwrap();
+    body.pin(&Pin { goal: None, selection: Selection::Vertices(sorted), window: TimeWindow::default() })
+        .unwrap();
     let mut simulation = Simulation::builder().body(body).dt(1.0 / 240.0).threads(1).build().unwrap();
     simulation.steps(60);
     for (vertex, before) in vertices.into_iter().zip(held) {
@@ -413,6 +419,7 @@ fn a_handle_moves_the_whole_body() {
     let key =
         |time: f64, y: f64, degrees: f64| Key { time, translate: [0.0, y, 0.0], rotate: [0.0, degrees, 0.0] };
     let handle = Handle {
+        goal: None,
         selection: Selection::Box { min: [0.1, -1.0, -1.0], max: [1.0, 1.0, 1.0] },
         motion: vec![key(0.0, 0.0, 0.0), key(1.0, 2.0, 90.0)].into(),
         window: TimeWindow { start: 0.0, end: 1.0 },
@@ -458,8 +465,12 @@ fn states_of_sleeping_bodies_that_are_held_restart_with_the_same_bits() {
     let build = || {
         let mut body = cuboid([0.2, 1.0, 0.2]).name("rod").lattice_vertices(100).build().unwrap();
         let vertex = vertex_at(&body, [0.0, 0.5, 0.0]);
-        body.pin(&Pin { selection: Selection::Vertices(vec![vertex]), window: TimeWindow::default() })
-            .unwrap();
+        body.pin(&Pin {
+            goal: None,
+            selection: Selection::Vertices(vec![vertex]),
+            window: TimeWindow::default(),
+        })
+        .unwrap();
         let ball = Body::builder(supple_tests::ball(0.1)).rigid(true).name("ball");
         let ball = ball.translate([-3.0, 0.5, 0.0]).velocity([2.0, 0.0, 0.0]).build().unwrap();
         let gravity = [0.0, -1.0, 0.0];

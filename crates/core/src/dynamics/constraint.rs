@@ -344,6 +344,12 @@ impl Constraint {
         })
     }
 
+    /// Takes the accelerations of a soft goal in the current step: its vertices and their accelerations.
+    pub(super) fn take_pulls(&mut self) -> Option<(Vec<u32>, Vec<[f64; 3]>)> {
+        let pulls = std::mem::take(&mut self.pulls);
+        (!pulls.is_empty()).then(|| (self.vertices.clone(), pulls))
+    }
+
     /// Returns the vertices that a soft goal pulls in the current step.
     pub(super) fn pulled(&self) -> impl Iterator<Item = u32> {
         let vertices = if self.active && !self.holds { &self.vertices[..] } else { &[] };

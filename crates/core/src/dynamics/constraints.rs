@@ -222,6 +222,12 @@ impl Constraints {
         }
     }
 
+    /// Takes the accelerations of soft goals in the current step: the vertices of each goal and their accelerations.
+    pub(crate) fn take_pulls(&mut self) -> Vec<(Vec<u32>, Vec<[f64; 3]>)> {
+        let pulls = self.constraints.iter_mut().filter_map(Constraint::take_pulls);
+        pulls.collect()
+    }
+
     /// Returns whether a soft goal may pull vertices.
     pub(crate) fn any_soft(&self) -> bool {
         self.constraints.iter().any(|constraint| constraint.goal().is_some())
