@@ -32,7 +32,7 @@ class PushDice(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, count)
         lattice = supple.Lattice.from_cells(np.ones((3, 3, 3), bool), cell_size=0.1, origin=(-0.15, 0, -0.15))
         ground = supple.Plane((0, 0, 0), (0, 1, 0), friction=0.05)
-        dice = [supple.Body(lattice, material="rubber") for _ in range(count)]
+        dice = [supple.Body(lattice, material="jelly") for _ in range(count)]
         self.sims = [supple.Simulation([die], dt=1 / 120, colliders=ground, sleep=False) for die in dice]
         self.dice = dice
         self.goals = np.zeros((count, 2))

@@ -1343,9 +1343,9 @@ class Simulation:
         """Set the simulation back to time 0, and the bodies to the state in which they were built.
 
         Placement, velocity and spin are those of the start; the bodies are whole, and have no plastic shapes, forces and
-        contacts. Pins and handles capture positions anew, and colliders follow their keyframes. Settings, keyframes,
-        pins, handles, fields, force fields and colliders stay as they are now. The next steps have the bits of a
-        simulation that is built with them. With substeps="auto", the next step chooses the number of steps per frame.
+        contacts. Pins and handles capture positions anew, and colliders follow their keyframes. Settings, keyframes, pins,
+        handles, fields, force fields and colliders stay as they are now. The next steps have the bits of a simulation that
+        is built with them. With substeps="auto", the next step chooses the number of steps per frame.
 
         No copy of the first state is kept. It takes about as long as a step, and longer for a broken body.
         """
@@ -1377,8 +1377,8 @@ class Simulation:
             on the other is the opposite.
 
         Contacts with colliders come first. A body that sleeps has the contacts with which it fell asleep. Empty before
-        the first step, and in a copy until its first step. Raises KeyError for an unknown name, IndexError for an index
-        that does not exist, and ValueError for a body or a collider of another simulation.
+        the first step, and in a copy until its first step. Raises KeyError for an unknown name, IndexError for an index that
+        does not exist, and ValueError for a body or a collider of another simulation.
         """
     @overload
     def surfaces(self, out: None = None) -> list[NDArray[np.float64]]:

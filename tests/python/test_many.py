@@ -56,7 +56,7 @@ def test_items_that_are_no_simulations_or_the_same_one_are_refused(block):
         supple.step_all([sim, sim["low"]])
     with pytest.raises(TypeError, match="not int"):
         supple.step_all(3)
-    with pytest.raises(ValueError, match="n is -1"):
+    with pytest.raises(ValueError, match="n = -1 is out of range"):
         supple.step_all([sim], n=-1)
     assert sim.time == 0
 

@@ -54,18 +54,25 @@ impl Body {
     /// the elasticity of regions, it has no effect.
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
         self.settings.youngs_modulus = self.modulus_to_reach(gravity);
-        if let Some(modulus) = self.settings.youngs_modulus {
-            let greatest = modulus * self.factor_range().1;
-            let least = self.elastic_law(dt).least_half_width(greatest, self.shape.extent);
-            let chosen = self.chosen_half_width(modulus);
-            let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
-            self.set_half_width(match self.settings.material.accuracy {
-                Accuracy::Fast => least,
-                _ if is_reached(chosen) && chosen < least => chosen,
-                _ => least,
-            });
+        if let Some(half_width) = self.half_width_to_fix(gravity, dt) {
+            self.set_half_width(half_width);
         }
         self.limit_stiffness_factors(dt);
+    }
+
+    /// Returns the half-width of the regions that [`fix_elasticity`](Self::fix_elasticity) sets; `None` with the
+    /// elasticity of regions.
+    pub(super) fn half_width_to_fix(&self, gravity: f64, dt: f64) -> Option<HalfWidth> {
+        let modulus = self.modulus_to_reach(gravity)?;
+        let greatest = modulus * self.factor_range().1;
+        let least = self.elastic_law(dt).least_half_width(greatest, self.shape.extent);
+        let chosen = self.chosen_half_width(modulus);
+        let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
+        Some(match self.settings.material.accuracy {
+            Accuracy::Fast => least,
+            _ if is_reached(chosen) && chosen < least => chosen,
+            _ => least,
+        })
     }
 
     /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`,

@@ -1,5 +1,7 @@
 //! The state that a body was built with, for [`Simulation::reset`](crate::Simulation::reset).
 
+use super::elasticity::initial_half_width;
+use super::parts::Shape;
 use super::snapshot::BodySnapshot;
 use super::soft_body::Body;
 use crate::lattice::Layout;
@@ -36,11 +38,17 @@ impl Body {
         }
     }
 
-    /// Ends what a state does not contain, after [`initial_snapshot`](Self::initial_snapshot) was restored.
-    pub(crate) fn finish_reset(&mut self) {
+    /// Resets what a state does not contain, after [`initial_snapshot`](Self::initial_snapshot) was restored and the
+    /// elasticity was fixed. `gravity` and `dt` are those with which a new body joins the simulation.
+    pub(crate) fn finish_reset(&mut self, gravity: f64, dt: f64) {
         self.pipeline.fast_vertex = 0;
         self.pipeline.unconverged = 0;
         self.forget_elastic_measures();
         self.wake();
+        // The regions of a new body change in this order, and are fitted again after a change.
+        let Shape { lattice, extent, .. } = &self.shape;
+        let built = initial_half_width(&self.settings.material, lattice, *extent);
+        let joined = self.half_width_to_fix(gravity, dt).unwrap_or(built);
+        self.state.fitted = built == joined && joined == self.half_width();
     }
 }

@@ -16,10 +16,11 @@ impl Simulation {
     /// a simulation that is built with them. If the number of steps per frame is automatic, the next step chooses it. No
     /// copy of the first state is kept: it is computed again.
     pub fn reset(&mut self) {
+        let is_automatic = self.has_automatic_substeps();
         let state = SimulationState {
             clock: Clock::new(self.dt()),
             substeps: self.substeps,
-            choose_at_next_step: self.has_automatic_substeps(),
+            choose_at_next_step: is_automatic,
             gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(Body::initial_snapshot).collect(),
             driven: Vec::new(),
@@ -27,7 +28,17 @@ impl Simulation {
             broken_links: Vec::new(),
         };
         self.restore(&state).expect("the state is made of these bodies");
-        self.bodies.iter_mut().for_each(Body::finish_reset);
+        // As when the simulation is built, but without the regions that are replaced at once.
+        let gravity = self.gravity.norm();
+        let dt = match self.fps {
+            Some(fps) if is_automatic => 1.0 / fps,
+            _ => self.dt(),
+        };
+        match is_automatic {
+            true => self.choose_substeps(),
+            false => self.bodies.iter_mut().for_each(|body| body.fix_elasticity(gravity, dt)),
+        }
+        self.bodies.iter_mut().for_each(|body| body.finish_reset(gravity, dt));
         self.groups = Groups::default();
     }
 }

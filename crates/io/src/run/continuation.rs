@@ -47,16 +47,17 @@ impl Job {
     pub(super) fn find_state(&self, settings: &Settings, from: u64) -> Result<Earlier, RunError> {
         let saved = self.newest_state(from)?;
         let path = saved.path().to_owned();
-        let refused = |what: String| RunError::From { path: path.clone(), what };
+        let failed = |what: String, is_change| RunError::From { path: path.clone(), what, is_change };
+        let refused = |what: String| failed(what, false);
         // All but the scene must be equal, and be compared in this order.
         let fingerprint = settings.fingerprint.clone();
         let of_files = Settings { fingerprint, ..saved.checkpoint.settings.clone() };
         if let Some(difference) = of_files.difference(settings) {
-            return Err(refused(difference));
+            return Err(failed(difference, true));
         }
         let changes = Changes::between(&saved.checkpoint.settings.fingerprint, &settings.fingerprint);
-        let changes = changes
-            .map_err(|change| refused(format!("{change}, and a state depends on it; undo the change")))?;
+        let changes =
+            changes.map_err(|change| failed(format!("{change}, and a state depends on it"), true))?;
         let sequences = self.sequences();
         let saved = saved.checked(settings, sequences.len())?;
         let complete = |sequence: &&crate::frames::Sequence| {
@@ -123,6 +124,7 @@ impl Job {
                 saved.ok_or_else(|| RunError::From {
                     path: state.path.clone(),
                     what: "it is not the state of the frame in its name; remove it".to_owned(),
+                    is_change: false,
                 })
             }
             None => Err(RunError::NoState {
@@ -165,7 +167,7 @@ impl Prepared {
             let (path, what) = (path.to_owned(), error.to_string());
             return Err(match changes {
                 None => RunError::Checkpoint { path, what },
-                Some(_) => RunError::From { path, what },
+                Some(_) => RunError::From { path, what, is_change: false },
             });
         }
         if changes.is_some_and(|changes| changes.any) {

@@ -203,12 +203,19 @@ pub enum RunError {
         difference: String,
     },
     /// A run cannot continue from a kept state.
-    #[error("cannot continue from {}: {}; or run from frame 0 to start again", Escaped(path.display()), Escaped(what))]
+    #[error(
+        "cannot continue from {}: {}; {}run from frame 0 to start again",
+        Escaped(path.display()),
+        Escaped(what),
+        if *is_change { "undo the change, or " } else { "" }
+    )]
     From {
         /// Kept state or checkpoint.
         path: PathBuf,
         /// Problem, part of the message.
         what: String,
+        /// Whether the problem is a change since the state was kept.
+        is_change: bool,
     },
     /// There is no kept state from which a run can continue.
     #[error(
