@@ -161,8 +161,9 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
     terminal::print(table(&results, inputs.len()));
 
-    let stopped = |result: &Result<RunReport, _>| {
-        result.as_ref().is_ok_and(|report| report.outcome == Outcome::Stopped)
+    let stopped = |result: &Result<RunReport, RunError>| match result {
+        Ok(report) => report.outcome == Outcome::Stopped,
+        Err(error) => matches!(error, RunError::Stopped),
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
         terminal::print(format_args!("resume with: {}", terminal::resume_command()));
