@@ -73,8 +73,9 @@ pub(super) struct BodyFacts {
     pub(super) material: Option<MaterialFacts>,
     /// How the body touches other bodies and itself; `None` if it can touch neither.
     pub(super) touching: Option<TouchingFacts>,
-    /// Half-width of the regions, in cells.
-    pub(super) half_width: HalfWidth,
+    /// Half-width of the regions, in cells; `None` for a rigid body.
+    pub(super) half_width: Option<HalfWidth>,
+    pub(super) rigid: bool,
     /// Size of a frame on disk, in bytes.
     pub(super) frame_bytes: u64,
     /// Memory of the lattice, the state and the stages of the simulation, in bytes.
@@ -257,7 +258,8 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         lattice: lattice(body.lattice(), &body),
         material: MaterialFacts::new(body),
         touching: touching(scene, &body, &plan.bodies[index]),
-        half_width: body.half_width(),
+        half_width: (!body.is_rigid()).then(|| body.half_width()),
+        rigid: body.is_rigid(),
         frame_bytes: scene.output.format.iter().map(frame_bytes).sum(),
         memory_bytes: plan.bodies[index].bytes(),
         // A point cache cannot contain a body that breaks.

@@ -127,15 +127,20 @@ impl Page {
                 &format!("friction {friction}, restitution {restitution}, {samples}, {bytes}"),
             );
         }
-        let half_width = match body.half_width.whole_cells() {
-            Some(cells) => counted(cells, "cell"),
-            None => format!("{} cells, so that each region is a cell", body.half_width),
-        };
-        let half_width = match body.material.as_ref().and_then(MaterialFacts::regions) {
-            Some(why) => format!("{half_width}; {why}"),
-            None => half_width,
-        };
-        self.entry("half-width", &half_width);
+        if let Some(half_width) = body.half_width {
+            let text = match half_width.whole_cells() {
+                Some(cells) => counted(cells, "cell"),
+                None => format!("{half_width} cells, so that each region is a cell"),
+            };
+            let text = match body.material.as_ref().and_then(MaterialFacts::regions) {
+                Some(why) => format!("{text}; {why}"),
+                None => text,
+            };
+            self.entry("half-width", &text);
+        }
+        if body.rigid {
+            self.entry("rigid", "six degrees of freedom");
+        }
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
         self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {

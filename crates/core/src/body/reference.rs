@@ -91,9 +91,10 @@ impl<'a> BodyRef<'a> {
 
     /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: the
     /// modulus of the material, or less if steps of this length cannot reach it. Outside a simulation it is the
-    /// modulus that was set, or `None` if none was set.
+    /// modulus that was set, or `None` if none was set. `None` for a rigid body.
     pub fn youngs_modulus(self) -> Option<f64> {
         match self.context {
+            _ if self.body.is_rigid() => None,
             Some(context) => Some(self.body.modulus_in_force(context.dt)),
             None => self.body.material_modulus(),
         }
@@ -106,10 +107,11 @@ impl<'a> BodyRef<'a> {
     }
 
     /// Returns the frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
-    /// The first call computes the mode. `None` outside a simulation.
+    /// The first call computes the mode. `None` outside a simulation, and for a rigid body.
     pub fn lowest_frequency(self) -> Option<f64> {
+        let context = self.context.filter(|_| !self.body.is_rigid());
         let angular =
-            self.context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
+            context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
         angular.map(|angular| angular / std::f64::consts::TAU)
     }
 }

@@ -32,6 +32,24 @@ pub(super) struct RigidMember {
     sum: (Vec4, Vec4),
 }
 
+impl RigidMember {
+    /// Returns a_s of a contact point: a bound of the norm of the symmetric matrix of velocity changes, by its greatest
+    /// sum of a column.
+    fn own_response(&self, arm: &Vec4) -> f32 {
+        let Self { linear, coupling, coupling_transposed, angular, .. } = self;
+        let mut greatest = 0.0_f32;
+        for axis in 0..3 {
+            let mut impulse = Vec4::zeros();
+            impulse[axis] = 1.0;
+            let moment = cross(arm, &impulse);
+            let velocity = product(linear, &impulse) + product(coupling, &moment);
+            let omega = product(coupling_transposed, &impulse) + product(angular, &moment);
+            greatest = greatest.max((velocity + cross(&omega, arm)).abs().sum());
+        }
+        greatest
+    }
+}
+
 /// Link between a contact and a rigid body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RigidLink {
@@ -41,11 +59,13 @@ pub(super) struct RigidLink {
     sign: f32,
     /// Position of the contact point from the center of mass.
     arm: Vec4,
+    /// √a_s.
+    root: f32,
 }
 
 impl RigidLink {
     fn none() -> Self {
-        Self { body: NONE, sign: 0.0, arm: Vec4::zeros() }
+        Self { body: NONE, sign: 0.0, arm: Vec4::zeros(), root: 0.0 }
     }
 }
 
@@ -96,7 +116,7 @@ impl RigidMembers {
     pub(super) fn link(&mut self, constraint: usize, body: u32, sign: f32, arm: Vec4) {
         self.complete(constraint + 1);
         let [first, second] = &mut self.links[constraint];
-        *(if first.body == NONE { first } else { second }) = RigidLink { body, sign, arm };
+        *(if first.body == NONE { first } else { second }) = RigidLink { body, sign, arm, root: 0.0 };
     }
 
     /// Gives links to all constraints.
@@ -126,7 +146,7 @@ impl RigidMembers {
     #[inline(always)]
     pub(super) fn velocity(&self, constraint: usize) -> Vec4 {
         let mut velocity = Vec4::zeros();
-        for RigidLink { body, sign, arm } in &self.links[constraint] {
+        for RigidLink { body, sign, arm, .. } in &self.links[constraint] {
             if *body != NONE {
                 let (linear, angular) = self.bodies[*body as usize].change;
                 velocity += (linear + cross(&angular, arm)) * *sign;
@@ -138,7 +158,7 @@ impl RigidMembers {
     /// Adds an impulse of a constraint to the sums of its bodies.
     #[inline(always)]
     pub(super) fn add_impulse(&mut self, constraint: usize, impulse: &Vec4) {
-        for RigidLink { body, sign, arm } in &self.links[constraint] {
+        for RigidLink { body, sign, arm, .. } in &self.links[constraint] {
             if *body != NONE {
                 let (linear, angular) = &mut self.bodies[*body as usize].sum;
                 let impulse = impulse * *sign;
@@ -169,38 +189,21 @@ impl RigidMembers {
         }
     }
 
-    /// Sums √a over the constraints, for [`response`](Self::response).
+    /// Computes √a of the constraints and its sums, for [`response`](Self::response).
     pub(super) fn find_responses(&mut self) {
         self.begin_pass();
-        for constraint in 0..self.links.len() {
-            for link in self.links[constraint] {
-                if link.body != NONE {
-                    let own = self.own_response(&link).sqrt();
-                    self.bodies[link.body as usize].sum.0.x += own;
-                }
-            }
+        let Self { bodies, links } = self;
+        for link in links.as_flattened_mut().iter_mut().filter(|link| link.body != NONE) {
+            let body = &mut bodies[link.body as usize];
+            link.root = body.own_response(&link.arm).sqrt();
+            body.sum.0.x += link.root;
         }
     }
 
     /// Returns the response of a constraint by its rigid bodies.
     pub(super) fn response(&self, constraint: usize) -> f32 {
         let links = self.links[constraint].iter().filter(|link| link.body != NONE);
-        links.map(|link| self.own_response(link).sqrt() * self.bodies[link.body as usize].sum.0.x).sum()
-    }
-
-    /// Returns a_s of a link: a bound of the norm of the symmetric matrix of velocity changes, by its greatest sum of a
-    /// column.
-    fn own_response(&self, RigidLink { body, arm, .. }: &RigidLink) -> f32 {
-        let RigidMember { linear, coupling, coupling_transposed, angular, .. } = &self.bodies[*body as usize];
-        let column = |axis: usize| {
-            let mut impulse = Vec4::zeros();
-            impulse[axis] = 1.0;
-            let moment = cross(arm, &impulse);
-            let velocity = product(linear, &impulse) + product(coupling, &moment);
-            let omega = product(coupling_transposed, &impulse) + product(angular, &moment);
-            (velocity + cross(&omega, arm)).abs().sum()
-        };
-        column(0).max(column(1)).max(column(2))
+        links.map(|link| link.root * self.bodies[link.body as usize].sum.0.x).sum()
     }
 
     /// Returns the impulses on each body in f64, from the impulses of the constraints, in the units of the problem.
@@ -208,7 +211,7 @@ impl RigidMembers {
         totals.clear();
         totals.resize(self.bodies.len(), Twist::default());
         for (links, impulse) in self.links.iter().zip(impulses) {
-            for RigidLink { body, sign, arm } in links.iter().filter(|link| link.body != NONE) {
+            for RigidLink { body, sign, arm, .. } in links.iter().filter(|link| link.body != NONE) {
                 let impulse: Vector3<f64> = wide(&impulse) * f64::from(*sign);
                 let total = &mut totals[*body as usize];
                 total.linear += impulse;

@@ -206,6 +206,9 @@ fn bridge(body: &Body) -> Option<Caution> {
 }
 
 fn large_faces(body: &Body) -> Option<Caution> {
+    if body.is_rigid() {
+        return None;
+    }
     let (mesh, cell_size) = (body.mesh()?, body.lattice().cell_size());
     let (mut total, mut large, mut longest) = (0.0, 0.0, 0.0_f64);
     for triangle in mesh.triangles() {

@@ -305,11 +305,8 @@ impl RigidBody {
         let State { positions, compensation, velocities, .. } = state;
         let (positions, compensation) = (positions.blocks_mut(), compensation.blocks_mut());
         let vertices = positions.iter_mut().zip(compensation).zip(velocities.blocks_mut());
-        dispatch!(level(), simd => {
-            for (((x, low), v), (offset, &occupied)) in vertices.zip(self.offsets.blocks().iter().zip(occupied)) {
-                motion.write(simd, offset, occupied, (x, low, v));
-            }
-        });
+        let vertices = vertices.zip(self.offsets.blocks().iter().zip(occupied));
+        dispatch!(level(), simd => write_vertices(simd, &motion, vertices));
         state.rotations.blocks_mut().fill(rotations);
         state.fitted = true;
     }
@@ -326,36 +323,44 @@ struct VertexMotion {
     omega: [f32; 3],
 }
 
-impl VertexMotion {
-    /// Writes a block: x = c + R r, with the rounding error of the sum in `low`, and v = V + ω × R r.
-    #[inline(always)]
-    fn write<S: Simd>(
-        &self,
-        simd: S,
-        offset: &Block<3>,
-        occupied: u8,
-        (x, low, v): (&mut Block<3>, &mut Block<3>, &mut Block<3>),
-    ) {
-        let all = |value| f32x8::splat(simd, value);
-        let zero = all(0.0);
+/// Writes blocks: x = c + R r, with the rounding error of the sum beside it, and v = V + ω × R r.
+#[inline(always)]
+fn write_vertices<'a, S: Simd>(
+    simd: S,
+    motion: &VertexMotion,
+    vertices: impl Iterator<
+        Item = (((&'a mut Block<3>, &'a mut Block<3>), &'a mut Block<3>), (&'a Block<3>, &'a u8)),
+    >,
+) {
+    let zero = f32x8::splat(simd, 0.0);
+    let (mut rotation, mut center, mut center_low) = ([[zero; 3]; 3], [zero; 3], [zero; 3]);
+    let (mut linear, mut omega) = ([zero; 3], [zero; 3]);
+    for c in 0..3 {
+        for k in 0..3 {
+            rotation[c][k] = f32x8::splat(simd, motion.rotation[(c, k)]);
+        }
+        center[c] = f32x8::splat(simd, motion.center[c]);
+        center_low[c] = f32x8::splat(simd, motion.center_low[c]);
+        linear[c] = f32x8::splat(simd, motion.velocity[c]);
+        omega[c] = f32x8::splat(simd, motion.omega[c]);
+    }
+    for (((x, low), v), (offset, &occupied)) in vertices {
         let occupied = mask32x8::from_bitmask(simd, u64::from(occupied));
         let r: [f32x8<S>; 3] = load(simd, offset);
         let (mut arm, mut position, mut error, mut velocity) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
         for c in 0..3 {
-            let [p, q, s] = [0, 1, 2].map(|k| all(self.rotation[(c, k)]));
-            arm[c] = r[0].mul_add(p, r[1].mul_add(q, r[2] * s));
+            arm[c] = r[0].mul_add(rotation[c][0], r[1].mul_add(rotation[c][1], r[2] * rotation[c][2]));
         }
         for c in 0..3 {
-            let center = all(self.center[c]);
-            let sum = center + arm[c];
+            let sum = center[c] + arm[c];
             // The error of the sum is exact whichever of the two is greater (Knuth 1969).
-            let part = sum - center;
-            let rounding = (center - (sum - part)) + (arm[c] - part) + all(self.center_low[c]);
+            let part = sum - center[c];
+            let rounding = (center[c] - (sum - part)) + (arm[c] - part) + center_low[c];
             position[c] = occupied.select(sum, zero);
             error[c] = occupied.select(rounding, zero);
             let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-            let turning = all(self.omega[next]) * arm[last] - all(self.omega[last]) * arm[next];
-            velocity[c] = occupied.select(all(self.velocity[c]) + turning, zero);
+            let turning = omega[next] * arm[last] - omega[last] * arm[next];
+            velocity[c] = occupied.select(linear[c] + turning, zero);
         }
         store(position, x);
         store(error, low);
