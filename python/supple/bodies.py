@@ -15,11 +15,12 @@ __all__ = ["RigidBody"]
 def RigidBody(shape: Any | Lattice, density: float = 1000.0, **arguments: Any) -> Body:  # noqa: N802
     """Return a rigid body: `Body` with rigid=True.
 
-    shape : as for Body
+    shape : Mesh, Lattice, path, or a mesh of another library
+        As for Body.
     density : float, default 1000
         Mass per volume, > 0.
-    arguments
-        Further arguments of Body: name, scale, rotate, translate, velocity, spin, friction, restitution,
-        rolling_resistance, ignore, lattice_vertices, skin and others that soft bodies have too.
+
+    Further keyword arguments are those of Body that do not concern soft bodies alone: name, scale, rotate, translate,
+    velocity, spin, friction, restitution, rolling_resistance, ignore, lattice_vertices, skin. Raises ValueError for others.
     """
     return Body(shape, density=density, rigid=True, **arguments)

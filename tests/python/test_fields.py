@@ -34,7 +34,8 @@ def test_strengths_take_keys_and_fields_are_read_back():
     field = {"gravity": (0, 4, 0), "strength": [(0, 0), (1, 1)], "plane": ((0, 0, 0), (0, 1, 0)), "bodies": ["b"]}
     sim = _simulation(fields=field)
     (found,) = sim.fields
-    assert found["gravity"] == (0, 4, 0) and found["bodies"] == ("b",)
+    assert found["gravity"] == (0, 4, 0)
+    assert found["bodies"] == ("b",)
     assert found["strength"] == ({"time": 0, "value": 0}, {"time": 1, "value": 1})
     assert found["plane"] == {"point": (0, 0, 0), "normal": (0, 1, 0)}
     assert _simulation(fields=sim.fields).fields == sim.fields
@@ -44,7 +45,8 @@ def test_strengths_take_keys_and_fields_are_read_back():
     sim.fields = []
     before = _velocity(sim["b"])
     sim.step(10)
-    assert sim.fields == () and np.allclose(_velocity(sim["b"]), before, rtol=1e-5)
+    assert sim.fields == ()
+    assert np.allclose(_velocity(sim["b"]), before, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,8 @@ def mesh(tmp_path):
 def test_a_mesh_has_the_groups_of_its_file(mesh):
     groups = mesh.groups
     assert list(groups) == ["hat", "skin", "upper"]
-    assert groups["skin"].tolist() == [0, 1, 2, 3] and groups["upper"].tolist() == list(range(8))
+    assert groups["skin"].tolist() == [0, 1, 2, 3]
+    assert groups["upper"].tolist() == list(range(8))
     again = pickle.loads(pickle.dumps(mesh)).groups
     assert all(np.array_equal(again[name], groups[name]) for name in groups)
 
@@ -67,7 +68,8 @@ def test_a_weight_pulls_and_one_holds(mesh):
     held, hold, _ = height()
     assert hold.weight == 1
     soft, hold, body = height(weight=0.5, goal_frequency=4, goal_damping=1)
-    assert hold.weight == 0.5 and hold.active
+    assert hold.weight == 0.5
+    assert hold.active
     # Eight corner cells carry the cube.
     assert 1e-3 < held - soft < 0.2
     assert np.allclose(hold.force, (0, body.mass * 9.81, 0), rtol=0.01, atol=1)

@@ -68,8 +68,17 @@ def test_a_held_vertex_is_a_joint(cube):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("material", "flesh"), ("youngs_modulus", 1e5), ("half_width", 2), ("damping_ratio", 0.2), ("inflate", 1.1),
-     ("plastic", True), ("fracture", {"strain": 0.1}), ("poisson_ratio", 0.3), ("volume", "mesh")],
+    [
+        ("material", "flesh"),
+        ("youngs_modulus", 1e5),
+        ("half_width", 2),
+        ("damping_ratio", 0.2),
+        ("inflate", 1.1),
+        ("plastic", True),
+        ("fracture", {"strain": 0.1}),
+        ("poisson_ratio", 0.3),
+        ("volume", "mesh"),
+    ],
 )
 def test_arguments_of_soft_bodies_are_errors(cube, key, value):
     with pytest.raises(ValueError, match=f"rigid and {key} are mutually exclusive"):
