@@ -126,7 +126,12 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     assert!(stack.contacts().iter().any(|contact| matches!(contact.other, Touched::Body(_))));
     assert_eq!(thread_allocations(|| stack.steps(200)), 0, "two bodies that touch each other");
 
-    let rigid = Body::builder(mesh_of(unit_cube())).rigid(true).scale(0.5).translate([0.15, 0.62, 0.15]).build().unwrap();
+    let rigid = Body::builder(mesh_of(unit_cube()))
+        .rigid(true)
+        .scale(0.5)
+        .translate([0.15, 0.62, 0.15])
+        .build()
+        .unwrap();
     let stack = Simulation::builder().body(stacked(0)).body(rigid).collider(ground()).sleep(false);
     let mut stack = stack.dt(1.0 / 240.0).threads(1).build().unwrap();
     stack.steps(600);

@@ -590,26 +590,3 @@ fn a_uniform_field_moves_the_center_of_mass_alone() {
     let turned = body.angular_momentum().norm() / body.linear_momentum().norm();
     assert!(turned < 1e-6, "{turned}");
 }
-
-#[test]
-#[ignore = "measures time"]
-fn time_of_a_step() {
-    for name in ["far", "alone", "near"] {
-        let body = Body::builder(supple_tests::bust()).rigid(true).spin([1.0, 2.0, 3.0]).build().unwrap();
-        let lattice = body.lattice().len();
-        let mut builder = Simulation::builder().body(body).dt(1.0 / 60.0).threads(1);
-        if name == "far" {
-            builder = builder.gravity([0.0; 3]).collider(Collider::plane([0.0, -1e4, 0.0], [0.0, 1.0, 0.0]));
-        } else if name == "near" {
-            builder = builder.sleep(false).collider(Collider::plane([0.0, 5.6, 0.0], [0.0, 1.0, 0.0]));
-        } else {
-            builder = builder.gravity([0.0; 3]);
-        }
-        let mut simulation = builder.build().unwrap();
-        simulation.steps(1000);
-        let start = std::time::Instant::now();
-        simulation.steps(100_000);
-        let time = start.elapsed().as_secs_f64() / 100_000.0 * 1e6;
-        println!("{name}: {time:.2} us a step, {lattice} lattice vertices");
-    }
-}

@@ -110,8 +110,7 @@ impl<'a> BodyRef<'a> {
     /// The first call computes the mode. `None` outside a simulation, and for a rigid body.
     pub fn lowest_frequency(self) -> Option<f64> {
         let context = self.context.filter(|_| !self.body.is_rigid());
-        let angular =
-            context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
+        let angular = context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
         angular.map(|angular| angular / std::f64::consts::TAU)
     }
 }
