@@ -166,3 +166,31 @@ fn wrong_links_are_errors_with_the_way_out() {
     assert!(error(glue(), 1.0).contains("3.0 cells away"));
     assert!(error(Link { selection: face(9.0), ..glue() }, 0.0).contains("selects nothing"));
 }
+
+/// A rigid body hangs on glue and on springs at one of its corners: the force carries its weight, and glue gives way by no
+/// more than g h², because the whole mass resists it.
+#[test]
+fn a_rigid_body_hangs_on_glue_and_on_springs() {
+    let corner = Selection::Box { min: [-0.1; 3], max: [0.4, 1.1, 0.4] };
+    for stiffness in [None, Some(2e5)] {
+        let body = Body::from_lattice(
+            Lattice::from_cells(&block([3; 3]), 1.0 / 3.0, Point3::origin(), true).unwrap(),
+        );
+        let body = body.name("a").rigid(true).build().unwrap();
+        let link = Link { stiffness, damping_ratio: 0.5, ..Link::new("a", corner.clone()) };
+        let vertices = body.select(&corner).unwrap();
+        let start = body.positions();
+        let mut simulation = Simulation::builder().body(body).dt(1.0 / 240.0).link(link).build().unwrap();
+        simulation.steps(2400);
+        let body = &simulation.bodies()[0];
+        let force = simulation.links().next().unwrap().force;
+        let weight = 9.81 * body.mass();
+        assert!((force - Vector3::new(0.0, weight, 0.0)).norm() < 0.05 * weight, "{stiffness:?} {force}");
+        let positions = body.positions();
+        let moved = vertices.iter().map(|&v| (positions[v as usize] - start[v as usize]).norm());
+        let most = moved.fold(0.0, f64::max);
+        // Ten times the sag of the springs, of which those at one side carry more.
+        let bound = stiffness.map_or(0.005, |stiffness| 10.0 * weight / stiffness);
+        assert!(most < bound, "{stiffness:?}: {most} {bound}");
+    }
+}

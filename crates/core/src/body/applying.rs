@@ -146,7 +146,7 @@ impl Body {
         let has_fields = self.forces.as_ref().is_some_and(Forces::has_fields);
         if own().next().is_none() {
             if let Some(forces) = self.forces.as_mut().filter(|_| has_fields) {
-                forces.end_fields();
+                forces.forget_fields();
             }
             return;
         }
@@ -155,12 +155,14 @@ impl Body {
             return;
         }
         let slots = self.pipeline.matching.layout.slots();
+        let limit = self.coordinate_limit();
         let accelerations = self.forces.get_or_insert_default().begin_fields(slots.len());
         for field in own().map(|field| field.in_step(step)).filter(|field| !field.is_zero()) {
             for (acceleration, &slot) in accelerations.iter_mut().zip(slots) {
                 let point = self.state.frame.to_world(self.state.local(slot));
                 let velocity = self.state.frame.velocity_to_world(self.state.velocities.get(slot));
-                *acceleration = (Vector3::from(*acceleration) + field.acceleration(&point, &velocity)).into();
+                let sum = Vector3::from(*acceleration) + field.acceleration(&point, &velocity);
+                *acceleration = sum.map(|a| a.clamp(-limit, limit)).into();
             }
         }
     }

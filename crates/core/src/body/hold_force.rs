@@ -75,7 +75,7 @@ impl Body {
             }
             return result;
         }
-        if let Some((force, torque)) = self.reaction_of(constraint, gravity, step, center) {
+        if let Some((force, torque)) = self.reaction_of(constraint, gravity, (step, executor), center) {
             return HoldForce { force, torque, center };
         }
         let mut workspace = Workspace::default();

@@ -1,9 +1,10 @@
 //! Points of a body to which links tie the vertices of another one.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::soft_body::Body;
 use crate::lattice::Embedding;
+use crate::state::{RigidMobility, Twist};
 
 /// A point of a body: a mean of the corners of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +17,59 @@ pub(crate) struct Anchor {
     pub(crate) beyond: f64,
 }
 
+/// The change of the motion of a rigid body by the impulses of links in a step. In scene units, of world space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RigidLinked {
+    mobility: RigidMobility,
+    center: Point3<f64>,
+    cell_mass: f64,
+    cell_size: f64,
+    /// Change of the velocity of the center of mass, and of the angular velocity.
+    change: Twist,
+}
+
+impl RigidLinked {
+    /// Returns the change of the motion by an impulse at a point.
+    fn response(&self, point: &Point3<f64>, impulse: &Vector3<f64>) -> Twist {
+        let linear = impulse / (self.cell_mass * self.cell_size);
+        let arm = (point - self.center) / self.cell_size;
+        let Twist { linear, angular } = self.mobility.change(&Twist { linear, angular: arm.cross(&linear) });
+        Twist { linear: linear * self.cell_size, angular }
+    }
+
+    /// Returns the velocity of a point by a motion of the body.
+    fn velocity(&self, point: &Point3<f64>, motion: &Twist) -> Vector3<f64> {
+        motion.linear + motion.angular.cross(&(point - self.center))
+    }
+
+    /// Returns the change of the velocity of a point so far.
+    pub(crate) fn velocity_change(&self, point: &Point3<f64>) -> Vector3<f64> {
+        self.velocity(point, &self.change)
+    }
+
+    /// Returns the matrix of the velocity change of a point by an impulse on it.
+    pub(crate) fn mobility_at(&self, point: &Point3<f64>) -> Matrix3<f64> {
+        let column = |axis: usize| self.velocity(point, &self.response(point, &Vector3::ith(axis, 1.0)));
+        Matrix3::from_columns(&[0, 1, 2].map(column))
+    }
+
+    /// Adds an impulse at a point.
+    pub(crate) fn add(&mut self, point: &Point3<f64>, impulse: &Vector3<f64>) {
+        let Twist { linear, angular } = self.response(point, impulse);
+        self.change.linear += linear;
+        self.change.angular += angular;
+    }
+}
+
 impl Body {
+    /// Returns the response of a rigid body to links; `None` of a soft one.
+    pub(crate) fn rigid_linked(&self) -> Option<RigidLinked> {
+        let mobility = *self.rigid.as_ref()?.mobility();
+        let center = self.state.frame.to_world(mobility.center);
+        let (cell_mass, cell_size) = (self.cell_mass(), self.shape.lattice.cell_size());
+        Some(RigidLinked { mobility, center, cell_mass, cell_size, change: Twist::default() })
+    }
+
     /// Returns, for places at frame 0, the point of the body that is there by extrapolation from the nearest cell, or the
     /// point of this cell that is nearest.
     pub(crate) fn anchors_at_start(&self, places: &[Point3<f64>], nearest: bool) -> Vec<Option<Anchor>> {

@@ -12,7 +12,7 @@ use super::soft_body::Body;
 use crate::matching::{Purpose, RegionFit, Workspace, rotations};
 
 impl Body {
-    /// Returns the mass: the sum of [`Body::masses`].
+    /// Returns the mass: the sum of [`Body::masses`], or of a rigid body that of its mesh.
     pub fn mass(&self) -> f64 {
         if let Some(rigid) = &self.rigid {
             return rigid.mass() * self.cell_mass();
@@ -51,8 +51,15 @@ impl Body {
 
     /// Returns the rigid motion that fits the body best, from the model's frame (after `scale`, before `rotate` and
     /// `translate`) to world space: the rotation R of Σ m (x - x̄)(x⁰ - x̄⁰)ᵀ over the lattice vertices, and the
-    /// translation that moves the center of mass of the rest shape to that of the body. At frame 0 it is the placement.
+    /// translation that moves the center of mass of the rest shape to that of the body. At frame 0 it is the placement. Of
+    /// a rigid body it is its motion.
     pub fn pose(&self) -> Isometry3<f64> {
+        if let (Some(rigid), Some(pose)) = (&self.rigid, self.state.rigid) {
+            let rotation = pose.rotation();
+            let rest_center = self.lattice().origin() + rigid.rest_center() * self.lattice().cell_size();
+            let center = self.state.frame.to_world(pose.center());
+            return Isometry3::from_parts(Translation3::from(center - rotation * rest_center), rotation);
+        }
         let (center, origin) = (self.center_of_mass(), self.lattice().rest_position(0));
         let rest = |vertex: u32| self.lattice().rest_position(vertex);
         let vertices = || (0..).zip(self.pipeline.matching.layout.slots());

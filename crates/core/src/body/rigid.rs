@@ -16,6 +16,7 @@ use crate::dynamics::{
     Stiffness, rolling_resistance,
 };
 use crate::matching::HalfWidth;
+use crate::parallel::Executor;
 use crate::state::{BodyState, Interval, RigidMobility, State, Twist};
 use crate::volume::{Preservation, VolumeOptions};
 
@@ -113,13 +114,6 @@ impl Body {
     /// Advances the pose by a step.
     pub(super) fn move_rigidly(&mut self, context: &StepContext) {
         let Interval { dt, .. } = context.interval;
-        let weights = &self.pipeline.matching.regions.weights;
-        let slots = self.pipeline.matching.layout.slots();
-        if let Some(pose) = self.state.rigid
-            && self.state.needs_rebase(slots[0], weights)
-        {
-            self.state.rebase(slots, pose.center());
-        }
         self.read_held(context.interval);
         let velocity_change = context.gravity * (dt / self.shape.lattice.cell_size());
         let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
@@ -135,6 +129,36 @@ impl Body {
         if let Some(pose) = state.rigid.as_mut().filter(|_| !rigid.held.is_empty()) {
             rigid.hold(pose);
             rigid.write(state, occupied);
+        }
+    }
+
+    /// Applies the pulls of soft goals in a step of `dt` seconds: their sum and their torque.
+    pub(super) fn pull_rigidly(&mut self, dt: f64) {
+        let Self {
+            shape: Shape { lattice, masses, .. },
+            pipeline: Pipeline { matching, .. },
+            constraints: Some(constraints),
+            rigid: Some(rigid),
+            state,
+            ..
+        } = self
+        else {
+            return;
+        };
+        let Some(mut pose) = state.rigid else { return };
+        let (slots, unit) = (matching.layout.slots(), dt / lattice.cell_size());
+        let mut impulse = Twist::default();
+        for (vertex, acceleration) in constraints.pulls() {
+            let part = acceleration * (unit * f64::from(masses[vertex as usize]));
+            let arm = state.local(slots[vertex as usize]) - pose.center();
+            impulse.linear += part;
+            impulse.angular += arm.cross(&part);
+        }
+        constraints.clear_pulls();
+        if impulse != Twist::default() {
+            rigid.apply_impulse(&mut pose, impulse, dt);
+            state.rigid = Some(pose);
+            rigid.write(state, matching.layout.occupied());
         }
     }
 
@@ -171,6 +195,17 @@ impl Body {
         }
         if is_empty {
             self.forces = None;
+        }
+    }
+
+    /// Moves the origin of the body if it is far away.
+    pub(super) fn rebase_rigidly(&mut self) {
+        let weights = &self.pipeline.matching.regions.weights;
+        let slots = self.pipeline.matching.layout.slots();
+        if let Some(pose) = self.state.rigid
+            && self.state.needs_rebase(slots[0], weights)
+        {
+            self.state.rebase(slots, pose.center());
         }
     }
 
@@ -321,18 +356,20 @@ impl Body {
         &self,
         constraint: &Constraint,
         gravity: Vector3<f64>,
-        step: Interval,
+        (step, executor): (Interval, &Executor),
         center: Point3<f64>,
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let (rigid, pose, constraints) =
             (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
         let (frame, slots) = (self.state.frame.body_frame(), self.pipeline.matching.layout.slots());
-        let active = || constraints.list().iter().filter(|constraint| constraint.is_active());
+        let active = || constraints.list().iter().filter(|constraint| constraint.holds());
         let mut holding = rigid.clone();
         holding.held.clear();
         let (mut own, mut all) = (0.0, 0.0);
         for other in active() {
-            for (vertex, target, change) in held_vertices(constraints, std::slice::from_ref(other), step) {
+            let in_step = other.in_step(step, executor);
+            for (vertex, target, change) in held_vertices(constraints, std::slice::from_ref(&*in_step), step)
+            {
                 let (offset, target) = (rigid.offset(slots[vertex as usize]), frame.to_local(&target));
                 let velocity = change / (step.dt * frame.cell_size);
                 holding.held.push(HeldVertex { offset, target, velocity });
@@ -355,7 +392,7 @@ fn held_vertices<'a>(
     some: &'a [Constraint],
     interval: Interval,
 ) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> + 'a {
-    some.iter().filter(|constraint| constraint.is_active()).flat_map(move |constraint| {
+    some.iter().filter(|constraint| constraint.holds()).flat_map(move |constraint| {
         let targets = constraint.targets(interval);
         targets.filter(move |&(vertex, ..)| constraints.is_moved_by(constraint, vertex))
     })

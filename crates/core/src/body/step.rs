@@ -14,6 +14,7 @@ impl Body {
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         self.wake_to_inflate(context.interval);
         if !self.is_asleep() {
+            self.rebase_rigidly();
             self.run_all(ADVANCE, context, &BodyContactPart::Alone, executor);
             self.measure_contact_bounds();
         } else if let Some(forces) = &mut self.forces {

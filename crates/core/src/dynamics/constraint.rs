@@ -159,7 +159,8 @@ impl Constraint {
 
     /// Returns to the time before the first step: the constraint is not active, and has captured nothing.
     pub(super) fn restart(&mut self) {
-        (self.capture, self.active) = (None, false);
+        (self.capture, self.active, self.holds) = (None, false, false);
+        self.pulls.clear();
     }
 
     /// Returns whether the constraint follows an animation.
@@ -174,7 +175,7 @@ impl Constraint {
 
     /// Takes the captured positions of a constraint that this one [continues](Self::continues).
     pub(super) fn continue_from(&mut self, other: &Self) {
-        self.active = other.active;
+        (self.active, self.holds) = (other.active, other.holds);
         self.capture = other.capture.clone().filter(|_| self.follow.is_none());
     }
 
@@ -344,10 +345,14 @@ impl Constraint {
         })
     }
 
-    /// Takes the accelerations of a soft goal in the current step: its vertices and their accelerations.
-    pub(super) fn take_pulls(&mut self) -> Option<(Vec<u32>, Vec<[f64; 3]>)> {
-        let pulls = std::mem::take(&mut self.pulls);
-        (!pulls.is_empty()).then(|| (self.vertices.clone(), pulls))
+    /// Returns the vertices that a soft goal pulls in the current step, with their accelerations.
+    pub(super) fn pulls(&self) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        self.vertices.iter().copied().zip(self.pulls.iter().map(|&pull| pull.into()))
+    }
+
+    /// Forgets the accelerations, which were applied.
+    pub(super) fn clear_pulls(&mut self) {
+        self.pulls.clear();
     }
 
     /// Returns the vertices that a soft goal pulls in the current step.

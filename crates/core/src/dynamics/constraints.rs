@@ -1,5 +1,7 @@
 //! Applies constraints: the pins and handles of one body.
 
+use nalgebra::Vector3;
+
 use super::constraint::{Constraint, ConstraintError};
 use crate::lattice::Lattice;
 use crate::motion::Motion;
@@ -222,10 +224,14 @@ impl Constraints {
         }
     }
 
-    /// Takes the accelerations of soft goals in the current step: the vertices of each goal and their accelerations.
-    pub(crate) fn take_pulls(&mut self) -> Vec<(Vec<u32>, Vec<[f64; 3]>)> {
-        let pulls = self.constraints.iter_mut().filter_map(Constraint::take_pulls);
-        pulls.collect()
+    /// Returns the vertices that soft goals pull in the current step, with their accelerations.
+    pub(crate) fn pulls(&self) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        self.constraints.iter().flat_map(Constraint::pulls)
+    }
+
+    /// Forgets the accelerations of soft goals, which were applied.
+    pub(crate) fn clear_pulls(&mut self) {
+        self.constraints.iter_mut().for_each(Constraint::clear_pulls);
     }
 
     /// Returns whether a soft goal may pull vertices.

@@ -64,8 +64,8 @@ impl Forces {
         &mut self.fields.next
     }
 
-    /// Forgets the accelerations by fields: none acts on the body any more.
-    pub(crate) fn end_fields(&mut self) {
+    /// Forgets the accelerations by fields in the next step.
+    pub(crate) fn forget_fields(&mut self) {
         self.fields.next = Vec::new();
     }
 

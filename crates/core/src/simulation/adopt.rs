@@ -42,6 +42,9 @@ impl Simulation {
         {
             self.set_substeps(Substeps::Fixed(steps))?;
         }
+        if built.clock.dt() != self.clock.dt() {
+            self.set_dt(built.clock.dt())?;
+        }
         let settings = built.bodies.iter().zip(adopted);
         self.bodies
             .iter_mut()

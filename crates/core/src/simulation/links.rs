@@ -5,13 +5,14 @@
 //! angular momentum also, because J is along the distance d between the two points. With the velocity u of d, the step
 //! length h and the mass m that resists J:
 //!
-//! * Glue: J = -m (u + d/h), in sweeps over the ties, so that d vanishes at the end of the step.
+//! * Glue: J = -m (u + d/h), in sweeps over the ties, so that d vanishes at the end of the step without other forces. An
+//!   acceleration g of a body of the mass M, of which the tied vertices have the mass m, moves them by g h² M/m.
 //! * A spring of the frequency ω = √(k/m) with the rest length L: J = -m (c (|d| - L)/h + (1 - exp(-2 ζ ω h)) u), along d,
 //!   where c = 2 (1 - cos(ω h)) gives the frequency exactly, at most 1: see `dynamics::goal`.
 
 use std::f64::consts::FRAC_PI_3;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 use super::world::Simulation;
 use crate::body::{Anchor, Body};
@@ -20,6 +21,9 @@ use crate::error::Error;
 
 /// Sweeps over the ties of glue in a step.
 const SWEEPS: usize = 8;
+
+/// Least mobility, as a fraction of the greatest of the three directions, in which a point can be moved.
+const LEAST_MOBILITY: f64 = 1e-9;
 
 /// Greatest distance in cells of the other body at which glue holds a vertex: its place is extrapolated from a cell.
 const GLUE_REACH: f64 = 1.0;
@@ -41,10 +45,18 @@ struct Joined {
     is_broken: bool,
     /// The force on the part of the body in the last step.
     force: Vector3<f64>,
-    /// Velocity changes in a step: of the vertices of the ties, and of the corners.
-    changes: (Vec<Vector3<f64>>, Vec<Vector3<f64>>),
-    /// Forces of the last step on the body and on the other one.
-    forces: (Vec<(u32, [f64; 3])>, Vec<(u32, [f64; 3])>),
+    buffers: Buffers,
+}
+
+/// Buffers of a step.
+#[derive(Debug, Default)]
+struct Buffers {
+    /// Impulses on the vertices of the ties.
+    impulses: Vec<Vector3<f64>>,
+    /// Impulses on the corners, with the opposite sign.
+    of_corners: Vec<Vector3<f64>>,
+    /// Forces on the vertices of the body and of the other one.
+    forces: [Vec<(u32, [f64; 3])>; 2],
 }
 
 /// A vertex that is tied to a point.
@@ -56,7 +68,7 @@ struct Tie {
     rest_length: f64,
 }
 
-/// What a vertex is tied to.
+/// The point to which a vertex is tied.
 #[derive(Clone, Copy, Debug)]
 enum TiePoint {
     /// A place in the world.
@@ -158,27 +170,33 @@ impl Joined {
             ties.push(Tie { vertex, point, rest_length });
         }
         let (bodies, is_broken, force) = ((body, other), false, Vector3::zeros());
-        let (changes, forces) = Default::default();
-        Ok(Self { link, bodies, ties, corners, is_broken, force, changes, forces })
+        Ok(Self { link, bodies, ties, corners, is_broken, force, buffers: Buffers::default() })
     }
 
     /// Computes the impulses of a step from the state before it, and applies them as forces in the step.
     fn apply(&mut self, bodies: &mut [Body], dt: f64) {
-        let Self { link, bodies: (index, other), ties, corners, changes, forces, .. } = self;
+        let Self { link, bodies: (index, other), ties, corners, buffers, .. } = self;
+        let Buffers { impulses, of_corners, forces } = buffers;
         let (body, other_body) = (&bodies[*index], other.map(|other| &bodies[other]));
         let of_body: f64 = ties.iter().map(|tie| body.mass_of(tie.vertex)).sum();
-        let (of_vertices, of_corners) = changes;
-        of_vertices.clear();
-        of_vertices.resize(ties.len(), Vector3::zeros());
+        impulses.clear();
+        impulses.resize(ties.len(), Vector3::zeros());
         of_corners.clear();
         of_corners.resize(corners.len(), Vector3::zeros());
+        let mut rigid = body.rigid_linked();
+        let mut other_rigid = other_body.and_then(Body::rigid_linked);
         let sweeps = if link.stiffness.is_none() { SWEEPS } else { 1 };
+        // Springs do not respond to each other: each of n ties of a rigid body has an n-th of its mass.
+        let share = if link.stiffness.is_none() { 1.0 } else { ties.len() as f64 };
         for _ in 0..sweeps {
-            for (tie, change) in ties.iter().zip(&mut *of_vertices) {
+            for (tie, total) in ties.iter().zip(&mut *impulses) {
                 let mass = body.mass_of(tie.vertex);
                 let (place, velocity) = body.vertex_motion(tie.vertex);
-                let (mut inverse, mut distance, mut relative) =
-                    (1.0 / mass, Vector3::zeros(), velocity + *change);
+                let (change, mut mobility) = match &rigid {
+                    Some(rigid) => (rigid.velocity_change(&place), rigid.mobility_at(&place) * share),
+                    None => (*total / mass, Matrix3::from_diagonal_element(1.0 / mass)),
+                };
+                let (mut distance, mut relative) = (Vector3::zeros(), velocity + change);
                 match (&tie.point, other_body) {
                     (TiePoint::Corners(indices, weights), Some(other)) => {
                         // Differences to the place keep the accuracy far from the origin of world space.
@@ -186,75 +204,102 @@ impl Joined {
                             let corner = corners[index as usize];
                             let (point, velocity) = other.vertex_motion(corner);
                             distance += (place - point) * weight;
-                            relative -= (velocity + of_corners[index as usize]) * weight;
-                            inverse += weight * weight / other.mass_of(corner);
+                            relative -= velocity * weight;
+                            if other_rigid.is_none() {
+                                let mass = other.mass_of(corner);
+                                relative += of_corners[index as usize] * (weight / mass);
+                                mobility += Matrix3::from_diagonal_element(weight * weight / mass);
+                            }
+                        }
+                        if let Some(rigid) = &other_rigid {
+                            let point = place - distance;
+                            relative -= rigid.velocity_change(&point);
+                            mobility += rigid.mobility_at(&point) * share;
                         }
                     }
                     (TiePoint::Place(point), _) => distance = place - point,
                     (TiePoint::Corners(..), None) => continue,
                 }
                 let impulse = match link.stiffness {
-                    None => -(relative + distance / dt) / inverse,
+                    None => -solve(&mobility, relative + distance / dt),
                     Some(stiffness) => {
                         let spring = (stiffness * mass / of_body, tie.rest_length, link.damping_ratio);
-                        spring_impulse(spring, (distance, relative), inverse, dt)
+                        spring_impulse(spring, (distance, relative), &mobility, dt)
                     }
                 };
-                *change += impulse / mass;
-                if let (TiePoint::Corners(indices, weights), Some(other)) = (&tie.point, other_body) {
+                *total += impulse;
+                if let Some(rigid) = &mut rigid {
+                    rigid.add(&place, &impulse);
+                }
+                if let Some(rigid) = &mut other_rigid {
+                    rigid.add(&(place - distance), &-impulse);
+                }
+                if let TiePoint::Corners(indices, weights) = &tie.point {
                     for (&index, &weight) in indices.iter().zip(weights) {
-                        let mass = other.mass_of(corners[index as usize]);
-                        of_corners[index as usize] -= impulse * (weight / mass);
+                        of_corners[index as usize] += impulse * weight;
                     }
                 }
             }
         }
-        forces.0.clear();
-        forces.0.extend(
-            ties.iter()
-                .zip(&*of_vertices)
-                .map(|(tie, change)| (tie.vertex, (change * (body.mass_of(tie.vertex) / dt)).into())),
+        let [of_body, of_other] = forces;
+        of_body.clear();
+        of_body.extend(ties.iter().zip(&*impulses).map(|(tie, impulse)| (tie.vertex, (impulse / dt).into())));
+        of_other.clear();
+        of_other.extend(
+            corners.iter().zip(&*of_corners).map(|(&corner, impulse)| (corner, (-impulse / dt).into())),
         );
-        forces.1.clear();
-        if let Some(other) = other_body {
-            forces.1.extend(
-                corners
-                    .iter()
-                    .zip(&*of_corners)
-                    .map(|(&corner, change)| (corner, (change * (other.mass_of(corner) / dt)).into())),
-            );
-        }
-        self.force = self.forces.0.iter().map(|(_, force)| Vector3::from(*force)).sum();
+        self.force = of_body.iter().map(|(_, force)| Vector3::from(*force)).sum();
         if self.link.break_force.is_some_and(|limit| self.force.norm() > limit) {
             self.is_broken = true;
             self.force = Vector3::zeros();
             return;
         }
-        bodies[self.bodies.0].add_step_forces(&self.forces.0);
+        bodies[self.bodies.0].add_step_forces(of_body);
         if let Some(other) = self.bodies.1 {
-            bodies[other].add_step_forces(&self.forces.1);
+            bodies[other].add_step_forces(of_other);
         }
     }
 }
 
+/// Returns the impulse with which a point changes its velocity by a vector, as far as it can: the mobility of a body that
+/// is held has directions without any.
+fn solve(mobility: &Matrix3<f64>, change: Vector3<f64>) -> Vector3<f64> {
+    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(*mobility);
+    let least = LEAST_MOBILITY * eigenvalues.max();
+    let parts = eigenvalues.iter().zip(eigenvectors.column_iter()).filter(|(value, _)| **value > least);
+    parts.map(|(value, axis)| axis * (axis.dot(&change) / value)).sum()
+}
+
 /// Returns the impulse of a spring (stiffness, rest length, damping ratio) on the first of two points with a distance and
-/// a relative velocity. `inverse`: the inverse of the mass that resists the impulse.
+/// a relative velocity. `mobility`: the matrix of the change of the relative velocity by an impulse.
 fn spring_impulse(
     (stiffness, rest_length, damping_ratio): (f64, f64, f64),
     (distance, velocity): (Vector3<f64>, Vector3<f64>),
-    inverse: f64,
+    mobility: &Matrix3<f64>,
     dt: f64,
 ) -> Vector3<f64> {
-    let phase = (stiffness * inverse).sqrt() * dt;
-    let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
-    let damping = -(-2.0 * damping_ratio * phase).exp_m1();
-    let length = distance.norm();
+    let along = |inverse: f64| {
+        let phase = (stiffness * inverse).sqrt() * dt;
+        let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
+        (share / dt, -(-2.0 * damping_ratio * phase).exp_m1())
+    };
     if rest_length == 0.0 {
-        return -(distance * (share / dt) + velocity * damping) / inverse;
+        let inverse = mobility.trace() / 3.0;
+        if inverse <= 0.0 {
+            return Vector3::zeros();
+        }
+        let (share, damping) = along(inverse);
+        return -(distance * share + velocity * damping) / inverse;
     }
     // Points at one place: the spring has no direction.
     let Some(direction) = distance.try_normalize(1e-9 * rest_length) else { return Vector3::zeros() };
-    -direction * (((length - rest_length) * share / dt + velocity.dot(&direction) * damping) / inverse)
+    let inverse = direction.dot(&(mobility * direction));
+    if inverse <= 0.0 {
+        return Vector3::zeros();
+    }
+    let (share, damping) = along(inverse);
+    let stretch = distance.norm() - rest_length;
+    -direction * ((stretch * share + velocity.dot(&direction) * damping) / inverse)
 }
 
 impl Simulation {

@@ -19,7 +19,9 @@ impl Simulation {
     /// Advances all bodies by `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
         self.make_steps(count);
-        self.end_call();
+        if count > 0 {
+            self.end_call();
+        }
     }
 
     /// Advances all bodies by `count` steps that are a part of a call: forces of
@@ -66,7 +68,9 @@ impl Simulation {
             self.make_steps(1);
             self.make_steps(self.substeps - 1);
         }
-        self.end_call();
+        if count > 0 {
+            self.end_call();
+        }
     }
 
     /// Advances the bodies by one step, then the driven colliders and the clock.

@@ -54,8 +54,11 @@ impl Pace {
     /// A step length out of range.
     pub(super) fn begin_frame(&self, simulation: &mut Simulation, frame: u32) -> Result<u64, Error> {
         let Some(scale) = &self.scale else { return Ok(u64::from(self.substeps)) };
-        let end = f64::from(frame) / self.fps;
-        let duration = integral(scale, (f64::from(frame) - 1.0) / self.fps, end);
+        // The length of all frames is the same to the last bit at a constant time scale, so that bodies sleep.
+        let duration = match scale.constant() {
+            Some(value) => value / self.fps,
+            None => integral(scale, (f64::from(frame) - 1.0) / self.fps, f64::from(frame) / self.fps),
+        };
         let longest = 1.0 / (self.fps * f64::from(self.substeps));
         // The factor keeps a rounding error from adding a step.
         let steps = (duration / longest * (1.0 - 1e-9)).ceil().max(1.0);

@@ -48,13 +48,18 @@ impl Stage for PullToGoals {
     }
 
     fn exists(&self, body: &Body) -> bool {
-        !body.is_rigid() && body.constraints.as_ref().is_some_and(Constraints::any_soft)
+        body.constraints.as_ref().is_some_and(Constraints::any_soft)
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
+        let dt = step.context.interval.dt;
+        if body.is_rigid() {
+            body.pull_rigidly(dt);
+            return;
+        }
         let Body { pipeline, constraints: Some(constraints), shape, state, .. } = body else { return };
         let slots = pipeline.matching.layout.slots();
-        constraints.pull(step.context.interval.dt, state, (&shape.lattice, slots));
+        constraints.pull(dt, state, (&shape.lattice, slots));
     }
 
     fn describe(&self, _body: &Body) -> (String, usize) {
@@ -137,22 +142,6 @@ impl Body {
         let state_slots = (&state.body_state(), matching.layout.slots());
         if constraints.begin(context.interval, state_slots, executor) {
             self.track_constraints();
-        }
-        if self.is_rigid() {
-            self.pull_rigidly();
-        }
-    }
-
-    /// Adds the pulls of soft goals to the forces on a rigid body.
-    fn pull_rigidly(&mut self) {
-        let Some(constraints) = &mut self.constraints else { return };
-        let pulls = constraints.take_pulls();
-        for (vertices, accelerations) in pulls {
-            let force = |(vertex, acceleration): (u32, [f64; 3])| {
-                (vertex, acceleration.map(|a| a * self.mass_of(vertex)))
-            };
-            let forces: Vec<_> = vertices.into_iter().zip(accelerations).map(force).collect();
-            self.add_step_forces(&forces);
         }
     }
 

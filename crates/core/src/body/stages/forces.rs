@@ -51,6 +51,10 @@ impl Stage for ApplyForces {
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
         body.forces = snapshot.forces.clone();
+        // The fields of the simulation may be others: the next step evaluates them.
+        if let Some(forces) = &mut body.forces {
+            forces.forget_fields();
+        }
     }
 }
 

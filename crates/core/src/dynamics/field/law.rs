@@ -8,7 +8,7 @@ use crate::motion::direction;
 use crate::range::{Range, in_range};
 use crate::state::Interval;
 
-/// What a field does. Accelerations and rates are multiplied by the strength of the field.
+/// The acceleration of a field. Accelerations and rates are multiplied by the strength of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldLaw {
     /// The same acceleration everywhere, in length/s^2, besides the gravity of the simulation.
@@ -26,15 +26,15 @@ pub enum FieldLaw {
 /// Air with a velocity u, which accelerates bodies by drag (u - v).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wind {
-    /// Mean velocity of the air, in length/s.
+    /// Mean velocity of the air, in length/s, each component at most 1e12.
     pub velocity: [f64; 3],
     /// Rate in 1/s, at least 0, at which a body takes the velocity of the air; default 1.
     pub drag: f64,
     /// Greatest relative change of the velocity by gusts, in [0, 1]; default 0. Gusts last for some seconds, and move
     /// with the air.
     pub gust: f64,
-    /// Root mean square of the velocity of eddies, relative to that of the wind, at least 0; default 0. Eddies are about
-    /// as large as the way of the air in a second.
+    /// Root mean square of the velocity of eddies, relative to that of the wind, in [0, 1000]; default 0. Eddies are about
+    /// as large as the displacement of the air in a second.
     pub turbulence: f64,
     /// Seed of gusts and eddies; default 0.
     pub seed: u64,
@@ -127,7 +127,7 @@ impl FieldLaw {
     pub(super) fn validate(&self) -> Result<(), Error> {
         let acceleration = |name, value: f64| in_range(name, value, value.abs() <= 1e12, "at most 1e12");
         let finite = |name, values: [f64; 3]| {
-            values.into_iter().try_for_each(|value| in_range(name, value, true, "finite").map(drop))
+            values.into_iter().try_for_each(|value| acceleration(name, value).map(drop))
         };
         match *self {
             Self::Gravity(gravity) => {
@@ -139,14 +139,19 @@ impl FieldLaw {
                 finite("velocity", velocity)?;
                 Range::RATE.check("drag", drag)?;
                 Range::FRACTION.check("gust", gust)?;
-                Range::NOT_NEGATIVE.check("turbulence", turbulence)?;
+                in_range(
+                    "turbulence",
+                    turbulence,
+                    (0.0..=1e3).contains(&turbulence),
+                    "at least 0 and at most 1000",
+                )?;
             }
             Self::Drag(rate) => drop(Range::RATE.check("drag", rate)?),
             Self::Vortex(Vortex { center, axis, spin, radius, drag }) => {
                 finite("center", center)?;
                 finite("axis", axis)?;
                 in_range("axis", axis[0], direction(axis).is_some(), "a vector that is not zero")?;
-                in_range("spin", spin, true, "finite, in rad/s")?;
+                acceleration("spin", spin)?;
                 Range::LENGTH.check("radius", radius)?;
                 Range::RATE.check("drag", drag)?;
             }

@@ -19,7 +19,7 @@ use self::law::Moment;
 use super::selection::{Selection, SelectionError};
 use crate::error::Error;
 use crate::motion::{Curve, CurveKey};
-use crate::range::Range;
+use crate::range::in_range;
 use crate::state::Interval;
 
 /// An acceleration field, which acts in every step on all bodies of a simulation or on some of them.
@@ -57,7 +57,7 @@ impl Field {
     pub fn validate(&self) -> Result<(), Error> {
         self.law.validate()?;
         for CurveKey { value, .. } in self.strength.keys() {
-            Range::NOT_NEGATIVE.check("strength", *value)?;
+            in_range("strength", *value, (0.0..=1e12).contains(value), "at least 0 and at most 1e12")?;
         }
         match &self.within {
             None => Ok(()),

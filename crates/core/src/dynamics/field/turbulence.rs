@@ -9,15 +9,15 @@ use super::law::Wind;
 /// Periods in seconds of the gusts at a point. They are no multiples of each other, so that gusts do not repeat soon.
 const GUSTS: [f64; 3] = [5.3, 3.1, 1.9];
 
-/// Sizes of the eddies, as multiples of the way of the air in a second. Two waves of each size cross each other.
+/// Sizes of the eddies, as multiples of the displacement of the air in a second. Two waves of each size cross each other.
 const EDDIES: [f64; 8] = [1.7, 1.7, 1.0, 1.0, 0.6, 0.6, 0.35, 0.35];
 
 /// The air of a wind at a time.
 #[derive(Debug)]
 pub(super) struct Air {
     mean: Vector3<f64>,
-    /// The way of the air since the time 0.
-    way: Vector3<f64>,
+    /// Displacement of the air since the time 0.
+    displacement: Vector3<f64>,
     /// Waves of the speed along the wind, and then eddies.
     waves: [Wave; GUSTS.len() + EDDIES.len()],
 }
@@ -62,12 +62,12 @@ impl Air {
                 *wave = Wave { number: direction / (size * speed), phase: numbers.next(), amplitude };
             }
         }
-        Self { mean, way: mean * time, waves }
+        Self { mean, displacement: mean * time, waves }
     }
 
     /// Returns the velocity of the air at a point.
     pub(super) fn velocity(&self, point: &Point3<f64>) -> Vector3<f64> {
-        let place = point.coords - self.way;
+        let place = point.coords - self.displacement;
         let waves = self.waves.iter().filter(|wave| wave.amplitude != Vector3::zeros());
         self.mean + waves.map(|wave| wave.velocity(&place)).sum::<Vector3<f64>>()
     }

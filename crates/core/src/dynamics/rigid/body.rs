@@ -80,6 +80,11 @@ impl RigidBody {
         self.mass.mass
     }
 
+    /// Returns the center of mass in the rest pose, in cells from the lattice vertex with the indices 0.
+    pub(crate) fn rest_center(&self) -> Vector3<f64> {
+        self.mass.center
+    }
+
     /// Returns the change of the motion by impulses at the pose that was written last.
     pub(crate) fn mobility(&self) -> &RigidMobility {
         &self.mobility
