@@ -133,7 +133,7 @@ fn all_settings_that_a_state_can_take_over_change_the_next_frames() {
         "body.block.volume=off",
         "body.block.inflate=1.5",
         "body.block.zone=[{ box = { min = [-3, 0, -3], max = [3, 2, 3] }, factor = 0.1 }]",
-        "body.block.pin=[]",
+        "body.block.handle=[]",
         "body.block.pin.0.end=0.6",
         "body.block.handle.0.end=0.25",
         "collider.0.plane={ point = [0, 1.5, 0], normal = [0, 1, 0] }",

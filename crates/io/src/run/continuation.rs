@@ -49,15 +49,17 @@ impl Job {
         let path = saved.path().to_owned();
         let failed = |what: String, is_change| RunError::From { path: path.clone(), what, is_change };
         let refused = |what: String| failed(what, false);
-        // All but the scene must be equal, and be compared in this order.
-        let fingerprint = settings.fingerprint.clone();
-        let of_files = Settings { fingerprint, ..saved.checkpoint.settings.clone() };
+        let before = &saved.checkpoint.settings;
+        // The scene of another version may have other keys. A change of the scene can be one of the files too.
+        let changes = match before.version == settings.version {
+            true => Changes::between(&before.fingerprint, &settings.fingerprint)
+                .map_err(|change| failed(format!("{change}, and a state depends on it"), true))?,
+            false => Changes::default(),
+        };
+        let of_files = Settings { fingerprint: settings.fingerprint.clone(), ..before.clone() };
         if let Some(difference) = of_files.difference(settings) {
             return Err(failed(difference, true));
         }
-        let changes = Changes::between(&saved.checkpoint.settings.fingerprint, &settings.fingerprint);
-        let changes =
-            changes.map_err(|change| failed(format!("{change}, and a state depends on it"), true))?;
         let sequences = self.sequences();
         let saved = saved.checked(settings, sequences.len())?;
         let complete = |sequence: &&crate::frames::Sequence| {
