@@ -141,9 +141,7 @@ fn keys<'a>(before: &'a Table, now: &'a Table) -> impl Iterator<Item = &'a str> 
 }
 
 /// Returns the keys of two tables whose values differ, with the values.
-fn differences<'a>(
-    [before, now]: [&'a Table; 2],
-) -> impl Iterator<Item = (&'a str, Option<&'a Value>, Option<&'a Value>)> {
+fn differences([before, now]: [&Table; 2]) -> impl Iterator<Item = (&str, Option<&Value>, Option<&Value>)> {
     let entries = keys(before, now).map(|key| (key, before.get(key), now.get(key)));
     entries.filter(|(_, before, now)| before != now)
 }
