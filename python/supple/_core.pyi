@@ -1282,8 +1282,8 @@ class Simulation:
     def links(self) -> tuple[dict[str, Any], ...]:
         """Links between bodies: tuple of dict, with the keys of [[link]] in a scene, and force and broken.
 
-        force, (3,) float64, is the force of the link on its body in the last step, in kg length/s^2; the other body has the
-        opposite one. broken tells whether the link is broken.
+        force, (3,) float64, is the force of the link on its body in the last step, in kg length/s^2, zero after
+        restore_state; the other body has the opposite one. broken tells whether the link is broken.
         """
     @property
     def fields(self) -> tuple[dict[str, Any], ...]:
@@ -1403,10 +1403,11 @@ class Simulation:
     def save_state(self) -> bytes:
         """Return the state of the simulation as bytes, for restore_state.
 
-        The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of
-        the next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of
-        steps, and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes
-        and keyframes of colliders, the animations that handles follow, nor force fields.
+        The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces and
+        impulses that still act, contacts, which bodies sleep, which links are broken, the motion of driven colliders,
+        time, gravity, the length and number of steps, and the settings of the bodies that can change between steps. It
+        has neither sleep, threads, the shapes and keyframes of colliders, the animations that handles follow, fields,
+        links, nor force fields.
         """
     def restore_state(self, state: ReadableBuffer) -> None:
         """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that

@@ -1,7 +1,7 @@
 //! The error type of the crate. [`Error`] wraps the error types of the modules. [`StateError`] can wrap an [`Error`].
 
 use crate::contact::ColliderError;
-use crate::dynamics::{ConstraintError, RigidError, SelectionError};
+use crate::dynamics::{ConstraintError, FieldError, LinkError, RigidError, SelectionError};
 use crate::lattice::LatticeError;
 use crate::mesh::MeshError;
 use crate::range::RangeError;
@@ -27,25 +27,12 @@ pub enum Error {
         /// Names of the bodies of the simulation.
         bodies: Vec<String>,
     },
-    /// A link joins a body to itself.
-    #[error("a link joins the body {body:?} to itself; give another body, or none for the world")]
-    LinkToItself {
-        /// Name of the body.
-        body: String,
-    },
-    /// Glue over a distance.
-    #[error(
-        "the part of {body:?} that is glued to {other:?} is up to {cells:.1} cells away from it; glue parts that touch, or \
-         give a stiffness, for springs"
-    )]
-    LinkTooLong {
-        /// Name of the body.
-        body: String,
-        /// Name of the other body.
-        other: String,
-        /// The greatest distance, in cells of the other body.
-        cells: f64,
-    },
+    /// An invalid field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// An invalid link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
     /// Automatic steps per frame without frames per second.
     #[error("substeps = \"auto\" needs fps, the number of frames per second")]
     AutoSubstepsWithoutFps,

@@ -154,10 +154,10 @@ pub use body::{
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
-    Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldLaw,
-    Force, ForceDuration, Goal, Handle, HandleMotion, Link, Material, Pin, Plasticity, Preset, RegionDamping,
-    RegionSize, RigidError, Selection, SelectionError, SelectionPose, Stiffness, TimeWindow, Vortex, Wind,
-    Zone,
+    Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldError,
+    FieldLaw, Force, ForceDuration, Goal, Handle, HandleMotion, Link, LinkError, Material, Pin, Plasticity,
+    Preset, RegionDamping, RegionSize, RigidError, Selection, SelectionError, SelectionPose, Stiffness,
+    TimeWindow, Vortex, Wind, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{

@@ -74,14 +74,15 @@ fn a_weight_of_one_has_the_bits_of_a_prescribed_part() {
             Key { time: 1.0, translate: [0.0, 1.0, 0.0], rotate: [0.0, 0.0, 40.0] },
         ];
         let handle = Handle { selection: end, motion: keys.into(), window: TimeWindow::default(), goal };
-        let body = Body::from_lattice(lattice).half_width(HalfWidth::CELL).handle(handle).build().unwrap();
+        let body = Body::from_lattice(lattice).half_width(HalfWidth::CELL).damping_ratio(1.0);
+        let body = body.handle(handle).build().unwrap();
         let mut simulation = simulated(body, 0.0, 1.0 / 240.0);
-        simulation.steps(120);
+        simulation.steps(960);
         simulation.bodies()[0].positions()
     };
     let prescribed = positions(None);
     assert_eq!(positions(Some(Goal::from(1.0))), prescribed);
-    // A weight near 1 follows closely, but does not prescribe.
+    // A weight near 1 ends at the same place, but does not prescribe it.
     let near = positions(Some(Goal::from(0.99)));
     let greatest = near.iter().zip(&prescribed).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(greatest > 1e-6 && greatest < 0.05, "{greatest}");

@@ -82,7 +82,7 @@ pub use builder::BodyBuilder;
 pub(crate) use context::StepContext;
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
-pub(crate) use linked::{Anchor, RigidLinked};
+pub(crate) use linked::Anchor;
 pub use piece_mesh::PieceMesh;
 pub use reference::BodyRef;
 pub(crate) use reference::{DisplayContext, NearBodies};

@@ -74,12 +74,13 @@ impl Goal {
     /// that begins at `time`.
     ///
     /// A step changes u = v - t' by the acceleration, and then d = x - t by dt u. The oscillation of this scheme has
-    /// exactly the frequency ω if the factor of d is 2 (1 - cos(ω dt))/dt². At ω dt = pi/3 this is 1/dt²: d vanishes in
-    /// the step.
+    /// exactly the frequency ω if the factor of d is s/dt² with s = 2 (1 - cos(ω dt)). At ω dt = pi/3 it is 1: d vanishes
+    /// in the step. The scheme is stable with a factor c/dt of u, and an elasticity of the body that adds up to 2/dt² to
+    /// the factor of d, if s + 2 < 2 (2 - c): c is at most 1 - s/2.
     pub(super) fn factors(&self, time: f64, dt: f64) -> [f64; 2] {
         let omega = TAU * self.frequency_of(self.weight.value(time).min(1.0));
         let stiffness = 2.0 * (1.0 - (omega * dt).min(FRAC_PI_3).cos());
-        let damping = -(-2.0 * self.damping_ratio * omega * dt).exp_m1();
+        let damping = (-(-2.0 * self.damping_ratio * omega * dt).exp_m1()).min(1.0 - stiffness / 2.0);
         [stiffness / (dt * dt), damping / dt]
     }
 

@@ -1,8 +1,38 @@
 //! Links: glue or springs between parts of two bodies, or between a part of a body and the world.
 
-use super::selection::Selection;
-use crate::error::Error;
-use crate::range::{Range, in_range};
+use super::selection::{Selection, SelectionError};
+use crate::range::{Range, RangeError};
+
+/// An invalid link.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// A number out of range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// An invalid or empty part.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    /// A link of a body with itself.
+    #[error("a link joins the body {body:?} to itself; give another body, or none for the world")]
+    ToItself {
+        /// Name of the body.
+        body: String,
+    },
+    /// Glue over a distance.
+    #[error(
+        "the part of {body:?} that is glued to {other:?} is up to {cells:.1} cells away from it; glue parts that touch, or \
+         give a stiffness, for springs"
+    )]
+    TooLong {
+        /// Name of the body.
+        body: String,
+        /// Name of the other body.
+        other: String,
+        /// The greatest distance, in cells of the other body.
+        cells: f64,
+    },
+}
 
 /// Joins a part of a body to another body or to the world.
 ///
@@ -50,19 +80,14 @@ impl Link {
     /// # Errors
     ///
     /// A number out of range, an invalid selection, or a link of a body with itself.
-    pub fn validate(&self) -> Result<(), Error> {
+    pub fn validate(&self) -> Result<(), LinkError> {
         self.selection.validate()?;
         for (name, value) in [("stiffness", self.stiffness), ("break", self.break_force)] {
             value.map(|value| Range::POSITIVE.check(name, value)).transpose()?;
         }
-        in_range(
-            "damping_ratio",
-            self.damping_ratio,
-            Range::FRACTION.contains(self.damping_ratio),
-            Range::FRACTION.text(),
-        )?;
+        Range::FRACTION.check("damping_ratio", self.damping_ratio)?;
         if self.other.as_ref() == Some(&self.body) {
-            return Err(Error::LinkToItself { body: self.body.clone() });
+            return Err(LinkError::ToItself { body: self.body.clone() });
         }
         Ok(())
     }

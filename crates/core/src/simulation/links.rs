@@ -5,7 +5,7 @@
 //! angular momentum also, because J is along the distance d between the two points. With the velocity u of d, the step
 //! length h and the mass m that resists J:
 //!
-//! * Glue: J = -m (u + d/h), in sweeps over the ties, so that d vanishes at the end of the step without other forces. An
+//! * Glue: J = -m (u/2 + d/h), in sweeps over the ties: a distance vanishes within some steps without other forces. An
 //!   acceleration g of a body of the mass M, of which the tied vertices have the mass m, moves them by g h² M/m.
 //! * A spring of the frequency ω = √(k/m) with the rest length L: J = -m (c (|d| - L)/h + (1 - exp(-2 ζ ω h)) u), along d,
 //!   where c = 2 (1 - cos(ω h)) gives the frequency exactly, at most 1: see `dynamics::goal`.
@@ -14,9 +14,8 @@ use std::f64::consts::FRAC_PI_3;
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
-use super::world::Simulation;
 use crate::body::{Anchor, Body};
-use crate::dynamics::Link;
+use crate::dynamics::{Link, LinkError};
 use crate::error::Error;
 
 /// Sweeps over the ties of glue in a step.
@@ -160,7 +159,7 @@ impl Joined {
                 Some(anchor) => {
                     if is_glue && anchor.beyond > GLUE_REACH {
                         let (body, other) = (link.body.clone(), link.other.clone().unwrap_or_default());
-                        return Err(Error::LinkTooLong { body, other, cells: anchor.beyond });
+                        return Err(LinkError::TooLong { body, other, cells: anchor.beyond }.into());
                     }
                     let index = |corner: u32| corners.partition_point(|&other| other < corner) as u32;
                     let point = TiePoint::Corners(anchor.corners.map(index), anchor.weights);
@@ -196,7 +195,8 @@ impl Joined {
                     Some(rigid) => (rigid.velocity_change(&place), rigid.mobility_at(&place) * share),
                     None => (*total / mass, Matrix3::from_diagonal_element(1.0 / mass)),
                 };
-                let (mut distance, mut relative) = (Vector3::zeros(), velocity + change);
+                let (mut distance, mut relative, mut before) =
+                    (Vector3::zeros(), velocity + change, velocity);
                 match (&tie.point, other_body) {
                     (TiePoint::Corners(indices, weights), Some(other)) => {
                         // Differences to the place keep the accuracy far from the origin of world space.
@@ -205,6 +205,7 @@ impl Joined {
                             let (point, velocity) = other.vertex_motion(corner);
                             distance += (place - point) * weight;
                             relative -= velocity * weight;
+                            before -= velocity * weight;
                             if other_rigid.is_none() {
                                 let mass = other.mass_of(corner);
                                 relative += of_corners[index as usize] * (weight / mass);
@@ -221,7 +222,8 @@ impl Joined {
                     (TiePoint::Corners(..), None) => continue,
                 }
                 let impulse = match link.stiffness {
-                    None => -solve(&mobility, relative + distance / dt),
+                    // Half of the velocity remains: see `Goal::factors`.
+                    None => -solve(&mobility, relative - before * 0.5 + distance / dt),
                     Some(stiffness) => {
                         let spring = (stiffness * mass / of_body, tie.rest_length, link.damping_ratio);
                         spring_impulse(spring, (distance, relative), &mobility, dt)
@@ -281,7 +283,8 @@ fn spring_impulse(
     let along = |inverse: f64| {
         let phase = (stiffness * inverse).sqrt() * dt;
         let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
-        (share / dt, -(-2.0 * damping_ratio * phase).exp_m1())
+        // See `Goal::factors` for the limit.
+        (share / dt, (-(-2.0 * damping_ratio * phase).exp_m1()).min(1.0 - share / 2.0))
     };
     if rest_length == 0.0 {
         let inverse = mobility.trace() / 3.0;
@@ -300,11 +303,4 @@ fn spring_impulse(
     let (share, damping) = along(inverse);
     let stretch = distance.norm() - rest_length;
     -direction * ((stretch * share + velocity.dot(&direction) * damping) / inverse)
-}
-
-impl Simulation {
-    /// Returns the links, in the order in which they were added, with their forces in the last step.
-    pub fn links(&self) -> impl ExactSizeIterator<Item = LinkRef<'_>> {
-        self.links.iter()
-    }
 }

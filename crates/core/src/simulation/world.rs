@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::clock::Clock;
 use super::collider::{ColliderMut, ColliderRef};
 use super::groups::{ContactSettings, Groups};
-use super::links::Links;
+use super::links::{LinkRef, Links};
 use super::substeps::ChosenSubsteps;
 use crate::body::{Body, BodyRef, DisplayContext, NearBodies};
 use crate::contact::Colliders;
@@ -132,6 +132,12 @@ impl Simulation {
     /// Returns the fields, in the order in which they were added.
     pub fn fields(&self) -> &[Field] {
         &self.fields
+    }
+
+    /// Returns the links, in the order in which they were added, with their forces in the last step: zero after a restored
+    /// state.
+    pub fn links(&self) -> impl ExactSizeIterator<Item = LinkRef<'_>> {
+        self.links.iter()
     }
 
     /// Returns gravity in scene units per second squared.

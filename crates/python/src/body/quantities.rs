@@ -20,6 +20,9 @@ pub(super) fn need_simulation<T>(value: Option<T>, name: &str) -> PyResult<T> {
     })
 }
 
+/// A rotation (3, 3) and a translation (3,).
+type Pose<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
 #[pymethods]
 impl Body {
     /// Mass: the sum of masses.
@@ -39,7 +42,7 @@ impl Body {
     /// It moves the mesh as it was given, after scale, close to its present place: mesh.vertices @ rotation.T +
     /// translation. At frame 0 it is the rotation and the translation of the body's placement.
     #[getter]
-    fn pose<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    fn pose<'py>(&self, py: Python<'py>) -> PyResult<Pose<'py>> {
         let pose = self.read(py, supple::Body::pose)?;
         let matrix = pose.rotation.to_rotation_matrix();
         let rows = (0..3).map(|row| [0, 1, 2].map(|column| matrix[(row, column)])).collect();

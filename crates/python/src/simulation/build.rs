@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use supple::{Field, Link, SimulationBuilder};
 use supple_io::scene::nearest;
 
-use super::{fields, links};
+use super::tables::{check_fields, check_links};
 use crate::argument::{conversion_error, wrong_type};
 use crate::body::{Body, SharedBody, SharedSimulation, Storage};
 use crate::error;
@@ -36,8 +36,8 @@ pub(super) fn simulation(
     let name = |body: &Bound<'_, Body>| body.get().read(py, |body| body.name().to_owned());
     let names = bodies.iter().map(name).collect::<PyResult<Vec<_>>>()?;
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    fields::check_bodies(&fields, &names)?;
-    links::check_bodies(&links, &names)?;
+    check_fields(&fields, &names)?;
+    check_links(&links, &names)?;
     let builder = fields.into_iter().fold(builder, SimulationBuilder::field);
     let builder = links.into_iter().fold(builder, SimulationBuilder::link);
     let parts = bodies.iter().map(Body::share).collect::<PyResult<Vec<_>>>()?;

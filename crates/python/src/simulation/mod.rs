@@ -13,7 +13,7 @@
 //! | `saved` | saves and restores the state |
 //! | `substeps` | reads the number of steps per frame |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
-//! | `tables` | reads lists of dicts with the keys of scenes |
+//! | `tables` | reads fields and links: lists of dicts with the keys of scenes |
 //! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
 mod bodies;
@@ -148,8 +148,8 @@ impl Simulation {
         let colliders = settings.read("colliders", |colliders, _| collider::as_tuple(colliders))?;
         let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
-        let fields = settings.read("fields", |fields, _| fields::read(fields))?.unwrap_or_default();
-        let links = settings.read("links", |links, _| links::read(links))?.unwrap_or_default();
+        let fields = settings.read("fields", |fields, _| tables::read_fields(fields))?.unwrap_or_default();
+        let links = settings.read("links", |links, _| tables::read_links(links))?.unwrap_or_default();
         let (shared, bodies) = build::simulation(bodies, (builder, fields, links), data.threads)?;
         Self::from_parts(shared, bodies, &colliders)
     }

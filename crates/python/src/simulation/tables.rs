@@ -1,13 +1,16 @@
-//! Reads lists of dicts with the keys of a list of tables in a scene, such as `[[field]]`.
+//! Reads the fields and links of a simulation: lists of dicts with the keys of tables in a scene.
 
 use std::mem;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use supple_io::scene::{Data, Place, Table, Value};
+use supple::{Field, Link};
+use supple_io::scene::{Data, FieldTable, LinkTable, Place, Table, Value, nearest};
 
-use crate::keys;
+use crate::{error, keys};
 
 /// The shapes of selections, with the names of their parts, which may also be given as pairs.
 const SHAPES: [(&str, [&str; 2]); 3] =
@@ -15,7 +18,7 @@ const SHAPES: [(&str, [&str; 2]); 3] =
 
 /// Reads the argument `name`, a list of dicts, or one. `T` has a list with this name. In place of the tables of a scene,
 /// shapes may be pairs, and keyframes of the numbers `curves` tuples (time, value).
-pub(super) fn read<T: DeserializeOwned>(list: &Bound<'_, PyAny>, name: &str, curves: &[&str]) -> PyResult<T> {
+fn read<T: DeserializeOwned>(list: &Bound<'_, PyAny>, name: &str, curves: &[&str]) -> PyResult<T> {
     let py = list.py();
     let list = if list.cast::<PyDict>().is_ok() { PyList::new(py, [list])?.into_any() } else { list.clone() };
     keys::read([(name.to_owned(), list)], |key, list| {
@@ -44,4 +47,60 @@ fn name_parts(table: &mut Table, shape: &str, names: &[&str; 2]) {
         value.data = Data::Table(names.map(str::to_owned).into_iter().zip(parts).collect());
         value.place = Place::Argument("dict".to_owned());
     }
+}
+
+/// The argument `fields`.
+#[derive(Deserialize)]
+struct FieldList {
+    fields: Vec<FieldTable>,
+}
+
+/// Reads the argument `fields`: a list of dicts, or one.
+pub(super) fn read_fields(fields: &Bound<'_, PyAny>) -> PyResult<Vec<Field>> {
+    let FieldList { fields } = read(fields, "fields", &["strength"])?;
+    Ok(fields.into_iter().map(|FieldTable(field)| field).collect())
+}
+
+/// Checks that the bodies on which fields act are bodies with these names.
+pub(super) fn check_fields(fields: &[Field], names: &[&str]) -> PyResult<()> {
+    for (index, field) in fields.iter().enumerate() {
+        field.validate().map_err(error::from_core)?;
+        if let Some(name) = field.bodies.iter().find(|name| !names.contains(&name.as_str())) {
+            let way_out = nearest(name, names).map(|name| format!("; the nearest name is {name:?}"));
+            return Err(PyValueError::new_err(format!(
+                "fields[{index}].bodies names {name:?}, and no body of the simulation has this name{}",
+                way_out.unwrap_or_default()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The argument `links`.
+#[derive(Deserialize)]
+struct LinkList {
+    links: Vec<LinkTable>,
+}
+
+/// Reads the argument `links`: a list of dicts, or one.
+pub(super) fn read_links(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
+    let LinkList { links } = read(links, "links", &[])?;
+    Ok(links.into_iter().map(|LinkTable(link)| link).collect())
+}
+
+/// Checks that the bodies that links join are bodies with these names.
+pub(super) fn check_links(links: &[Link], names: &[&str]) -> PyResult<()> {
+    for (index, link) in links.iter().enumerate() {
+        link.validate().map_err(error::from_core)?;
+        for (key, name) in [("body", Some(&link.body)), ("other", link.other.as_ref())] {
+            if let Some(name) = name.filter(|name| !names.contains(&name.as_str())) {
+                let way_out = nearest(name, names).map(|name| format!("; the nearest name is {name:?}"));
+                return Err(PyValueError::new_err(format!(
+                    "links[{index}].{key} is {name:?}, and no body of the simulation has this name{}",
+                    way_out.unwrap_or_default()
+                )));
+            }
+        }
+    }
+    Ok(())
 }

@@ -2,10 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::turbulence::Air;
-use crate::error::Error;
+use super::wind::{Air, Wind};
 use crate::motion::direction;
-use crate::range::{Range, in_range};
+use crate::range::{Range, RangeError, in_range};
 use crate::state::Interval;
 
 /// The acceleration of a field. Accelerations and rates are multiplied by the strength of the field.
@@ -21,29 +20,6 @@ pub enum FieldLaw {
     Vortex(Vortex),
     /// An attraction by a point.
     Attract(Attraction),
-}
-
-/// Air with a velocity u, which accelerates bodies by drag (u - v).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wind {
-    /// Mean velocity of the air, in length/s, each component at most 1e12.
-    pub velocity: [f64; 3],
-    /// Rate in 1/s, at least 0, at which a body takes the velocity of the air; default 1.
-    pub drag: f64,
-    /// Greatest relative change of the velocity by gusts, in [0, 1]; default 0. Gusts last for some seconds, and move
-    /// with the air.
-    pub gust: f64,
-    /// Root mean square of the velocity of eddies, relative to that of the wind, in [0, 1000]; default 0. Eddies are about
-    /// as large as the displacement of the air in a second.
-    pub turbulence: f64,
-    /// Seed of gusts and eddies; default 0.
-    pub seed: u64,
-}
-
-impl Default for Wind {
-    fn default() -> Self {
-        Self { velocity: [0.0; 3], drag: 1.0, gust: 0.0, turbulence: 0.0, seed: 0 }
-    }
 }
 
 /// Air that turns about an axis like a rigid body within a radius, and slower outside, like the inverse of the distance
@@ -124,7 +100,7 @@ impl FieldLaw {
     }
 
     /// Checks the numbers.
-    pub(super) fn validate(&self) -> Result<(), Error> {
+    pub(super) fn validate(&self) -> Result<(), RangeError> {
         let acceleration = |name, value: f64| in_range(name, value, value.abs() <= 1e12, "at most 1e12");
         let finite = |name, values: [f64; 3]| {
             values.into_iter().try_for_each(|value| acceleration(name, value).map(drop))

@@ -4,23 +4,35 @@
 //! |---|---|
 //! | `law` | the kinds of fields, and their accelerations |
 //! | `accelerations` | the accelerations of the vertices of a body |
-//! | `turbulence` | gusts and eddies of a wind |
+//! | `wind` | a wind, with its gusts and eddies |
 
 mod accelerations;
 mod law;
-mod turbulence;
+mod wind;
 
 pub(super) use accelerations::FieldAccelerations;
-pub use law::{Attraction, FieldLaw, Vortex, Wind};
+pub use law::{Attraction, FieldLaw, Vortex};
+pub use wind::Wind;
 
 use nalgebra::{Point3, Vector3};
 
 use self::law::Moment;
 use super::selection::{Selection, SelectionError};
-use crate::error::Error;
 use crate::motion::{Curve, CurveKey};
-use crate::range::in_range;
+use crate::range::{RangeError, in_range};
 use crate::state::Interval;
+
+/// An invalid field.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FieldError {
+    /// A number out of range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// A part of space that is invalid or no shape.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+}
 
 /// An acceleration field, which acts in every step on all bodies of a simulation or on some of them.
 ///
@@ -54,7 +66,7 @@ impl Field {
     /// # Errors
     ///
     /// A number out of range, or a part of space that is no shape or invalid.
-    pub fn validate(&self) -> Result<(), Error> {
+    pub fn validate(&self) -> Result<(), FieldError> {
         self.law.validate()?;
         for CurveKey { value, .. } in self.strength.keys() {
             in_range("strength", *value, (0.0..=1e12).contains(value), "at least 0 and at most 1e12")?;

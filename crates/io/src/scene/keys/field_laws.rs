@@ -5,8 +5,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::curve::strength;
-use super::parts::SelectionKeys;
 use super::ranges::{count, direction, finite, fraction, not_negative, positive, rate};
+use super::selection::SelectionKeys;
 use supple::{Attraction, Curve, Field, FieldLaw, Selection, Vortex, Wind};
 
 /// The kinds of fields.

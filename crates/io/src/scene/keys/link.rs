@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::parts::SelectionKeys;
 use super::ranges::{fraction, positive};
+use super::selection::SelectionKeys;
 use supple::{Link, Selection};
 
 #[derive(Serialize, Deserialize)]

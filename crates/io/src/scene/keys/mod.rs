@@ -8,6 +8,7 @@
 //! | `field_laws` | the keys of acceleration fields |
 //! | `fracture` | the keys of the fracture of a body |
 //! | `parts` | the keys of pins, handles and zones, and of keyframes |
+//! | `selection` | the keys of selections |
 //! | `ranges` | functions that read a number, vector or string and check its range |
 //!
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
@@ -41,6 +42,7 @@ mod link;
 mod material;
 mod parts;
 mod ranges;
+mod selection;
 
 use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
@@ -57,11 +59,12 @@ pub(super) use fracture::optional_fracture;
 pub use link::LinkTable;
 pub(super) use material::MaterialKeys;
 pub use parts::GoalTable;
-pub(super) use parts::{SelectionKeys, WindowKeys, fields, keyframes, links, optional_goal, pins, zones};
+pub(super) use parts::{WindowKeys, fields, keyframes, links, optional_goal, pins, zones};
 pub(super) use ranges::{
     count, direction, directory, extents, film_size, finite, fps, fraction, interval, mesh, name,
     not_negative, point_cache, positive, preroll, view,
 };
+pub(super) use selection::SelectionKeys;
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::curve::{optional_inflate, weight};
 use super::field_laws::FieldKeys;
 use super::link::LinkKeys;
-use super::ranges::{direction, finite, fraction, frequency, not_negative, positive, stiffness_factor};
+use super::ranges::{finite, fraction, frequency, not_negative, stiffness_factor};
+use super::selection::SelectionKeys;
 use supple::{Curve, Field, Goal, Key, Link, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
@@ -51,30 +52,6 @@ struct ZoneKeys {
     factor: f64,
     #[serde(default, with = "optional_inflate", skip_serializing_if = "Option::is_none")]
     inflate: Option<Curve>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Selection", rename_all = "snake_case", deny_unknown_fields)]
-pub(in crate::scene) enum SelectionKeys {
-    Box {
-        min: [f64; 3],
-        max: [f64; 3],
-    },
-    Sphere {
-        center: [f64; 3],
-        #[serde(deserialize_with = "positive")]
-        radius: f64,
-    },
-    Plane {
-        point: [f64; 3],
-        #[serde(deserialize_with = "direction")]
-        normal: [f64; 3],
-    },
-    #[serde(rename = "lattice")]
-    Vertices(Vec<u32>),
-    #[serde(rename = "vertices")]
-    MeshVertices(Vec<u32>),
-    Group(String),
 }
 
 #[derive(Serialize, Deserialize)]

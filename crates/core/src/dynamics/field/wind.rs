@@ -1,10 +1,31 @@
-//! Gusts and eddies of a wind: sums of waves, which the mean wind carries along (Taylor 1938).
+//! A wind: its gusts and eddies are sums of waves, which the mean wind carries along (Taylor 1938).
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Point3, Vector3};
 
-use super::law::Wind;
+/// Air with a velocity u, which accelerates bodies by drag (u - v).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wind {
+    /// Mean velocity of the air, in length/s, each component at most 1e12.
+    pub velocity: [f64; 3],
+    /// Rate in 1/s, at least 0, at which a body takes the velocity of the air; default 1.
+    pub drag: f64,
+    /// Greatest relative change of the velocity by gusts, in [0, 1]; default 0. Gusts last for some seconds, and move
+    /// with the air.
+    pub gust: f64,
+    /// Root mean square of the velocity of eddies, relative to that of the wind, in [0, 1000]; default 0. Eddies are about
+    /// as large as the displacement of the air in a second.
+    pub turbulence: f64,
+    /// Seed of gusts and eddies; default 0.
+    pub seed: u64,
+}
+
+impl Default for Wind {
+    fn default() -> Self {
+        Self { velocity: [0.0; 3], drag: 1.0, gust: 0.0, turbulence: 0.0, seed: 0 }
+    }
+}
 
 /// Periods in seconds of the gusts at a point. They are no multiples of each other, so that gusts do not repeat soon.
 const GUSTS: [f64; 3] = [5.3, 3.1, 1.9];
