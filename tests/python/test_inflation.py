@@ -78,7 +78,7 @@ def test_zones_have_ratios_of_their_own():
         ([], ValueError, r"inflate is \[\]; .*: there are no keys"),
         ([(0, 1, 2)], ValueError, r"inflate\[0\] must be \(time, value\)"),
         ([1, 2], ValueError, r"inflate\[0\] must be \(time, value\)"),
-        ([{"time": 0}], ValueError, r"inflate\[0\].value is missing: a ratio of the rest volume in \[0.1, 10\]"),
+        ([{"time": 0}], ValueError, r"inflate\[0\].value is missing: a number: the value at this time"),
         ({"keys": [(0, 1)], "interpolate": "smooth"}, ValueError, "inflate has no key .interpolate."),
         ({}, ValueError, "inflate.keys is missing"),
         ("much", TypeError, "inflate must be a number, a list of keyframes .*, not str"),

@@ -213,7 +213,10 @@ fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
          `mesh`";
     assert_eq!(message, expected);
     let message = scene_error(&format!("{BODY}[[body.pin]]\ncylinder = 1\n"), "x.toml", &[]);
-    assert!(message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`"), "{message}");
+    assert!(
+        message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`, `group`, `lattice`"),
+        "{message}"
+    );
     // Misspelled keys, and keys beside a shape.
     for (lines, nearest) in
         [("spere = 1", "sphere"), ("sphere = 1\ntorus = 1", "sphere"), ("fricton = 1", "friction")]

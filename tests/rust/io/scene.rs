@@ -770,7 +770,7 @@ fn wrong_fields_are_errors_that_name_key_and_way_out() {
         ("drag = -1", "scene.toml:5: `field.0.drag` is -1; it must be a rate in 1/s, >= 0"),
         ("wind = { gust = 2 }", "`field.0.wind.gust` is 2; it must be in [0, 1]"),
         ("wind = { gusts = 1 }", "`gust`"),
-        ("drag = 1\nwind = {}", "`field.0.wind`"),
+        ("drag = 1\nwind = {}", "`field.0.drag` and `wind` exclude each other"),
         ("strength = 2", "`vortex`"),
         ("drag = 1\nbodies = [\"bush\"]", "\"bush\""),
         ("drag = 1\nbodies = \"bust\"", "a list of names of bodies"),

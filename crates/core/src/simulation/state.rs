@@ -8,9 +8,9 @@ use crate::error::{Error, StateError};
 use crate::state::PairSupports;
 
 /// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which
-/// bodies rest on each other and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin,
+/// bodies rest on each other, which links are broken and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin,
 /// momenta, forces, pins and handles with their captured poses, and the settings that can change between steps.
-/// Descriptions of colliders are not included. A state can be restored in any simulation that was built with the same
+/// Descriptions of colliders, fields and links are not included. A state can be restored in any simulation that was built with the same
 /// bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

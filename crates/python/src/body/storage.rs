@@ -7,6 +7,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
@@ -101,6 +102,22 @@ impl SharedSimulation {
         work: impl FnOnce(&mut supple::Simulation) -> R + Send,
     ) -> PyResult<R> {
         Ok(py.detach(|| self.lock().map(|mut simulation| work(&mut simulation)))?)
+    }
+
+    /// Ends the forces that act during a call, after its steps. If an exception ended the call, a step can still run in the
+    /// background, and Python does not wait for it: the forces then end after this step.
+    pub(crate) fn end_call(self: &Arc<Self>, py: Python<'_>, is_complete: bool) -> PyResult<()> {
+        if is_complete {
+            return self.with(py, supple::Simulation::end_call);
+        }
+        match self.simulation.try_lock() {
+            Ok(mut simulation) => simulation.end_call(),
+            Err(_) => {
+                let shared = self.clone();
+                thread::spawn(move || shared.lock().map(|mut simulation| simulation.end_call()).ok());
+            }
+        }
+        Ok(())
     }
 
     /// As [`with`](Self::with), for work that can be long. Ctrl-C then ends the wait for it, but not the work.

@@ -41,7 +41,7 @@ pub(crate) fn step_all<'py>(py: Python<'py>, sims: &Bound<'py, PyAny>, n: Given<
     }
     let result = steps(py, &simulations, count);
     for simulation in &simulations {
-        simulation.get().shared.with(py, supple::Simulation::end_call)?;
+        simulation.get().shared.end_call(py, result.is_ok())?;
     }
     result
 }

@@ -122,7 +122,7 @@ impl Simulation {
     /// Makes the steps of a call, and then ends the forces that act during a call.
     fn in_call(&self, py: Python<'_>, steps: impl FnOnce() -> PyResult<()>) -> PyResult<()> {
         let result = steps();
-        self.shared.with(py, supple::Simulation::end_call)?;
+        self.shared.end_call(py, result.is_ok())?;
         result
     }
 

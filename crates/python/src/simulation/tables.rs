@@ -24,7 +24,9 @@ fn read<T: DeserializeOwned>(list: &Bound<'_, PyAny>, name: &str, curves: &[&str
     keys::read([(name.to_owned(), list)], |key, list| {
         let mut value = keys::value(list, key)?;
         let tables = if let Data::Array(tables) = &mut value.data { &mut tables[..] } else { &mut [] };
-        for (index, (item, table)) in list.try_iter()?.zip(tables).enumerate() {
+        // The reader refuses an object that is no list.
+        let Ok(items) = list.try_iter() else { return Ok(Some(value)) };
+        for (index, (item, table)) in items.zip(tables).enumerate() {
             let Ok(dict) = item?.cast_into::<PyDict>() else { continue };
             let Data::Table(table) = &mut table.data else { continue };
             for curve in curves {
