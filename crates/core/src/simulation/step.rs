@@ -87,7 +87,12 @@ impl Simulation {
             sleep: self.sleep,
             workspaces,
         };
-        executor.for_each_mut(bodies, |body| body.begin_forces(fields, context.interval));
+        // Without fields there is too little work for several threads.
+        if fields.is_empty() {
+            bodies.iter_mut().for_each(|body| body.begin_forces(&[], context.interval));
+        } else {
+            executor.for_each_mut(bodies, |body| body.begin_forces(fields, context.interval));
+        }
         links.apply(bodies, context.interval.dt);
         groups.settle(bodies, &context);
         match contacts {
