@@ -249,6 +249,7 @@ mod tests {
         let workspaces = &Workspaces::default();
         let context =
             StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false, workspaces };
+        body.begin_forces(&[], interval);
         body.apply_external_forces(&context);
         assert_eq!(known_momenta(&simulation), [true, false, false]);
     }
