@@ -250,7 +250,7 @@ fn a_handle_names_the_animation_that_it_follows() {
 
 #[test]
 fn pins_and_handles_list_what_they_select() {
-    let second = "\n[[body.pin]]\nvertices = [0]\n\n[[body.handle]]\nplane = { point = [0, 3.9, 0], normal = [0, 1, 0] }\n\
+    let second = "\n[[body.pin]]\nlattice = [0]\n\n[[body.handle]]\nplane = { point = [0, 3.9, 0], normal = [0, 1, 0] }\n\
                   keys = [{ time = 0 }]\n\n[[collider]]";
     let workspace = Workspace::with_scene(&SCENE.replace("\n[[collider]]", second));
     let value = inspect(&workspace, &[]);
