@@ -3,7 +3,7 @@
 //!
 //! | keys | after a change |
 //! |---|---|
-//! | gravity, substeps, contact, sleep, time scale; colliders, but not their number; fields, links | the simulation is built with them |
+//! | gravity, substeps, contact, sleep, time scale; colliders, but not their number; fields | the simulation is built with them |
 //! | material, zones, `inflate`, volume options, pins, handles of a body | replace those of the state |
 //! | friction, restitution, rolling resistance, `ignore`, `self_contact` of a body | the body is built with them |
 //! | all others | cannot change: the state has positions that were computed with them |
@@ -84,7 +84,7 @@ impl Changes {
                     }
                 }
                 "collider" => changes.colliders = before.get(key) != now.get(key),
-                "field" | "link" => changes.any |= before.get(key) != now.get(key),
+                "field" => changes.any |= before.get(key) != now.get(key),
                 _ if before.get(key) != now.get(key) => {
                     return Err(changed(key, before.get(key), now.get(key)));
                 }
