@@ -776,7 +776,7 @@ fn wrong_fields_are_errors_that_name_key_and_way_out() {
         ("drag = 1\nbodies = \"bust\"", "a list of names of bodies"),
         ("drag = 1\nstrength = -2", "`field.0.strength` is -2"),
         ("drag = 1\nbox = { min = [1, 0, 0], max = [0, 1, 1] }", "at least `min`"),
-        ("drag = 1\nvertices = [0]", "`vertices`"),
+        ("drag = 1\nvertices = [0]", "`field.0.vertices`; give one of `gravity`"),
     ] {
         let message = refused(lines);
         assert!(message.contains(part), "{lines}: {message}");
