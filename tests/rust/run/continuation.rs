@@ -7,8 +7,7 @@ use supple::{Key, Simulation, Substeps};
 use supple_io::run::{Job, prepare};
 use supple_io::scene::Scene;
 
-const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
-                    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+use crate::cube;
 
 const SCENE: &str = r#"
 [simulation]
@@ -36,9 +35,7 @@ plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
 fn scene(folder: &Path, overrides: &[&str]) -> Scene {
-    std::fs::write(folder.join("cube.obj"), CUBE).unwrap();
-    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
-    Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap()
+    cube::scene(SCENE, folder, overrides)
 }
 
 /// Checks that a job that continues after frame 4 with an override has the frames of a simulation that is changed after

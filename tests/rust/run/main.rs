@@ -2,6 +2,7 @@
 
 mod cautions;
 mod continuation;
+mod cube;
 mod follow_scenes;
 mod pace;
 mod resume;

@@ -10,8 +10,7 @@ use supple_io::run::{
 };
 use supple_io::scene::{Scene, Substeps};
 
-const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
-                    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+use crate::cube;
 
 const SCENE: &str = r#"
 [simulation]
@@ -28,9 +27,7 @@ plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
 fn scene(folder: &Path, overrides: &[&str]) -> Scene {
-    std::fs::write(folder.join("cube.obj"), CUBE).unwrap();
-    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
-    Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap()
+    cube::scene(SCENE, folder, overrides)
 }
 
 /// Records the calls that it receives, and stops the job after the frame `stop_after`.
@@ -290,7 +287,7 @@ fn checkpoints_are_written_after_the_checkpoint_interval() {
 #[test]
 fn many_bodies_list_the_output_directory_once() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    std::fs::write(folder.path().join("cube.obj"), cube::CUBE).unwrap();
     let mut text = "[simulation]\nframes = 1\nsubsteps = 1\n".to_owned();
     for body in 0..200 {
         let place = format!("translate = [{}, 0, 0]", 2 * body);

@@ -100,11 +100,7 @@ impl<'a> Placed<'a> {
             }
             Selection::MeshVertices(list) => vertices(list),
             Selection::Group(name) => {
-                let groups = self.body.mesh().map_or(&[][..], |mesh| mesh.groups());
-                groups
-                    .iter()
-                    .find(|(group, _)| group == name)
-                    .map_or_else(Vec::new, |(_, list)| vertices(list))
+                vertices(self.body.mesh().and_then(|mesh| mesh.group(name)).unwrap_or_default())
             }
             shape => {
                 let inside = |point: &&[f64; 3]| shape.distance(&(**point).into()) <= 0.0;

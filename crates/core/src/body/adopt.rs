@@ -65,13 +65,7 @@ impl Body {
                 self.constraints.iter().for_each(|before| constraints.continue_from(before));
                 constraints
             });
-            let held = |constraints: &Option<Constraints>| {
-                constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
-            };
-            let before = std::mem::replace(&mut self.constraints, constraints);
-            if held(&before) != held(&self.constraints) {
-                self.track_constraints();
-            }
+            self.replace_constraints(constraints);
         }
         self.wake();
         Ok(())

@@ -99,14 +99,10 @@ impl Body {
             in_range(name, number, number.is_finite(), "finite")?;
         }
         let vertices = self.select_at(selection, SelectionPose::Now)?;
-        let slots = self.pipeline.matching.layout.slots();
-        let place = |&vertex: &u32| {
-            let position = self.state.frame.to_world(self.state.local(slots[vertex as usize]));
-            (position, self.mass_of(vertex))
-        };
+        let place = |&vertex: &u32| (self.vertex_motion(vertex).0, self.mass_of(vertex));
         let places: Vec<_> = vertices.iter().map(place).collect();
         // The center of mass of a rigid body is not that of its lattice vertices.
-        let is_whole_rigid = self.is_rigid() && vertices.len() == slots.len();
+        let is_whole_rigid = self.is_rigid() && vertices.len() == self.shape.lattice.len();
         let point = point.or_else(|| is_whole_rigid.then(|| self.center_of_mass().into()));
         let (force, torque) = (Vector3::from(force), Vector3::from(torque));
         let about = |center: Point3<f64>| {

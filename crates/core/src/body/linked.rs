@@ -72,7 +72,7 @@ impl Body {
 
     /// Returns, for places at frame 0, the point of the body that is there by extrapolation from the nearest cell, or the
     /// point of this cell that is nearest.
-    pub(crate) fn anchors_at_start(&self, places: &[Point3<f64>], nearest: bool) -> Vec<Option<Anchor>> {
+    pub(crate) fn anchors_at_start(&self, places: &[Point3<f64>], nearest: bool) -> Vec<Anchor> {
         let to_model = self.shape.model_to_world.inverse();
         let points: Vec<Point3<f64>> = places.iter().map(|place| to_model * place).collect();
         let embedding = Embedding::new(&self.shape.lattice, &points);
@@ -93,7 +93,7 @@ impl Body {
             }
             Anchor { corners, weights, place, beyond }
         };
-        (0..places.len()).map(|point| Some(anchor(point))).collect()
+        (0..places.len()).map(anchor).collect()
     }
 
     /// Returns the position and the velocity of a lattice vertex in world space.

@@ -62,14 +62,14 @@ impl Body {
         }
         let (center, origin) = (self.center_of_mass(), self.lattice().rest_position(0));
         let rest = |vertex: u32| self.lattice().rest_position(vertex);
-        let vertices = || (0..).zip(self.pipeline.matching.layout.slots());
-        let moment = vertices()
-            .map(|(vertex, _)| (rest(vertex) - origin) * self.mass_of(vertex))
-            .sum::<Vector3<f64>>();
+        let vertices = || 0..self.lattice().len() as u32;
+        let moment =
+            vertices().map(|vertex| (rest(vertex) - origin) * self.mass_of(vertex)).sum::<Vector3<f64>>();
         let rest_center = origin + moment / self.mass();
-        let covariance = vertices().map(|(vertex, &slot)| {
-            let position = self.state.frame.to_world(self.state.local(slot));
-            (position - center) * (rest(vertex) - rest_center).transpose() * self.mass_of(vertex)
+        let covariance = vertices().map(|vertex| {
+            (self.vertex_motion(vertex).0 - center)
+                * (rest(vertex) - rest_center).transpose()
+                * self.mass_of(vertex)
         });
         // In units of the mass and the size, so that f32 holds it.
         let covariance: Matrix3<f64> =
@@ -89,10 +89,8 @@ impl Body {
 
     /// Sums a quantity over the vertices, of their mass, position and velocity.
     fn sum(&self, quantity: impl Fn(f64, Point3<f64>, Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
-        let vertices = (0..).zip(self.pipeline.matching.layout.slots());
-        let quantities = vertices.map(|(vertex, &slot)| {
-            let position = self.state.frame.to_world(self.state.local(slot));
-            let velocity = self.state.frame.velocity_to_world(self.state.velocities.get(slot));
+        let quantities = (0..self.lattice().len() as u32).map(|vertex| {
+            let (position, velocity) = self.vertex_motion(vertex);
             quantity(self.mass_of(vertex), position, velocity)
         });
         quantities.sum()

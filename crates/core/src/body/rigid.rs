@@ -134,31 +134,25 @@ impl Body {
 
     /// Applies the pulls of soft goals in a step of `dt` seconds: their sum and their torque.
     pub(super) fn pull_rigidly(&mut self, dt: f64) {
-        let Self {
-            shape: Shape { lattice, masses, .. },
-            pipeline: Pipeline { matching, .. },
-            constraints: Some(constraints),
-            rigid: Some(rigid),
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let Some(mut pose) = state.rigid else { return };
-        let (slots, unit) = (matching.layout.slots(), dt / lattice.cell_size());
+        let (Some(constraints), Some(pose)) = (&self.constraints, &self.state.rigid) else { return };
+        let (slots, unit) = (self.pipeline.matching.layout.slots(), dt / self.shape.lattice.cell_size());
         let mut impulse = Twist::default();
         for (vertex, acceleration) in constraints.pulls() {
-            let part = acceleration * (unit * f64::from(masses[vertex as usize]));
-            let arm = state.local(slots[vertex as usize]) - pose.center();
+            let part = acceleration * (unit * f64::from(self.shape.masses[vertex as usize]));
+            let arm = self.state.local(slots[vertex as usize]) - pose.center();
             impulse.linear += part;
             impulse.angular += arm.cross(&part);
         }
-        constraints.clear_pulls();
-        if impulse != Twist::default() {
-            rigid.apply_impulse(&mut pose, impulse, dt);
-            state.rigid = Some(pose);
-            rigid.write(state, matching.layout.occupied());
+        self.constraints.iter_mut().for_each(Constraints::clear_pulls);
+        self.apply_impulse_rigidly(impulse, dt);
+    }
+
+    /// Applies an impulse of a step of `dt` seconds.
+    fn apply_impulse_rigidly(&mut self, impulse: Twist, dt: f64) {
+        if impulse != Twist::default()
+            && let Some(mut moved) = self.moved()
+        {
+            moved.apply_impulse(impulse, dt);
         }
     }
 
@@ -177,7 +171,7 @@ impl Body {
         else {
             return;
         };
-        let Some(mut pose) = state.rigid else { return };
+        let Some(pose) = state.rigid else { return };
         let mass = |vertex: u32| cell_mass * f64::from(masses[vertex as usize]);
         let (lattice_center, mass_factor) = rigid.lattice_center(&pose);
         let slots = matching.layout.slots();
@@ -186,16 +180,11 @@ impl Body {
         let sum =
             forces.take_sum((context.is_frame_start, is_awake), (arm, lattice_center), (mass, mass_factor));
         let is_empty = forces.is_empty();
-        if sum != Twist::default() {
-            let unit = dt / (cell_mass * lattice.cell_size());
-            let impulse = Twist { linear: sum.linear * unit, angular: sum.angular * unit };
-            rigid.apply_impulse(&mut pose, impulse, dt);
-            state.rigid = Some(pose);
-            rigid.write(state, matching.layout.occupied());
-        }
+        let unit = dt / (cell_mass * lattice.cell_size());
         if is_empty {
             self.forces = None;
         }
+        self.apply_impulse_rigidly(Twist { linear: sum.linear * unit, angular: sum.angular * unit }, dt);
     }
 
     /// Moves the origin of the body if it is far away.

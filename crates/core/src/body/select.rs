@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::dynamics::{Selection, SelectionError, SelectionPose};
+use crate::dynamics::{Selection, SelectionError, SelectionPose, distinct};
 
 /// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.
 const UNMOVED: f64 = 1e-6;
@@ -32,11 +32,7 @@ impl Body {
     pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
         if let Some(part) = self.mesh_part(selection)? {
             let Some(Surface { embedding, .. }) = self.surface() else { return Err(SelectionError::NoMesh) };
-            let mut vertices: Vec<u32> =
-                part.iter().flat_map(|&point| embedding.corners(point as usize)).collect();
-            vertices.sort_unstable();
-            vertices.dedup();
-            return Ok(vertices);
+            return Ok(distinct(part.iter().flat_map(|&point| embedding.corners(point as usize)).collect()));
         }
         let (count, pose) = (self.shape.lattice.len(), self.pose_of(pose));
         let selected = match self.surface() {
@@ -63,11 +59,8 @@ impl Body {
         selected.map_err(|error| error.at(pose))
     }
 
-    /// Returns the mesh vertices of a selection that is a part of the mesh; `None` for another one.
-    pub(super) fn mesh_part<'a>(
-        &'a self,
-        selection: &'a Selection,
-    ) -> Result<Option<&'a [u32]>, SelectionError> {
+    /// Returns the mesh vertices of a selection that is a part of the mesh, in increasing order; `None` for another one.
+    pub(super) fn mesh_part(&self, selection: &Selection) -> Result<Option<Vec<u32>>, SelectionError> {
         let mesh = || self.surface().map(|surface| &surface.mesh).ok_or(SelectionError::NoMesh);
         selection.validate()?;
         match selection {
@@ -75,15 +68,14 @@ impl Body {
                 let count = mesh()?.vertices().len();
                 match list.iter().find(|vertex| **vertex as usize >= count) {
                     Some(&vertex) => Err(SelectionError::MeshVertexOutOfRange { vertex, count }),
-                    None => Ok(Some(list)),
+                    None => Ok(Some(distinct(list.clone()))),
                 }
             }
             Selection::Group(name) => {
-                let groups = mesh()?.groups();
-                let found = groups.iter().find(|(group, vertices)| group == name && !vertices.is_empty());
-                let known = || groups.iter().map(|(group, _)| group.clone()).collect();
+                let mesh = mesh()?;
+                let known = || mesh.groups().iter().map(|(group, _)| group.clone()).collect();
                 let missing = || SelectionError::NoSuchGroup { name: name.clone(), known: known() };
-                found.map(|(_, vertices)| Some(&vertices[..])).ok_or_else(missing)
+                mesh.group(name).map(|vertices| Some(vertices.to_vec())).ok_or_else(missing)
             }
             _ => Ok(None),
         }

@@ -162,12 +162,7 @@ impl Body {
         }
         let vertices = self.select(selection)?;
         let part = match (selection, self.mesh_part(selection)?) {
-            (_, Some(part)) => {
-                let mut part = part.to_vec();
-                part.sort_unstable();
-                part.dedup();
-                part
-            }
+            (_, Some(part)) => part,
             (Selection::Vertices(_), _) => (0..mesh.vertices().len() as u32).collect(),
             (shape, _) => {
                 shape.points_inside(mesh.vertices().iter().map(|point| self.shape.model_to_world * point))?

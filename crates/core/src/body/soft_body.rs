@@ -4,6 +4,7 @@ use super::fracture_stage::Breaking;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
 use crate::dynamics::{Constraints, Forces, Inflation, Material, RigidBody, StiffnessFactors};
+use crate::error::Error;
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching};
 use crate::mesh::Scale;
@@ -45,6 +46,15 @@ impl Body {
     /// Returns the name of the body.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns the index of the body with a name. `what` refers to the body, as in "a field".
+    pub(crate) fn index_of(bodies: &[Self], what: &'static str, name: &str) -> Result<usize, Error> {
+        let missing = || {
+            let bodies = bodies.iter().map(|body| body.name().to_owned()).collect();
+            Error::NoSuchBody { what, name: name.to_owned(), bodies }
+        };
+        bodies.iter().position(|body| body.name() == name).ok_or_else(missing)
     }
 
     /// Returns the lattice in the model's frame: after `scale`, before `rotate` and `translate`.

@@ -60,17 +60,18 @@ impl Contacts {
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
             detection.find(index as u32, &collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
-                let position = mean_position(patch.vertices(), detection.positions());
+                let position = || mean_position(patch.vertices(), detection.positions());
                 let (normal, distance) = match patch.side() {
                     Some(side) => (side.normal, patch.mean_distance()),
                     None => {
+                        let position = position();
                         let sdf = collider.shape.signed_distance(&position);
                         (sdf.normal, sdf.distance + samples.offset(patch, &collider.shape, &position))
                     }
                 };
                 let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
                 let contact = Contact { normal, target, approach: target, ..Contact::default() };
-                solver.add_patch(contact, (patch, &position), samples, rigid.as_ref());
+                solver.add_patch(contact, (patch, position), samples, rigid.as_ref());
             }
         }
         report.deepest

@@ -99,11 +99,11 @@ impl Solver {
         }
     }
 
-    /// Adds the contact of a patch at `position`: with its vertices, or with the rigid body.
+    /// Adds the contact of a patch: with its vertices, or with the rigid body at the place that `position` returns.
     pub(super) fn add_patch(
         &mut self,
         contact: Contact,
-        (patch, position): (&Patch, &Point3<f64>),
+        (patch, position): (&Patch, impl FnOnce() -> Point3<f64>),
         samples: &SampleCells,
         rigid: Option<&RigidMobility>,
     ) {
@@ -111,7 +111,7 @@ impl Solver {
             None => self.add(contact, samples.links(patch)),
             Some(mobility) => {
                 self.add(contact, std::iter::empty());
-                self.rigid.link(self.len() - 1, 0, 1.0, narrow(position.coords - mobility.center));
+                self.rigid.link(self.len() - 1, 0, 1.0, narrow(position().coords - mobility.center));
             }
         }
     }

@@ -226,7 +226,7 @@ impl Contacts {
                     velocity: collider.velocity_at(&position),
                     spin: collider.spin(),
                 });
-                solver.add_patch(contact, (patch, &point.position), samples, rigid);
+                solver.add_patch(contact, (patch, || point.position), samples, rigid);
             }
         }
         report

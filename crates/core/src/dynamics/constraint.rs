@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 
 use nalgebra::{Point3, Vector3};
-use thiserror::Error;
 
+use super::constraint_error::ConstraintError;
 use super::follow::{BodyMesh, Fits, Follow};
 use super::goal::Goal;
 use super::handle::TimeWindow;
 use super::selection::Selection;
-use crate::mesh::{AnimationError, MeshAnimation};
+use crate::mesh::MeshAnimation;
 use crate::motion::{Interpolation, Key, Motion, MotionError, Pose};
 use crate::parallel::Executor;
 use crate::range::RangeError;
@@ -361,17 +361,6 @@ impl Constraint {
         vertices.iter().copied()
     }
 
-    /// Applies the accelerations a of a soft goal: v += h a and x += h² a.
-    pub(super) fn pull(&mut self, dt: f64, state: &mut BodyState<'_>, slots: &[u32]) {
-        let factor = dt / state.frame.cell_size;
-        for (&vertex, acceleration) in self.vertices.iter().zip(&self.pulls) {
-            let (slot, change) = (slots[vertex as usize], Vector3::from(*acceleration) * factor);
-            state.set_position(slot, state.position(slot) + change * dt);
-            state.set_velocity(slot, state.velocity(slot) + change);
-        }
-        self.pulls.clear();
-    }
-
     /// Returns the constraint at the beginning of another step, for [`targets`](Self::targets).
     pub(crate) fn in_step(&self, step: Interval, executor: &Executor) -> Cow<'_, Self> {
         let mut constraint = Cow::Borrowed(self);
@@ -436,53 +425,4 @@ impl Capture {
         let center = base + sum / positions.len().max(1) as f64;
         Self { center: center.into(), positions }
     }
-}
-
-/// The error that a pin or handle is invalid.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum ConstraintError {
-    /// The start of the window is not finite, or the end is not greater than the start.
-    #[error("start is {start} and end is {end}; start must be finite and end greater than start")]
-    TimeWindow {
-        /// Start in seconds.
-        start: f64,
-        /// End in seconds.
-        end: f64,
-    },
-    /// The keyframes are invalid.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// A handle follows an animation, and the body has no mesh.
-    #[error(
-        "the handle follows an animated mesh, and the body is a bare lattice without a mesh; build the body from the mesh, \
-         or give keys"
-    )]
-    NoMesh,
-    /// The animation that a handle follows is invalid for the body.
-    #[error("the animation is invalid: {0}")]
-    Animation(#[from] AnimationError),
-    /// A position of the animation is so far away that the positions of neighboring vertices would round to the same
-    /// number.
-    #[error("the animation has a coordinate of {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
-    AnimationTooFar {
-        /// The coordinate.
-        value: f64,
-        /// Largest valid magnitude.
-        limit: f64,
-    },
-    /// The index of a pin or handle is out of range.
-    #[error("there is no pin or handle {index}: the body has {count}")]
-    NoSuchConstraint {
-        /// The requested index.
-        index: usize,
-        /// Number of pins and handles that were added to the body, including released ones.
-        count: usize,
-    },
-    /// The pin or handle was released.
-    #[error("pin or handle {index} was released; add another one")]
-    Released {
-        /// The requested index.
-        index: usize,
-    },
 }

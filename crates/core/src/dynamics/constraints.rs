@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::constraint::{Constraint, ConstraintError};
+use super::constraint::Constraint;
+use super::constraint_error::ConstraintError;
 use crate::lattice::Lattice;
 use crate::motion::Motion;
 use crate::parallel::Executor;
@@ -218,10 +219,11 @@ impl Constraints {
     /// Applies the accelerations of soft goals: see [`Constraint::accelerations`]. Invalidates the momenta of the
     /// components that they pull.
     pub(crate) fn pull(&mut self, dt: f64, state: &mut State, (lattice, slots): (&Lattice, &[u32])) {
-        for constraint in &mut self.constraints {
-            constraint.pull(dt, &mut state.body_state(), slots);
-            constraint.pulled().for_each(|vertex| state.invalidate_momentum(lattice, vertex));
+        let factor = dt / lattice.cell_size();
+        for (vertex, acceleration) in self.pulls() {
+            state.accelerate((lattice, slots), vertex, acceleration * factor, dt);
         }
+        self.clear_pulls();
     }
 
     /// Returns the vertices that soft goals pull in the current step, with their accelerations.

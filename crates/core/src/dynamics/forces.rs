@@ -107,9 +107,19 @@ impl Forces {
         self.next.clear();
     }
 
+    /// Forgets the displacements of the frame before, and stores the forces with which a body comes to rest.
+    fn begin_applying(&mut self, is_frame_start: bool, is_awake: bool) {
+        if is_frame_start {
+            self.displacements.clear();
+        }
+        if is_awake {
+            self.at_rest.clone_from(&self.next);
+            self.fields.at_rest.clone_from(&self.fields.next);
+        }
+    }
+
     /// Applies the forces f of the next step: v += h f/m and x += h² f/m, with the step length h and the `mass` m of a
-    /// vertex, as contacts do with their impulses. Invalidates the momenta of the connected components with such a
-    /// vertex. `slots` has the slot of each lattice vertex: its index in the storage order.
+    /// vertex: see [`State::accelerate`]. `slots` has the slot of each lattice vertex: its index in the storage order.
     pub(crate) fn apply(
         &mut self,
         (step, is_frame_start): (Interval, bool),
@@ -117,24 +127,14 @@ impl Forces {
         mass: impl Fn(u32) -> f64,
         state: &mut State,
     ) {
-        if is_frame_start {
-            self.displacements.clear();
-        }
-        if state.rest.time() == 0.0 {
-            self.at_rest.clone_from(&self.next);
-            self.fields.at_rest.clone_from(&self.fields.next);
-        }
+        self.begin_applying(is_frame_start, state.rest.time() == 0.0);
         self.fields.apply(step, (lattice, slots), state);
         if self.next.is_empty() {
             return;
         }
         for (vertex, force) in self.next.drain(..) {
             let velocity_change = Vector3::from(force) * (step.dt / (mass(vertex) * lattice.cell_size()));
-            let slot = slots[vertex as usize];
-            let mut body_state = state.body_state();
-            body_state.set_position(slot, body_state.position(slot) + velocity_change * step.dt);
-            body_state.set_velocity(slot, body_state.velocity(slot) + velocity_change);
-            state.invalidate_momentum(lattice, vertex);
+            state.accelerate((lattice, slots), vertex, velocity_change, step.dt);
             self.displacements.push((vertex, (velocity_change * step.dt).map(|x| x as f32).into()));
         }
         // A vertex has at most two entries, whose sum does not depend on their order. So the sort may be
@@ -156,13 +156,7 @@ impl Forces {
         (arm, lattice_center): (impl Fn(u32) -> Vector3<f64>, Vector3<f64>),
         (mass, factor): (impl Fn(u32) -> f64, f64),
     ) -> Twist {
-        if is_frame_start {
-            self.displacements.clear();
-        }
-        if is_awake {
-            self.at_rest.clone_from(&self.next);
-            self.fields.at_rest.clone_from(&self.fields.next);
-        }
+        self.begin_applying(is_frame_start, is_awake);
         let mut sum = Twist::default();
         let mut add = |force: Vector3<f64>, arm: Vector3<f64>| {
             sum.linear += force;

@@ -12,6 +12,7 @@
 //! | `link` | glue and springs between bodies |
 //! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
+//! | `constraint_error` | errors of pins and handles |
 //! | `constraints` | all pins and handles of a body |
 //! | `field` | accelerations by place and time: wind, drag, vortices, attraction |
 //! | `force` | a force on a part of a body: its duration, and its distribution over the vertices |
@@ -31,6 +32,7 @@
 //! | `recovery` | the return of a tangled body to its rest shape |
 
 mod constraint;
+mod constraint_error;
 mod constraints;
 mod coupling;
 mod damping;
@@ -58,7 +60,8 @@ mod rolling;
 mod selection;
 mod stiffness_factors;
 
-pub use constraint::{Constraint, ConstraintError};
+pub use constraint::Constraint;
+pub use constraint_error::ConstraintError;
 pub use constraints::Constraints;
 pub(crate) use coupling::{CoupledComponent, Coupling};
 pub(crate) use damping::{MovingRegions, RegionDamper};
@@ -85,6 +88,7 @@ pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub use rigid::RigidError;
 pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
 pub(crate) use rolling::rolling_resistance;
+pub(crate) use selection::distinct;
 pub use selection::{Selection, SelectionError, SelectionPose};
 pub(crate) use stiffness_factors::StiffnessFactors;
 pub use stiffness_factors::Zone;

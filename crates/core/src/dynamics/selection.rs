@@ -241,12 +241,10 @@ impl Selection {
         vertices_of: impl Fn(u32) -> I,
     ) -> Result<Vec<u32>, SelectionError> {
         self.validate()?;
-        let mut vertices: Vec<u32> = match self {
+        let vertices = distinct(match self {
             Self::Vertices(list) => list.clone(),
             _ => self.points_inside(points)?.into_iter().flat_map(vertices_of).collect(),
-        };
-        vertices.sort_unstable();
-        vertices.dedup();
+        });
         match vertices.last() {
             Some(&vertex) if vertex as usize >= vertex_count => {
                 Err(SelectionError::VertexOutOfRange { vertex, count: vertex_count })
@@ -290,6 +288,13 @@ impl Selection {
             Self::Group(_) => "group",
         }
     }
+}
+
+/// Returns vertices in increasing order, each once.
+pub(crate) fn distinct(mut vertices: Vec<u32>) -> Vec<u32> {
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices
 }
 
 /// Checks that all values are finite.

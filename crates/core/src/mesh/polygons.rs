@@ -73,6 +73,12 @@ impl Mesh {
         &self.groups
     }
 
+    /// Returns the vertices of a group, in increasing order; `None` if no vertex is in a group with this name.
+    pub fn group(&self, name: &str) -> Option<&[u32]> {
+        let found = self.groups.iter().find(|(group, vertices)| group == name && !vertices.is_empty());
+        found.map(|(_, vertices)| &vertices[..])
+    }
+
     /// Returns the number of faces, including degenerate ones.
     pub fn face_count(&self) -> usize {
         self.faces.polygons.len()

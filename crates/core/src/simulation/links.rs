@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_PI_3;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 use crate::body::{Anchor, Body};
-use crate::dynamics::{Link, LinkError};
+use crate::dynamics::{Link, LinkError, distinct};
 use crate::error::Error;
 
 /// Sweeps over the ties of glue in a step.
@@ -132,42 +132,33 @@ impl Links {
 impl Joined {
     fn new(link: Link, bodies: &[Body]) -> Result<Self, Error> {
         link.validate()?;
-        let find = |name: &String| {
-            bodies.iter().position(|body| body.name() == name).ok_or_else(|| Error::NoSuchBody {
-                what: "link",
-                name: name.clone(),
-                bodies: bodies.iter().map(|body| body.name().to_owned()).collect(),
-            })
-        };
-        let body = find(&link.body)?;
-        let other = link.other.as_ref().map(find).transpose()?;
+        let body = Body::index_of(bodies, "link", &link.body)?;
+        let other = link.other.as_ref().map(|name| Body::index_of(bodies, "link", name)).transpose()?;
         let vertices = bodies[body].select(&link.selection)?;
         let places: Vec<Point3<f64>> = vertices.iter().map(|&vertex| bodies[body].start_of(vertex)).collect();
         let is_glue = link.stiffness.is_none();
-        let anchors = match other {
-            None => places.iter().map(|_| None).collect(),
-            Some(other) => bodies[other].anchors_at_start(&places, !is_glue),
-        };
-        let mut corners: Vec<u32> =
-            anchors.iter().flatten().flat_map(|Anchor { corners, .. }| *corners).collect();
-        corners.sort_unstable();
-        corners.dedup();
-        let mut ties = Vec::new();
-        for ((&vertex, place), anchor) in vertices.iter().zip(places).zip(anchors) {
-            let (point, rest_length) = match anchor {
-                None => (TiePoint::Place(place), 0.0),
-                Some(anchor) => {
-                    if is_glue && anchor.beyond > GLUE_REACH {
-                        let (body, other) = (link.body.clone(), link.other.clone().unwrap_or_default());
-                        return Err(LinkError::TooLong { body, other, cells: anchor.beyond }.into());
-                    }
-                    let index = |corner: u32| corners.partition_point(|&other| other < corner) as u32;
-                    let point = TiePoint::Corners(anchor.corners.map(index), anchor.weights);
-                    (point, if is_glue { 0.0 } else { (place - anchor.place).norm() })
-                }
-            };
-            ties.push(Tie { vertex, point, rest_length });
+        let anchors = other.map(|other| bodies[other].anchors_at_start(&places, !is_glue));
+        let all = || anchors.iter().flatten();
+        let corners = distinct(all().flat_map(|anchor| anchor.corners).collect());
+        if let (Some(anchor), true) = (all().find(|anchor| anchor.beyond > GLUE_REACH), is_glue) {
+            let (body, other) = (link.body.clone(), link.other.clone().unwrap_or_default());
+            return Err(LinkError::TooLong { body, other, cells: anchor.beyond }.into());
         }
+        let ties = match &anchors {
+            None => {
+                let tie = |(&vertex, place)| Tie { vertex, point: TiePoint::Place(place), rest_length: 0.0 };
+                vertices.iter().zip(places).map(tie).collect()
+            }
+            Some(anchors) => {
+                let index = |corner: u32| corners.partition_point(|&other| other < corner) as u32;
+                let tie = |((&vertex, place), anchor): ((&u32, Point3<f64>), &Anchor)| {
+                    let point = TiePoint::Corners(anchor.corners.map(index), anchor.weights);
+                    let rest_length = if is_glue { 0.0 } else { (place - anchor.place).norm() };
+                    Tie { vertex, point, rest_length }
+                };
+                vertices.iter().zip(places).zip(anchors).map(tie).collect()
+            }
+        };
         let (bodies, is_broken, force) = ((body, other), false, Vector3::zeros());
         Ok(Self { link, bodies, ties, corners, is_broken, force, buffers: Buffers::default() })
     }

@@ -177,10 +177,7 @@ pub(super) fn check_dt(dt: f64) -> Result<(), Error> {
 pub(super) fn check_fields(fields: &[Field], bodies: &[Body]) -> Result<(), Error> {
     for field in fields {
         field.validate()?;
-        if let Some(name) = field.bodies.iter().find(|name| bodies.iter().all(|body| body.name() != *name)) {
-            let bodies = bodies.iter().map(|body| body.name().to_owned()).collect();
-            return Err(Error::NoSuchBody { what: "field", name: name.clone(), bodies });
-        }
+        field.bodies.iter().try_for_each(|name| Body::index_of(bodies, "field", name).map(drop))?;
     }
     Ok(())
 }

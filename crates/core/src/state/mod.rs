@@ -262,6 +262,22 @@ impl State {
         self.momenta.fill(None);
     }
 
+    /// Changes the velocity of a lattice vertex by dv, `change` in cells/s, in a step of `dt` seconds: v += dv and
+    /// x += h dv, as contacts do with their impulses. Invalidates the momenta of its connected component. `slots` has the
+    /// slot of each vertex.
+    pub(crate) fn accelerate(
+        &mut self,
+        (lattice, slots): (&Lattice, &[u32]),
+        vertex: u32,
+        change: Vector3<f64>,
+        dt: f64,
+    ) {
+        let (slot, mut state) = (slots[vertex as usize], self.body_state());
+        state.set_position(slot, state.position(slot) + change * dt);
+        state.set_velocity(slot, state.velocity(slot) + change);
+        self.invalidate_momentum(lattice, vertex);
+    }
+
     /// Invalidates the momenta of the connected component that contains a lattice vertex.
     pub(crate) fn invalidate_momentum(&mut self, lattice: &Lattice, vertex: u32) {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;

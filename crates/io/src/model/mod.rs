@@ -36,8 +36,7 @@ pub(crate) use names::{names, not_read};
 /// # Errors
 /// As [`read_document`] and [`Document::mesh`].
 pub fn read(path: impl AsRef<Path>, object: Option<&str>) -> Result<Mesh, ModelError> {
-    let document = read_document(path)?;
-    Ok(document.part(object)?.with_groups(&document).into_mesh())
+    Ok(read_document(path)?.grouped_mesh(object)?)
 }
 
 /// Reads a model file. Its content determines the format; its extension does if the content is of no known format.

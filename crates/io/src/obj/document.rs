@@ -195,6 +195,11 @@ impl Document {
         &mut self.parsed
     }
 
+    /// Returns whether the file has materials, as `usemtl` statements.
+    pub(super) fn has_materials(&self) -> bool {
+        self.parsed.has_materials
+    }
+
     /// Returns the objects and groups that have faces, including aliases; see [`Group::is_alias`].
     pub(super) fn all_groups(&self) -> &[Group] {
         &self.parsed.groups

@@ -62,8 +62,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Mesh, ObjError> {
 /// # Errors
 /// As [`Document::read`] and [`Document::mesh`]. The message of the error is `path:line: problem`.
 pub fn read_object(path: impl AsRef<Path>, object: Option<&str>) -> Result<Mesh, ObjError> {
-    let document = Document::read(path)?;
-    Ok(document.part(object)?.with_groups(&document).into_mesh())
+    Document::read(path)?.grouped_mesh(object)
 }
 
 /// Returns the surface of an OBJ file that was read with obj-rs. Its vertices are the positions in their order; texture

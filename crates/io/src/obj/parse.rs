@@ -48,6 +48,8 @@ pub(super) struct Parsed {
     pub(super) short_faces: usize,
     /// Line of the first face with fewer than three corners.
     pub(super) first_short_face: Option<usize>,
+    /// Whether there is a `usemtl` statement.
+    pub(super) has_materials: bool,
     /// Byte ranges of the text after `mtllib`, one per statement.
     pub(super) libraries: Vec<Range<usize>>,
     pub(super) groups: Vec<Group>,
@@ -190,7 +192,8 @@ impl<'a> Parser<'a> {
             }
             b"mtllib" => self.parsed.libraries.push(words.rest()),
             // Materials and smoothing groups change the appearance of faces, not their geometry.
-            b"usemtl" | b"s" => {}
+            b"usemtl" => self.parsed.has_materials = true,
+            b"s" => {}
             _ => self.ignore(&raw[keyword], statement.line),
         }
         Ok(())

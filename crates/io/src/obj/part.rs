@@ -36,6 +36,14 @@ impl Document {
         Ok(self.part(object)?.into_mesh())
     }
 
+    /// Returns the mesh like [`Document::mesh`], with the groups of the file: see [`Part::with_groups`].
+    ///
+    /// # Errors
+    /// As [`Document::mesh`].
+    pub fn grouped_mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
+        Ok(self.part(object)?.with_groups(self).into_mesh())
+    }
+
     /// Returns the mesh like [`Document::mesh`], with the indices that are needed to write it back to the
     /// file.
     ///
@@ -85,8 +93,10 @@ impl Part {
             let mut own = group.faces.iter().cloned().flatten().map(|face| place[face as usize]);
             groups.push((group.name.clone(), vertices(&mut own.by_ref().filter(|&face| face != UNUSED))));
         }
-        for (name, list) in document.appearance(&self).materials {
-            groups.push((name, vertices(&mut list.into_iter())));
+        // Another pass over the file.
+        if document.has_materials() {
+            let materials = document.appearance(&self).materials.into_iter();
+            groups.extend(materials.map(|(name, list)| (name, vertices(&mut list.into_iter()))));
         }
         groups.retain(|(_, vertices)| !vertices.is_empty());
         let mesh = self.mesh.clone().with_groups(groups);

@@ -11,28 +11,10 @@
 use supple::AdoptedSettings;
 use toml::{Table, Value};
 
+use crate::scene::{material_keys, touching_keys};
+
 /// Keys of `[simulation]` that can change.
 const SIMULATION: [&str; 6] = ["gravity", "substeps", "contact", "self_contact", "sleep", "time_scale"];
-
-/// Keys of the material of a body.
-const MATERIAL: [&str; 13] = [
-    "material",
-    "youngs_modulus",
-    "half_width",
-    "stiffness_radius",
-    "stiffness",
-    "frequency",
-    "accuracy",
-    "poisson_ratio",
-    "damping_ratio",
-    "damping_rate",
-    "region_damping",
-    "region_damping_rate",
-    "density",
-];
-
-/// Keys of a body that a state does not contain.
-const TOUCHING: [&str; 5] = ["friction", "restitution", "rolling_resistance", "ignore", "self_contact"];
 
 /// The changes of a scene since a state was kept.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -91,6 +73,7 @@ impl Changes {
                 _ => {}
             }
         }
+        let (material, touching) = (material_keys(), touching_keys());
         let [before, now] = bodies;
         for (index, (before, now)) in before.iter().zip(&now).enumerate() {
             let name = |body: &Value| body.get("name").and_then(Value::as_str).unwrap_or_default().to_owned();
@@ -101,14 +84,13 @@ impl Changes {
             let tables = [table(Some(before)), table(Some(now))];
             for (key, before, now) in differences(tables.each_ref()) {
                 match key {
-                    // Both states have plastic shapes, or both have none, unless one material is plastic.
-                    "plastic" => settings.material = true,
                     "volume" => settings.volume = true,
                     "inflate" => settings.inflation = true,
                     "zone" => (settings.material, settings.inflation) = (true, true),
                     "pin" | "handle" => settings.constraints = true,
-                    key if MATERIAL.contains(&key) => settings.material = true,
-                    key if TOUCHING.contains(&key) => {}
+                    // Both states have plastic shapes, or both have none, unless one material is plastic.
+                    key if material.contains(&key) => settings.material = true,
+                    key if touching.contains(&key) => {}
                     "mesh" => {
                         return Err(format!(
                             "`body.{}.mesh`: the mesh file has changed",

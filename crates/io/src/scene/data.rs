@@ -274,7 +274,7 @@ impl BodyData {
     pub fn to_keys(&self) -> Map<String, Value> {
         let mut fields = fields(self);
         leave_out_soft_keys(&mut fields);
-        flattened(fields).into_iter().filter(|(_, value)| !value.is_null()).collect()
+        keys_of(fields)
     }
 
     /// Creates a body with a name and a mesh, and defaults for all other keys.
@@ -395,25 +395,31 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
 impl FieldTable {
     /// Returns the keys that have a value.
     pub fn to_keys(&self) -> Map<String, Value> {
-        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
+        keys_of(fields(self))
     }
 }
 
 impl LinkTable {
     /// Returns the keys that have a value.
     pub fn to_keys(&self) -> Map<String, Value> {
-        flattened(fields(self)).into_iter().filter(|(_, value)| !value.is_null()).collect()
+        keys_of(fields(self))
     }
 }
 
 /// Leaves out the keys that a rigid body does not have.
 pub(super) fn leave_out_soft_keys(body: &mut Fields) {
     if body.get("rigid") == Some(&Value::Bool(true)) {
-        body.retain(|key, _| !keys::OF_SOFT_BODIES.contains(&key.as_str()));
+        let soft = keys::keys_of_soft_bodies();
+        body.retain(|key, _| !soft.contains(&key.as_str()));
         if let Some(Value::Object(material)) = body.get_mut("@material") {
             material.retain(|key, _| key == "density");
         }
     }
+}
+
+/// Returns the keys of the fields of a part of a scene that have a value, in their order.
+fn keys_of(fields: Fields) -> Map<String, Value> {
+    flattened(fields).into_iter().filter(|(_, value)| !value.is_null()).collect()
 }
 
 /// Replaces each field `@...` by the keys for which it stands.

@@ -21,7 +21,7 @@ use serde::forward_to_deserialize_any;
 
 use super::error::{Place, SceneError};
 use super::fault::Fault;
-use super::keys::{ELASTICITY, OF_SOFT_BODIES, expand, hint_for};
+use super::keys::{ELASTICITY, expand, hint_for, keys_of_soft_bodies};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
 use super::way_out::{nearest, resembles};
@@ -207,7 +207,7 @@ impl<'a> Field<'a> {
 
     /// Returns an error if the table of a rigid body has a key of a body that deforms.
     fn check_rigid(&self, table: &Table) -> Result<(), Fault> {
-        match OF_SOFT_BODIES.into_iter().find(|&key| is_rigid(table) && table.contains_key(key)) {
+        match keys_of_soft_bodies().into_iter().find(|&key| is_rigid(table) && table.contains_key(key)) {
             Some(key) => Err(Fault::Known(self.exclusive(key, "rigid"))),
             None => Ok(()),
         }

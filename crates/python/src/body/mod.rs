@@ -22,7 +22,7 @@ pub(crate) use class::Body;
 pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use hold::Hold;
-pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
+pub(crate) use storage::{LONG, SharedBody, SharedSimulation, Storage};
 pub(crate) use values::mesh_size;
 
 use pyo3::prelude::*;

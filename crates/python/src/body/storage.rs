@@ -52,7 +52,7 @@ pub(crate) struct SharedSimulation {
 }
 
 /// Longer work runs such that Ctrl-C ends the wait for it.
-const LONG: Duration = Duration::from_millis(100);
+pub(crate) const LONG: Duration = Duration::from_millis(100);
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {

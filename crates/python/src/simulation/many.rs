@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -11,12 +11,9 @@ use pyo3::prelude::*;
 use super::Simulation;
 use super::steps::{SIGNAL_INTERVAL, warn_softened, warnings_about_materials};
 use crate::argument::{self, Given, type_name};
-use crate::body::SharedSimulation;
+use crate::body::{LONG, SharedSimulation};
 use crate::forked::Forked;
 use crate::interrupt::interruptible;
-
-/// Longer steps run such that Ctrl-C ends the wait for them.
-const LONG: Duration = Duration::from_millis(100);
 
 /// Advance many simulations by n steps each, in parallel.
 ///

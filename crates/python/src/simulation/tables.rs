@@ -67,12 +67,8 @@ pub(super) fn read_fields(fields: &Bound<'_, PyAny>) -> PyResult<Vec<Field>> {
 pub(super) fn check_fields(fields: &[Field], names: &[&str]) -> PyResult<()> {
     for (index, field) in fields.iter().enumerate() {
         field.validate().map_err(error::from_core)?;
-        if let Some(name) = field.bodies.iter().find(|name| !names.contains(&name.as_str())) {
-            let way_out = nearest(name, names).map(|name| format!("; the nearest name is {name:?}"));
-            return Err(PyValueError::new_err(format!(
-                "fields[{index}].bodies names {name:?}, and no body of the simulation has this name{}",
-                way_out.unwrap_or_default()
-            )));
+        for name in &field.bodies {
+            check_name(name, names, |name| format!("fields[{index}].bodies names {name:?}"))?;
         }
     }
     Ok(())
@@ -94,15 +90,20 @@ pub(super) fn read_links(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
 pub(super) fn check_links(links: &[Link], names: &[&str]) -> PyResult<()> {
     for (index, link) in links.iter().enumerate() {
         link.validate().map_err(error::from_core)?;
-        for (key, name) in [("body", Some(&link.body)), ("other", link.other.as_ref())] {
-            if let Some(name) = name.filter(|name| !names.contains(&name.as_str())) {
-                let way_out = nearest(name, names).map(|name| format!("; the nearest name is {name:?}"));
-                return Err(PyValueError::new_err(format!(
-                    "links[{index}].{key} is {name:?}, and no body of the simulation has this name{}",
-                    way_out.unwrap_or_default()
-                )));
-            }
+        check_name(&link.body, names, |name| format!("links[{index}].body is {name:?}"))?;
+        if let Some(other) = &link.other {
+            check_name(other, names, |name| format!("links[{index}].other is {name:?}"))?;
         }
     }
     Ok(())
+}
+
+/// Checks that a body of a simulation has a name. `what`: which argument has the name.
+fn check_name(name: &str, names: &[&str], what: impl FnOnce(&str) -> String) -> PyResult<()> {
+    if names.contains(&name) {
+        return Ok(());
+    }
+    let way_out = nearest(name, names).map(|name| format!("; the nearest name is {name:?}"));
+    let message = format!("{}, and no body of the simulation has this name", what(name));
+    Err(PyValueError::new_err(message + &way_out.unwrap_or_default()))
 }

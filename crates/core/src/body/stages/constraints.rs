@@ -119,16 +119,11 @@ impl Stage for ApplyConstraints {
     }
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
-        let before = std::mem::replace(&mut body.constraints, snapshot.constraints.clone());
-        if let (Some(constraints), Some(before)) = (&mut body.constraints, &before) {
+        let mut constraints = snapshot.constraints.clone();
+        if let (Some(constraints), Some(before)) = (&mut constraints, &body.constraints) {
             constraints.resolve(before);
         }
-        let constrained = |constraints: &Option<Constraints>| {
-            constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
-        };
-        if constrained(&before) != constrained(&body.constraints) {
-            body.track_constraints();
-        }
+        body.replace_constraints(constraints);
     }
 }
 
@@ -141,6 +136,17 @@ impl Body {
         };
         let state_slots = (&state.body_state(), matching.layout.slots());
         if constraints.begin(context.interval, state_slots, executor) {
+            self.track_constraints();
+        }
+    }
+
+    /// Replaces all pins and handles.
+    pub(in crate::body) fn replace_constraints(&mut self, constraints: Option<Constraints>) {
+        let constrained = |constraints: &Option<Constraints>| {
+            constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
+        };
+        let before = std::mem::replace(&mut self.constraints, constraints);
+        if constrained(&before) != constrained(&self.constraints) {
             self.track_constraints();
         }
     }

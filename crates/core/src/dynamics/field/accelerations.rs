@@ -28,8 +28,7 @@ impl FieldAccelerations {
         })
     }
 
-    /// Applies the accelerations a of a step: v += h a and x += h² a. Invalidates the momenta of the connected components
-    /// that they accelerate.
+    /// Applies the accelerations a of a step: see [`State::accelerate`].
     pub(in crate::dynamics) fn apply(
         &self,
         step: Interval,
@@ -38,14 +37,9 @@ impl FieldAccelerations {
     ) {
         let factor = step.dt / lattice.cell_size();
         for (vertex, acceleration) in (0..).zip(&self.next) {
-            if *acceleration == [0.0; 3] {
-                continue;
+            if *acceleration != [0.0; 3] {
+                state.accelerate((lattice, slots), vertex, Vector3::from(*acceleration) * factor, step.dt);
             }
-            let (slot, change) = (slots[vertex as usize], Vector3::from(*acceleration) * factor);
-            let mut body_state = state.body_state();
-            body_state.set_position(slot, body_state.position(slot) + change * step.dt);
-            body_state.set_velocity(slot, body_state.velocity(slot) + change);
-            state.invalidate_momentum(lattice, vertex);
         }
     }
 

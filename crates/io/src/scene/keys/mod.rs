@@ -78,26 +78,6 @@ const ALTERNATIVES: [[&str; 2]; 5] = [
     ["region_damping", "region_damping_rate"],
 ];
 
-/// The keys of a body that a rigid body does not have, because it does not deform.
-pub(super) const OF_SOFT_BODIES: [&str; 16] = [
-    "material",
-    "youngs_modulus",
-    "half_width",
-    "stiffness_radius",
-    "stiffness",
-    "frequency",
-    "accuracy",
-    "poisson_ratio",
-    "damping_ratio",
-    "damping_rate",
-    "region_damping",
-    "region_damping_rate",
-    "plastic",
-    "fracture",
-    "inflate",
-    "zone",
-];
-
 /// The two motions of a handle, which exclude each other.
 const MOTIONS: [&str; 2] = ["keys", "follow"];
 
@@ -162,6 +142,22 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
         }
     };
     fields.iter().flat_map(keys).collect()
+}
+
+/// Returns the keys of the material of a body.
+pub(crate) fn material_keys() -> Vec<&'static str> {
+    expand(&["@material"])
+}
+
+/// Returns the keys of a body that say how it touches colliders and other bodies.
+pub(crate) fn touching_keys() -> Vec<&'static str> {
+    expand(&["@touching"])
+}
+
+/// Returns the keys of a body that a rigid body does not have, because it does not deform.
+pub(super) fn keys_of_soft_bodies() -> Vec<&'static str> {
+    let material = material_keys().into_iter().filter(|key| *key != "density");
+    material.chain(["fracture", "inflate", "zone"]).collect()
 }
 
 /// Returns the description of a valid value of a key, for the message that the key is missing or that its
