@@ -13,6 +13,7 @@ mod hold_force;
 mod inflation;
 mod links;
 mod lowest_mode;
+mod maps;
 mod plasticity;
 mod poisson;
 mod quantities;

@@ -517,7 +517,7 @@ fn positions_and_velocities_that_are_set_move_the_whole_body() {
 #[test]
 fn settings_of_bodies_that_deform_are_errors() {
     let builder = || cuboid([1.0; 3]);
-    let zone = Zone { selection: Selection::Vertices(vec![0]), factor: 2.0, inflate: None };
+    let zone = Zone::new(Selection::Vertices(vec![0]), 2.0);
     let cases = [
         (builder().youngs_modulus(1e5), "youngs_modulus"),
         (builder().preset(Preset::Jelly), "material"),

@@ -102,6 +102,10 @@ impl<'a> Placed<'a> {
             Selection::Group(name) => {
                 vertices(self.body.mesh().and_then(|mesh| mesh.group(name)).unwrap_or_default())
             }
+            Selection::Weights(weights) => self.weighted(weights),
+            Selection::Map(name) => {
+                self.weighted(self.body.mesh().and_then(|mesh| mesh.map(name)).unwrap_or_default())
+            }
             shape => {
                 let inside = |point: &&[f64; 3]| shape.distance(&(**point).into()) <= 0.0;
                 self.vertices.iter().filter(inside).copied().collect()
@@ -110,6 +114,11 @@ impl<'a> Placed<'a> {
         let (low, high) = bounds(selected.iter().copied());
         let mesh_vertices = (!is_list).then_some(selected.len());
         SelectionFacts { mesh_vertices, lattice_vertices: held.len(), low, high, follow: None }
+    }
+
+    /// Returns the mesh vertices with a weight above 0.
+    fn weighted(&self, weights: &[f32]) -> Vec<[f64; 3]> {
+        self.vertices.iter().zip(weights).filter(|(_, weight)| **weight > 0.0).map(|(point, _)| *point).collect()
     }
 
     /// Returns facts about a handle: see [`selection`](Self::selection).
@@ -140,11 +149,17 @@ impl<'a> Placed<'a> {
         SelectionFacts { follow: Some(follow), ..facts }
     }
 
-    /// Returns facts about a zone, whose shape selects lattice vertices.
+    /// Returns facts about a zone, whose shape or map selects lattice vertices.
     pub(super) fn zone(&self, zone: &Zone) -> ZoneFacts {
         let cell_size = self.body.lattice().cell_size();
         let positions = self.body.positions();
         let selected: Vec<(f64, [f64; 3])> = match &zone.selection {
+            map if map.is_map() => {
+                let weights = self.body.weights(map).ok().flatten().unwrap_or_default();
+                let rest = |weight: f64| if weight > 1.0 - 1e-6 { 0.0 } else { (1.0 - weight) * cell_size };
+                let points = positions.iter().zip(weights).filter(|(_, weight)| *weight > 0.0);
+                points.map(|(position, weight)| (rest(weight), (*position).into())).collect()
+            }
             Selection::Vertices(_) | Selection::MeshVertices(_) | Selection::Group(_) => {
                 let list = self.body.select(&zone.selection).unwrap_or_default();
                 list.iter().map(|&vertex| (0.0, positions[vertex as usize].into())).collect()

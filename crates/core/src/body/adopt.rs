@@ -2,7 +2,7 @@
 
 use super::snapshot::BodySnapshot;
 use super::soft_body::Body;
-use crate::dynamics::{Constraints, StiffnessFactors};
+use crate::dynamics::Constraints;
 use crate::error::Error;
 
 /// The settings of a body that [`Simulation::adopt`](crate::Simulation::adopt) takes from another simulation. By default
@@ -10,7 +10,7 @@ use crate::error::Error;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct AdoptedSettings {
-    /// Material: elasticity, Poisson's ratio, damping, plasticity, density and stiffness factors. Plastic shapes stay
+    /// Material: elasticity, Poisson's ratio, damping, plasticity, density and the factors of zones. Plastic shapes stay
     /// if both have plasticity.
     pub material: bool,
     /// Options of the volume correction.
@@ -45,7 +45,8 @@ impl Body {
             let factors = built.stiffness_factors.as_ref();
             let factors =
                 factors.map(|factors| sources.iter().map(|&source| factors[source as usize]).collect());
-            self.replace_stiffness_factors(factors.map(StiffnessFactors::new).transpose()?);
+            let factors = self.varied(&built.parts, factors)?;
+            self.replace_factors(built.parts.clone(), factors);
             self.set_region_damping(built.material.region_damping)?;
             self.update_elastic_damping();
             self.update_shapes();

@@ -10,10 +10,11 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::context::StepContext;
 use super::fracture_stage::Breaking;
-use super::parts::{Pipeline, Shape};
+use super::parts::{Pipeline, Settings, Shape};
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
 use crate::contact::Parts;
+use crate::dynamics::StiffnessFactors;
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
@@ -26,6 +27,38 @@ impl Body {
     pub(super) fn arm(&mut self, options: FractureOptions, shares: Vec<f64>) {
         self.breaking = Some(Box::new(self.create_breaking(Some(options), shares)));
         self.pipeline.matching.set_covariances(true);
+    }
+
+    /// Gives the body its masses anew, for other factors of the density. Positions, velocities and plastic shapes are
+    /// unchanged.
+    pub(super) fn update_masses(&mut self) {
+        let (whole, _) = self.whole();
+        let mesh = self.whole_mesh();
+        let masses = match &self.breaking {
+            Some(breaking) => Masses::of_shares(&whole, &breaking.shares),
+            None => Masses::new(&whole, mesh),
+        };
+        let masses = match &self.settings.parts.density {
+            Some(factors) => masses.denser(&whole, factors),
+            None => masses,
+        };
+        let lattice = &self.shape.lattice;
+        let masses = match &mut self.breaking {
+            Some(breaking) => {
+                let of_pieces = masses.with_vertices(divided_masses(lattice, &breaking.shares, &masses));
+                breaking.whole_masses = masses;
+                of_pieces
+            }
+            None => masses,
+        };
+        let mut matching = Matching::new(lattice, &masses, self.half_width());
+        matching.set_terms_of(&self.pipeline.matching);
+        self.shape.masses = masses;
+        self.pipeline.matching = matching;
+        self.state.fitted = false;
+        self.state.momenta.fill(None);
+        self.forget_elastic_measures();
+        self.rebuild_stages();
     }
 
     /// Prepares the body to be cut.
@@ -167,10 +200,17 @@ impl Body {
         sums.iter().map(|sums| sums.plane_at_rest(point - origin, normal)).collect()
     }
 
+    /// Returns the greatest Young's modulus in force in steps of `dt` seconds, and the least factor of the limits.
+    pub(super) fn weakest(&self, dt: f64) -> (f64, f64) {
+        let greatest = self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_of_modulus);
+        (self.modulus_in_force(dt) * greatest, self.settings.parts.least_strength())
+    }
+
     /// Finds the joints that break in this step.
     pub(super) fn find_breaking(&mut self, context: &StepContext, executor: &Executor) {
         let modulus = self.modulus_in_force(context.interval.dt);
-        let (half_width, factor) = (self.half_width(), self.greatest_factor());
+        let half_width = self.half_width();
+        let weakest = self.weakest(context.interval.dt);
         let is_one_task = self.is_one_task();
         let Self {
             pipeline: Pipeline { matching, workspace, .. },
@@ -179,6 +219,7 @@ impl Body {
             state,
             constraints,
             stiffness_factors,
+            settings: Settings { parts, .. },
             ..
         } = self
         else {
@@ -187,22 +228,28 @@ impl Body {
         if !breaking.has_gradients && breaking.fracture.needs_gradients() {
             let mut shared = is_one_task.then(|| context.workspaces.lock(executor));
             let workspace = shared.as_deref_mut().unwrap_or(workspace);
-            if let Some(gradients) = breaking.fracture.gradients((modulus, factor), true) {
+            if let Some(gradients) = breaking.fracture.gradients(weakest, true) {
                 matching.measure(workspace, executor, &state.positions, gradients);
             }
         }
         if let Some(strains) = &state.strains
-            && let Some(gradients) = breaking.fracture.gradients((modulus, factor), true)
+            && let Some(gradients) = breaking.fracture.gradients(weakest, true)
         {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
+        let factors =
+            stiffness_factors.as_ref().map(|factors| |vertex: u32| factors.of_modulus(vertex));
+        let strengths = parts.strength.as_ref();
+        let strengths =
+            strengths.map(|strengths| |vertex: u32| strengths[lattice.source(vertex) as usize]);
         let deformation = Deformation {
             lattice,
             layout: &matching.layout,
             rotations: &state.rotations,
             half_width,
             modulus,
-            factors: stiffness_factors.as_ref().map(|factors| (factors.specified(), factor)),
+            factors: factors.as_ref().map(|factor| factor as &dyn Fn(u32) -> f64),
+            strengths: strengths.as_ref().map(|strength| strength as &dyn Fn(u32) -> f64),
             held: constraints.as_ref().map_or(&[], |constraints| constraints.constrained()),
         };
         breaking.is_due = breaking.fracture.find_breaking(&deformation);

@@ -9,7 +9,7 @@ use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::rigid::rigid_settings;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
-use crate::dynamics::RigidError;
+use crate::dynamics::{PartFactors, RigidError};
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{Embedding, Lattice, LatticeError, Masses, Resolution, cell_shares};
@@ -25,7 +25,7 @@ impl BodyBuilder {
     ///
     /// A number out of range, a lattice that cannot be built or exceeds the memory limit, a volume measure
     /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
-    pub fn build(self) -> Result<Body, Error> {
+    pub fn build(mut self) -> Result<Body, Error> {
         self.material.validate()?;
         let (material, volume) = match self.rigid {
             true => rigid_settings(&self.material, self.volume)?,
@@ -53,6 +53,13 @@ impl BodyBuilder {
                 let mesh = mesh.scaled(self.scale)?;
                 let lattice = Lattice::from_mesh(&mesh, &options)?;
                 let refined = self.refine.apply(&mesh, lattice.cell_size())?;
+                if let Some(refined) = &refined {
+                    let zones = self.zones.iter_mut().map(|zone| &mut zone.selection);
+                    let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
+                    let handles = self.handles.iter_mut().map(|handle| &mut handle.selection);
+                    let all = zones.chain(pins).chain(handles);
+                    all.for_each(|selection| selection.refine(&refined.points));
+                }
                 let mesh = refined.map_or(mesh, |refined| refined.mesh);
                 let embedding = Embedding::new(&lattice, mesh.vertices());
                 let embedding = match self.skin {
@@ -86,6 +93,7 @@ impl BodyBuilder {
                 volume,
                 touching: self.touching,
                 has_self_contact: false,
+                parts: PartFactors::default(),
                 youngs_modulus: None,
             },
             shape: Shape {

@@ -68,15 +68,17 @@ impl Body {
         };
 
         let in_step = constraint.in_step(step, executor);
-        if !constraint.holds() {
+        if !constraint.holds_all() {
             let mut state = self.state.clone();
             for (vertex, acceleration) in in_step.accelerations(step, &state.body_state(), slots) {
                 add(acceleration * self.mass_of(vertex), position(vertex));
             }
+        }
+        if constraint.held().next().is_none() {
             return result;
         }
         if let Some((force, torque)) = self.reaction_of(constraint, gravity, (step, executor), center) {
-            return HoldForce { force, torque, center };
+            return HoldForce { force: result.force + force, torque: result.torque + torque, center };
         }
         let mut workspace = Workspace::default();
         let mut rotations = state.rotations.clone();

@@ -30,6 +30,7 @@ impl Body {
             youngs_modulus: self.settings.youngs_modulus,
             half_width: self.half_width(),
             stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
+            parts: self.settings.parts.clone(),
             inflation,
             volume: self.settings.volume,
             forces: None,

@@ -9,7 +9,9 @@ use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::contact::Contacts;
 use crate::contact::bodies::BodyContact;
-use crate::dynamics::{ElasticDamper, EnergyLimiter, Material, MomentumTracker, RegionDamper};
+use crate::dynamics::{
+    ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper,
+};
 use crate::lattice::{Lattice, Masses};
 use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::Scale;
@@ -48,6 +50,8 @@ pub(super) struct Settings {
     pub(super) touching: TouchingOptions,
     /// Whether parts of the body touch each other that are connected.
     pub(super) has_self_contact: bool,
+    /// The factors with which density and strength vary.
+    pub(super) parts: PartFactors,
     /// Young's modulus of the material, fixed when the body joined a simulation. `None` with the elasticity of
     /// regions, and outside a simulation.
     pub(super) youngs_modulus: Option<f64>,

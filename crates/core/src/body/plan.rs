@@ -12,7 +12,8 @@ impl Body {
             name: self.name.clone(),
             lattice_bytes: self.shape.lattice.memory()
                 + self.shape.masses.bytes()
-                + self.stiffness_factors.as_ref().map_or(0, StiffnessFactors::bytes),
+                + self.stiffness_factors.as_ref().map_or(0, StiffnessFactors::bytes)
+                + self.settings.parts.bytes(),
             state_bytes: self.state.bytes(),
             stages: Vec::new(),
             left_out: Vec::new(),

@@ -351,11 +351,10 @@ impl Body {
         let (rigid, pose, constraints) =
             (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
         let (frame, slots) = (self.state.frame.body_frame(), self.pipeline.matching.layout.slots());
-        let active = || constraints.list().iter().filter(|constraint| constraint.holds());
         let mut holding = rigid.clone();
         holding.held.clear();
         let (mut own, mut all) = (0.0, 0.0);
-        for other in active() {
+        for other in constraints.list() {
             let in_step = other.in_step(step, executor);
             for (vertex, target, change) in held_vertices(constraints, std::slice::from_ref(&*in_step), step)
             {
@@ -381,7 +380,7 @@ fn held_vertices<'a>(
     some: &'a [Constraint],
     interval: Interval,
 ) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> + 'a {
-    some.iter().filter(|constraint| constraint.holds()).flat_map(move |constraint| {
+    some.iter().flat_map(move |constraint| {
         let targets = constraint.targets(interval);
         targets.filter(move |&(vertex, ..)| constraints.is_moved_by(constraint, vertex))
     })

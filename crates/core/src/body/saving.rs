@@ -7,10 +7,10 @@ use super::soft_body::Body;
 use super::stages::stages;
 use super::surface::Surface;
 use super::zones::{check_stiffness, checked_factors};
-use crate::dynamics::StiffnessFactors;
 use crate::error::{Error, StateError};
 use crate::lattice::{Embedding, Lattice, Layout};
 use crate::range::{Range, in_range};
+use crate::state::ArrayError;
 use crate::volume::{self, Correction, VolumeError, VolumeOptions};
 
 impl Body {
@@ -24,6 +24,7 @@ impl Body {
             youngs_modulus: self.settings.youngs_modulus,
             half_width: self.half_width(),
             stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
+            parts: self.settings.parts.clone(),
             inflation: None,
             volume: self.settings.volume,
             forces: None,
@@ -58,9 +59,10 @@ impl Body {
         self.settings.material = snapshot.material;
         self.settings.youngs_modulus = snapshot.youngs_modulus;
         self.set_half_width(snapshot.half_width);
-        if snapshot.stiffness_factors.as_deref() != self.stiffness_factors() {
-            let factors = snapshot.stiffness_factors.clone().map(StiffnessFactors::new).transpose()?;
-            self.replace_stiffness_factors(factors);
+        let stiffness = snapshot.stiffness_factors.as_deref();
+        if snapshot.parts != self.settings.parts || stiffness != self.stiffness_factors() {
+            let factors = self.varied(&snapshot.parts, snapshot.stiffness_factors.clone())?;
+            self.replace_factors(snapshot.parts.clone(), factors);
         }
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
@@ -151,6 +153,11 @@ impl Body {
         let factors = snapshot.stiffness_factors.as_ref();
         let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
         check_stiffness(&material, factors.as_ref())?;
+        let expected = self.whole().1.len();
+        if !snapshot.parts.check(expected)? {
+            let count = snapshot.parts.density.as_ref().or(snapshot.parts.strength.as_ref()).map_or(0, Vec::len);
+            return Err(ArrayError::Length { name: "zones", count, expected }.into());
+        }
         if let Some(modulus) = youngs_modulus {
             Range::YOUNGS_MODULUS.check("youngs_modulus", modulus)?;
         }

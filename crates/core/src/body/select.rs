@@ -4,10 +4,15 @@ use nalgebra::{Point3, Vector3};
 
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::dynamics::{Selection, SelectionError, SelectionPose, distinct};
+use crate::dynamics::{Selection, SelectionError, SelectionPose, distinct, valid_weights};
+use crate::lattice::carried;
 
 /// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.
 const UNMOVED: f64 = 1e-6;
+/// Least weight of a map at which a vertex belongs to a part that has no weights.
+const LEAST_OF_WHOLE: f64 = 0.5;
+/// Least weight with which a pin or a handle pulls a vertex: a tenth of the frequency of a weight of 1/2.
+const LEAST_OF_GOAL: f64 = 0.01;
 
 impl Body {
     /// Returns the lattice vertices of a selection, in increasing order, with the body at frame 0: see
@@ -24,12 +29,16 @@ impl Body {
     ///
     /// A shape selects the corners of every cell that contains a mesh vertex inside the shape. On a bare
     /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space. A list of mesh vertices
-    /// and a group select the corners of every cell that contains one of them.
+    /// and a group select the corners of every cell that contains one of them. A map selects the lattice vertices with a
+    /// [weight](Self::weights) of at least 0.5.
     ///
     /// # Errors
     ///
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select_at(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<u32>, SelectionError> {
+        if let Some(weights) = self.weights(selection)? {
+            return weighted(&weights, LEAST_OF_WHOLE).map(|(vertices, _)| vertices);
+        }
         if let Some(part) = self.mesh_part(selection)? {
             let Some(Surface { embedding, .. }) = self.surface() else { return Err(SelectionError::NoMesh) };
             return Ok(distinct(part.iter().flat_map(|&point| embedding.corners(point as usize)).collect()));
@@ -57,6 +66,50 @@ impl Body {
             }
         };
         selected.map_err(|error| error.at(pose))
+    }
+
+    /// Returns the weight in [0, 1] of each lattice vertex for a selection that is a map; `None` for another one.
+    ///
+    /// A vertex of a cell that the surface meets has the mean of the map over the surface around it, with the area and
+    /// the trilinear weight of the vertex in its cell; in a face the map is linear. From there the weights go inwards
+    /// layer by layer: another vertex has the mean of its neighbors that have weights. So they depend on neither the size
+    /// nor the order of the faces. The vertices of the map are those of the mesh of the body before it broke.
+    ///
+    /// # Errors
+    ///
+    /// A map that the mesh does not have, or with another number of weights than vertices, a weight out of range, or a
+    /// bare lattice.
+    pub fn weights(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
+        if !selection.is_map() {
+            return Ok(None);
+        }
+        let mesh = self.whole_mesh().ok_or(SelectionError::NoMesh)?;
+        let weights = match selection {
+            Selection::Weights(weights) => &weights[..],
+            Selection::Map(name) => mesh.map(name).ok_or_else(|| SelectionError::NoSuchMap {
+                name: name.clone(),
+                known: mesh.maps().iter().map(|(map, _)| map.clone()).collect(),
+            })?,
+            _ => &[],
+        };
+        let (count, expected) = (weights.len(), mesh.vertices().len());
+        if count != expected {
+            return Err(SelectionError::WeightCount { count, expected });
+        }
+        valid_weights(weights)?;
+        Ok(Some(carried(&self.shape.lattice, mesh, weights)))
+    }
+
+    /// Returns the lattice vertices that a pin or a handle takes, in increasing order, and their weights if the selection
+    /// is a map.
+    pub(super) fn held_part(
+        &self,
+        selection: &Selection,
+    ) -> Result<(Vec<u32>, Option<Vec<f64>>), SelectionError> {
+        match self.weights(selection)? {
+            Some(weights) => weighted(&weights, LEAST_OF_GOAL).map(|(vertices, some)| (vertices, Some(some))),
+            None => Ok((self.select(selection)?, None)),
+        }
     }
 
     /// Returns the mesh vertices of a selection that is a part of the mesh, in increasing order; `None` for another one.
@@ -91,6 +144,11 @@ impl Body {
         }
     }
 
+    /// Returns whether the body has not moved.
+    pub(super) fn is_at_start(&self) -> bool {
+        self.pose_of(SelectionPose::Now) == SelectionPose::Start
+    }
+
     /// Returns the pose, or [`SelectionPose::Start`] if the body has not moved, so that rounded positions do not decide
     /// whether a point on the boundary of a shape is inside.
     pub(super) fn pose_of(&self, pose: SelectionPose) -> SelectionPose {
@@ -106,5 +164,15 @@ impl Body {
     /// Returns the position of a lattice vertex at frame 0, in world space.
     pub(crate) fn start_of(&self, vertex: u32) -> Point3<f64> {
         self.shape.model_to_world * self.shape.lattice.rest_position(vertex)
+    }
+}
+
+/// Returns the vertices with a weight of at least `least`, in increasing order, and their weights.
+fn weighted(weights: &[f64], least: f64) -> Result<(Vec<u32>, Vec<f64>), SelectionError> {
+    let some = (0..).zip(weights.iter().copied()).filter(|(_, weight)| *weight >= least);
+    let (vertices, weights): (Vec<u32>, Vec<f64>) = some.unzip();
+    match vertices.is_empty() {
+        true => Err(SelectionError::NoWeight { least: least as f32 }),
+        false => Ok((vertices, weights)),
     }
 }

@@ -103,7 +103,8 @@ impl Body {
     }
 
     /// Adds a pin, which fixes the selected part of the body in the pose that the part has when the time
-    /// window of the pin begins. For selections see [`Body::select`]. The part may overlap with the parts of
+    /// window of the pin begins. For selections see [`Body::select`]; a map gives each vertex a weight of its own, see
+    /// [`Pin::goal`]. The part may overlap with the parts of
     /// other pins and handles: of the active ones, the one that was added last moves the common vertices.
     ///
     /// In a rigid body, all vertices that pins and handles hold at a time are one joint. A single vertex is a ball joint,
@@ -113,9 +114,8 @@ impl Body {
     ///
     /// An empty or invalid selection, or an empty time window.
     pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
-        self.add(
-            Constraint::new(self.select(&pin.selection)?, pin.window, None)?.softened(pin.goal.as_ref())?,
-        )
+        let (vertices, weights) = self.held_part(&pin.selection)?;
+        self.add(Constraint::new(vertices, pin.window, None)?.softened(pin.goal.as_ref(), weights)?)
     }
 
     /// Adds a handle, which moves the selected part of the body: along keyframes, relative to the pose that the part
@@ -127,14 +127,15 @@ impl Body {
     /// another number of vertices than the mesh of the body, or a body without a mesh.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
         let Handle { selection, motion, window, goal } = handle;
+        let (vertices, weights) = self.held_part(selection)?;
         let constraint = match motion {
             HandleMotion::Keys(keys, interpolation) => {
-                Constraint::new(self.select(selection)?, *window, Some(keys))?.interpolated(*interpolation)
+                Constraint::new(vertices, *window, Some(keys))?.interpolated(*interpolation)
             }
-            HandleMotion::Follow(animation) => self.following(selection, *window, animation)?,
+            HandleMotion::Follow(animation) => self.following(selection, vertices, *window, animation)?,
         };
         constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
-        self.add(constraint.softened(goal.as_ref())?)
+        self.add(constraint.softened(goal.as_ref(), weights)?)
     }
 
     /// Adds a pin or a handle.
@@ -145,10 +146,11 @@ impl Body {
         Ok(())
     }
 
-    /// Returns a handle that follows an animated mesh.
+    /// Returns a handle on `vertices`, those of the selection, that follows an animated mesh.
     fn following(
         &self,
         selection: &Selection,
+        vertices: Vec<u32>,
         window: TimeWindow,
         animation: &MeshAnimation,
     ) -> Result<Constraint, Error> {
@@ -160,13 +162,13 @@ impl Body {
         if value > limit {
             return Err(ConstraintError::AnimationTooFar { value, limit }.into());
         }
-        let vertices = self.select(selection)?;
-        let part = match (selection, self.mesh_part(selection)?) {
-            (_, Some(part)) => part,
-            (Selection::Vertices(_), _) => (0..mesh.vertices().len() as u32).collect(),
-            (shape, _) => {
-                shape.points_inside(mesh.vertices().iter().map(|point| self.shape.model_to_world * point))?
+        let part = match self.mesh_part(selection)? {
+            Some(part) => part,
+            None if selection.is_shape() => {
+                let points = mesh.vertices().iter().map(|point| self.shape.model_to_world * point);
+                selection.points_inside(points)?
             }
+            None => (0..mesh.vertices().len() as u32).collect(),
         };
         let &Self { shape: Shape { ref lattice, scale, model_to_world, .. }, .. } = self;
         let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };

@@ -1,7 +1,7 @@
 //! The saved state of a body.
 
 use crate::contact::Side;
-use crate::dynamics::{Constraints, Forces, Inflation, Material};
+use crate::dynamics::{Constraints, Forces, Inflation, Material, PartFactors};
 use crate::fracture::Cracks;
 use crate::matching::HalfWidth;
 use crate::state::State;
@@ -22,6 +22,7 @@ pub struct BodySnapshot {
     pub(super) half_width: HalfWidth,
     /// One per lattice vertex.
     pub(super) stiffness_factors: Option<Vec<f64>>,
+    pub(super) parts: PartFactors,
     pub(super) inflation: Option<Inflation>,
     pub(super) volume: VolumeOptions,
     pub(super) forces: Option<Forces>,

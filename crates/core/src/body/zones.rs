@@ -1,9 +1,10 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
+use super::parts::Shape;
 use super::soft_body::Body;
 use crate::dynamics::{
-    Elasticity, Inflation, Material, Selection, SelectionError, SelectionPose, Stiffness, StiffnessFactors,
-    Zone,
+    Elasticity, Inflation, Material, PartFactors, Selection, SelectionError, SelectionPose, Stiffness,
+    StiffnessFactors, Zone,
 };
 use crate::error::Error;
 use crate::range::{Range, RangeError, in_range};
@@ -25,12 +26,11 @@ impl Body {
     /// factor exceeds 1. The factors are then unchanged.
     pub fn set_stiffness_factors(&mut self, factors: Option<&[f64]>) -> Result<(), Error> {
         self.check_deforms("a stiffness factor")?;
-        let factors =
-            factors.map(|factors| checked_factors(factors, self.shape.lattice.len())).transpose()?;
+        factors.map(|factors| checked_factors(factors, self.shape.lattice.len())).transpose()?;
+        let parts = self.settings.parts.clone();
+        let factors = self.varied(&parts, factors.map(<[f64]>::to_vec))?;
         check_stiffness(&self.settings.material, factors.as_ref())?;
-        self.wake();
-        self.settings.youngs_modulus = None;
-        self.replace_stiffness_factors(factors);
+        self.change_factors(parts, factors);
         Ok(())
     }
 
@@ -39,10 +39,48 @@ impl Body {
         self.stiffness_factors.as_ref().map(StiffnessFactors::specified)
     }
 
+    /// Returns the factors of alpha of the regions, one per lattice vertex: those of the stiffness divided by those of the
+    /// density; `None` if they do not vary.
+    pub(crate) fn region_factors(&self) -> Option<&[f64]> {
+        self.stiffness_factors.as_ref().map(StiffnessFactors::relative)
+    }
+
+    /// Returns the stiffness factors for the factors `stiffness` of Young's modulus, one per lattice vertex, and those of
+    /// the density.
+    ///
+    /// # Errors
+    ///
+    /// A factor out of range.
+    pub(super) fn varied(
+        &self,
+        parts: &PartFactors,
+        stiffness: Option<Vec<f64>>,
+    ) -> Result<Option<StiffnessFactors>, RangeError> {
+        let lattice = &self.shape.lattice;
+        let density = parts.density.as_ref().map(|density| {
+            (0..lattice.len() as u32).map(|vertex| density[lattice.source(vertex) as usize])
+        });
+        // With another density alone, the regions have factors too.
+        let varies = stiffness.is_some() || density.is_some();
+        let specified = varies.then(|| stiffness.unwrap_or_else(|| vec![1.0; lattice.len()]));
+        specified.map(|specified| StiffnessFactors::new(specified, density)).transpose()
+    }
+
     /// Replaces the factors by valid ones.
-    pub(super) fn replace_stiffness_factors(&mut self, factors: Option<StiffnessFactors>) {
+    pub(super) fn replace_factors(&mut self, parts: PartFactors, factors: Option<StiffnessFactors>) {
         self.stiffness_factors = factors;
+        let before = std::mem::replace(&mut self.settings.parts, parts);
+        if before.density != self.settings.parts.density {
+            self.update_masses();
+        }
         self.apply_stiffness_factors();
+    }
+
+    /// Replaces the factors by valid ones, from the next step on. The regions are fixed again.
+    fn change_factors(&mut self, parts: PartFactors, factors: Option<StiffnessFactors>) {
+        self.wake();
+        self.settings.youngs_modulus = None;
+        self.replace_factors(parts, factors);
     }
 
     /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most the greatest
@@ -66,11 +104,6 @@ impl Body {
         self.pipeline.matching.set_factors(in_force.as_deref());
     }
 
-    /// Returns the greatest stiffness factor in force.
-    pub(super) fn greatest_factor(&self) -> f64 {
-        self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
-    }
-
     /// Returns the least and the greatest stiffness factor.
     pub(crate) fn factor_range(&self) -> (f64, f64) {
         self.stiffness_factors.as_ref().map_or((1.0, 1.0), StiffnessFactors::range)
@@ -81,7 +114,7 @@ impl Body {
         self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 
-    /// Multiplies the stiffness factors of a part of the body, and its [rest volume](Zone::inflate), from the next
+    /// Multiplies the stiffness factors of a part of the body, and the other quantities of a [zone](Zone), from the next
     /// step on: see [`set_stiffness_factors`](Self::set_stiffness_factors). The body is at frame 0: see
     /// [`zone_at`](Self::zone_at).
     ///
@@ -92,7 +125,8 @@ impl Body {
         self.zone_at(zone, SelectionPose::Start)
     }
 
-    /// Multiplies the stiffness factors of a part of the body in a pose, and its rest volume, from the next step on.
+    /// Multiplies the stiffness factors of a part of the body in a pose, and the other quantities of a zone, from the next
+    /// step on. The initial spin of a body that has not moved is about its new center of mass.
     ///
     /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike the shapes of a pin,
     /// they need not contain a mesh vertex.
@@ -102,18 +136,37 @@ impl Body {
     /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha
     /// per step whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
-        let factor = Range::STIFFNESS_FACTOR.check("factor", zone.factor)?;
+        let Zone { factor, density, strength, .. } = *zone;
+        for (name, factor) in [("factor", factor), ("density_factor", density), ("strength_factor", strength)] {
+            Range::STIFFNESS_FACTOR.check(name, factor)?;
+        }
         zone.inflate.iter().try_for_each(Inflation::validate)?;
+        if strength != 1.0 && self.fracture().is_none() {
+            return Err(Error::NoFracture);
+        }
         let shares = self.zone_shares(&zone.selection, pose)?;
-        if factor != 1.0 || zone.inflate.is_none() {
-            let mut factors =
-                self.stiffness_factors().map_or_else(|| vec![1.0; self.shape.lattice.len()], <[f64]>::to_vec);
-            for (value, &share) in factors.iter_mut().zip(&shares).filter(|(_, share)| **share > 0.0) {
-                *value *= factor.powf(share);
+        let of_stiffness = factor != 1.0 || (zone.inflate.is_none() && density == 1.0 && strength == 1.0);
+        if of_stiffness || density != 1.0 || strength != 1.0 {
+            self.check_deforms("a stiffness factor")?;
+            let before = &self.settings.parts;
+            let of_whole = self.shares_of_whole(&shares);
+            let parts = PartFactors {
+                density: multiplied(before.density.as_ref(), density, &of_whole)?,
+                strength: multiplied(before.strength.as_ref(), strength, &of_whole)?,
+            };
+            let stiffness = self.stiffness_factors().map(<[f64]>::to_vec);
+            let stiffness = match multiplied(stiffness.as_ref(), factor, &shares)? {
+                None if of_stiffness => Some(vec![1.0; shares.len()]),
+                stiffness => stiffness,
+            };
+            let factors = self.varied(&parts, stiffness)?;
+            check_stiffness(&self.settings.material, factors.as_ref())?;
+            let has_not_moved = density != 1.0 && self.shape.placement.spin != [0.0; 3] && self.is_at_start();
+            self.change_factors(parts, factors);
+            if has_not_moved {
+                let Self { shape: Shape { masses, placement, .. }, pipeline, state, .. } = self;
+                state.set_initial_velocities(masses, &pipeline.matching.layout, placement);
             }
-            let greatest = factors.iter().copied().fold(0.0, f64::max);
-            in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
-            self.set_stiffness_factors(Some(&factors))?;
         }
         if let Some(ratio) = &zone.inflate {
             self.inflation.get_or_insert_default().add_zone(ratio.clone(), shares);
@@ -121,10 +174,23 @@ impl Body {
         Ok(())
     }
 
-    /// Returns the share of each lattice vertex in a zone: 1 inside, from where it decreases linearly to 0 over the
-    /// length of a cell. A list of vertices has no such border.
+    /// Returns the share of each vertex of the lattice before the body broke: the greatest of its copies.
+    fn shares_of_whole(&self, shares: &[f64]) -> Vec<f64> {
+        let mut whole = vec![0.0; self.whole().1.len()];
+        for (vertex, &share) in (0..).zip(shares) {
+            let greatest: &mut f64 = &mut whole[self.shape.lattice.source(vertex) as usize];
+            *greatest = greatest.max(share);
+        }
+        whole
+    }
+
+    /// Returns the share of each lattice vertex in a zone: the weights of a map, or 1 inside, from where it decreases
+    /// linearly to 0 over the length of a cell. A list of vertices has no such border.
     fn zone_shares(&self, selection: &Selection, pose: SelectionPose) -> Result<Vec<f64>, SelectionError> {
         selection.validate()?;
+        if let Some(weights) = self.weights(selection)? {
+            return Ok(weights);
+        }
         let pose = self.pose_of(pose);
         let points = self.lattice_at(pose);
         let mut shares = vec![0.0; self.shape.lattice.len()];
@@ -147,13 +213,31 @@ impl Body {
     }
 }
 
+/// Returns factors times a factor in a zone with a share of each vertex. `None`: all are 1.
+fn multiplied(
+    factors: Option<&Vec<f64>>,
+    factor: f64,
+    shares: &[f64],
+) -> Result<Option<Vec<f64>>, RangeError> {
+    if factor == 1.0 {
+        return Ok(factors.cloned());
+    }
+    let mut products = factors.map_or_else(|| vec![1.0; shares.len()], Clone::clone);
+    for (value, &share) in products.iter_mut().zip(shares).filter(|(_, share)| **share > 0.0) {
+        *value *= factor.powf(share);
+    }
+    let greatest = products.iter().copied().fold(0.0, f64::max);
+    in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
+    Ok(Some(products))
+}
+
 /// Checks the number and the range of the stiffness factors of `vertices` lattice vertices.
 pub(super) fn checked_factors(factors: &[f64], vertices: usize) -> Result<StiffnessFactors, Error> {
     let (name, count) = ("stiffness_factors", factors.len());
     if count != vertices {
         return Err(ArrayError::Length { name, count, expected: vertices }.into());
     }
-    Ok(StiffnessFactors::new(factors.to_vec())?)
+    Ok(StiffnessFactors::new(factors.to_vec(), None::<std::iter::Empty<f64>>)?)
 }
 
 /// Checks that alpha per step, where it is given as such, times the greatest stiffness factor is at most 1.

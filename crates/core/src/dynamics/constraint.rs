@@ -15,6 +15,9 @@ use crate::parallel::Executor;
 use crate::range::RangeError;
 use crate::state::{BodyState, Interval};
 
+/// Least factor of the weight of a goal at a vertex that counts as 1: means of weights are rounded.
+const HELD: f64 = 1.0 - 1e-6;
+
 /// A pin or a handle of a body, resolved to lattice vertices, with the positions that it captured.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -31,12 +34,14 @@ pub struct Constraint {
     active: bool,
     /// Present if the constraint may pull its vertices in place of prescribing their positions.
     goal: Option<Goal>,
-    /// Whether the constraint prescribes positions in the current step.
+    /// Factor in (0, 1] of the weight of the goal at each vertex; `None` if all are 1. It needs a goal.
+    weights: Option<Vec<f64>>,
+    /// Whether the constraint prescribes the positions of the vertices with the factor 1 in the current step.
     holds: bool,
-    /// The accelerations with which the constraint pulls its vertices in the current step, in scene units, in the order
-    /// of `vertices`. Empty if it prescribes positions, and between steps.
+    /// The vertices that the constraint pulls in the current step, with their accelerations in scene units. Empty between
+    /// steps.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pulls: Vec<[f64; 3]>,
+    pulls: Vec<(u32, [f64; 3])>,
 }
 
 /// The positions of the vertices of a constraint when the constraint became active.
@@ -66,7 +71,7 @@ impl Constraint {
             return Err(ConstraintError::TimeWindow { start, end });
         }
         let motion = keys.map(|keys| Motion::new(keys.to_vec())).transpose()?;
-        let (follow, capture, goal) = (None, None, None);
+        let (follow, capture, goal, weights) = (None, None, None, None);
         let pulls = Vec::new();
         Ok(Self {
             index: 0,
@@ -77,6 +82,7 @@ impl Constraint {
             capture,
             active: false,
             goal,
+            weights,
             holds: false,
             pulls,
         })
@@ -109,11 +115,15 @@ impl Constraint {
 
     /// Returns the constraint with a soft goal; `None`: it prescribes positions.
     ///
+    /// * `weights`: a factor in (0, 1] of the weight of the goal at each vertex. Without a goal it is the weight of a
+    ///   default one. `None`: all are 1.
+    ///
     /// # Errors
     /// A number of the goal out of range.
-    pub fn softened(self, goal: Option<&Goal>) -> Result<Self, RangeError> {
+    pub fn softened(self, goal: Option<&Goal>, weights: Option<Vec<f64>>) -> Result<Self, RangeError> {
         goal.map_or(Ok(()), Goal::validate)?;
-        Ok(Self { goal: goal.cloned(), ..self })
+        let goal = goal.cloned().or_else(|| weights.is_some().then(Goal::default));
+        Ok(Self { goal, weights, ..self })
     }
 
     /// Returns the soft goal; `None` if positions are prescribed.
@@ -123,12 +133,32 @@ impl Constraint {
 
     /// Returns the greatest frequency in Hz of a soft goal; 0 without one.
     pub(crate) fn goal_frequency(&self) -> f64 {
-        self.goal.as_ref().map_or(0.0, Goal::greatest_frequency)
+        let greatest = |goal: &Goal| match &self.weights {
+            None => goal.greatest_frequency(1.0),
+            Some(weights) => weights.iter().map(|&factor| goal.greatest_frequency(factor)).fold(0.0, f64::max),
+        };
+        self.goal.as_ref().map_or(0.0, greatest)
     }
 
-    /// Returns whether the constraint prescribed positions in the last step.
-    pub(crate) fn holds(&self) -> bool {
-        self.holds
+    /// Returns whether the constraint prescribed the position of the vertex at a place of the list in the last step.
+    fn holds_place(&self, place: usize) -> bool {
+        self.holds && self.weights.as_ref().is_none_or(|weights| weights[place] >= HELD)
+    }
+
+    /// Returns whether the constraint prescribed the position of a vertex in the last step.
+    pub(crate) fn holds(&self, vertex: u32) -> bool {
+        self.vertices.binary_search(&vertex).is_ok_and(|place| self.holds_place(place))
+    }
+
+    /// Returns the vertices whose positions the constraint prescribed in the last step, in increasing order.
+    pub(crate) fn held(&self) -> impl Iterator<Item = u32> {
+        let vertices = if self.holds { &self.vertices[..] } else { &[] };
+        vertices.iter().enumerate().filter(|(place, _)| self.holds_place(*place)).map(|(_, &vertex)| vertex)
+    }
+
+    /// Returns whether the constraint prescribed the positions of all its vertices in the last step.
+    pub(crate) fn holds_all(&self) -> bool {
+        self.holds && self.weights.is_none()
     }
 
     /// Returns the index of the constraint: its position, from 0, among all constraints that were added to
@@ -151,6 +181,9 @@ impl Constraint {
             self.vertices.binary_search(parent).ok().map(|place| (vertex, place))
         });
         let (vertices, places): (Vec<u32>, Vec<usize>) = held.unzip();
+        if let Some(weights) = &mut self.weights {
+            *weights = places.iter().map(|&place| weights[place]).collect();
+        }
         if let Some(capture) = &mut self.capture {
             capture.positions = places.into_iter().map(|place| capture.positions[place]).collect();
         }
@@ -250,7 +283,8 @@ impl Constraint {
     /// Returns the memory of the lists in bytes.
     pub(super) fn bytes(&self) -> usize {
         let captured = self.capture.as_ref().map_or(0, |capture| size_of_val(capture.positions.as_slice()));
-        let pulls = self.pulls.capacity() * size_of::<[f64; 3]>();
+        let pulls = self.pulls.capacity() * size_of::<(u32, [f64; 3])>()
+            + self.weights.as_ref().map_or(0, |weights| size_of_val(weights.as_slice()));
         size_of_val(self.vertices.as_slice())
             + captured
             + pulls
@@ -262,6 +296,11 @@ impl Constraint {
     pub(super) fn is_valid(&self, vertex_count: usize) -> bool {
         self.vertices.iter().all(|&vertex| (vertex as usize) < vertex_count)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
+            && self.weights.as_ref().is_none_or(|weights| {
+                self.goal.is_some()
+                    && weights.len() == self.vertices.len()
+                    && weights.iter().all(|weight| *weight > 0.0 && *weight <= 1.0)
+            })
     }
 
     /// Takes the animation of a serialized constraint from a constraint that follows the same one.
@@ -311,43 +350,48 @@ impl Constraint {
         }
         self.active = active;
         let holds = active && self.goal.as_ref().is_none_or(|goal| goal.is_hard(step.start));
-        if active && !holds {
+        let changes = holds != std::mem::replace(&mut self.holds, holds);
+        if active && !self.holds_all() {
             let mut pulls = std::mem::take(&mut self.pulls);
             pulls.clear();
-            pulls.extend(
-                self.accelerations(step, state, slots)
-                    .map(|(_, acceleration)| <[f64; 3]>::from(acceleration)),
-            );
+            let accelerations = self.accelerations(step, state, slots);
+            pulls.extend(accelerations.map(|(vertex, acceleration)| (vertex, acceleration.into())));
             self.pulls = pulls;
         }
-        holds != std::mem::replace(&mut self.holds, holds)
+        changes
     }
 
-    /// Returns, for each vertex, the acceleration by a soft goal in a step, from the positions before the step. Nothing
-    /// if positions are prescribed. If the constraint follows an animation, the step must be the one that began last.
+    /// Returns, for each vertex that is not held, the acceleration by a soft goal in a step, from the positions before the
+    /// step. If the constraint follows an animation, the step must be the one that began last.
     pub(crate) fn accelerations(
         &self,
         step: Interval,
         state: &BodyState<'_>,
         slots: &[u32],
     ) -> impl Iterator<Item = (u32, Vector3<f64>)> {
-        let factors = self.goal.as_ref().filter(|goal| !goal.is_hard(step.start));
-        let factors = factors.map(|goal| goal.factors(step.start, step.dt));
-        factors.into_iter().flat_map(move |[stiffness, damping]| {
-            self.targets(step).map(move |(vertex, target, change)| {
-                let slot = slots[vertex as usize];
-                // Differences in local coordinates keep the accuracy far from the origin of world space.
-                let distance = state.position(slot) - state.frame.to_local(&target);
-                let distance = distance * state.frame.cell_size + change;
-                let velocity = state.velocity(slot) * state.frame.cell_size - change / step.dt;
-                (vertex, -(distance * stiffness + velocity * damping))
-            })
+        let goal = self.goal.as_ref().filter(|goal| self.weights.is_some() || !goal.is_hard(step.start));
+        goal.into_iter().flat_map(move |goal| {
+            let uniform = goal.factors(step.start, step.dt, 1.0);
+            self.targets(step).enumerate().filter(|(place, _)| !self.holds_place(*place)).map(
+                move |(place, (vertex, target, change))| {
+                    let [stiffness, damping] = match &self.weights {
+                        None => uniform,
+                        Some(weights) => goal.factors(step.start, step.dt, weights[place]),
+                    };
+                    let slot = slots[vertex as usize];
+                    // Differences in local coordinates keep the accuracy far from the origin of world space.
+                    let distance = state.position(slot) - state.frame.to_local(&target);
+                    let distance = distance * state.frame.cell_size + change;
+                    let velocity = state.velocity(slot) * state.frame.cell_size - change / step.dt;
+                    (vertex, -(distance * stiffness + velocity * damping))
+                },
+            )
         })
     }
 
     /// Returns the vertices that a soft goal pulls in the current step, with their accelerations.
     pub(super) fn pulls(&self) -> impl Iterator<Item = (u32, Vector3<f64>)> {
-        self.vertices.iter().copied().zip(self.pulls.iter().map(|&pull| pull.into()))
+        self.pulls.iter().map(|&(vertex, pull)| (vertex, pull.into()))
     }
 
     /// Forgets the accelerations, which were applied.
@@ -357,8 +401,8 @@ impl Constraint {
 
     /// Returns the vertices that a soft goal pulls in the current step.
     pub(super) fn pulled(&self) -> impl Iterator<Item = u32> {
-        let vertices = if self.active && !self.holds { &self.vertices[..] } else { &[] };
-        vertices.iter().copied()
+        let vertices = if self.active && !self.holds_all() { &self.vertices[..] } else { &[] };
+        vertices.iter().enumerate().filter(|(place, _)| !self.holds_place(*place)).map(|(_, &vertex)| vertex)
     }
 
     /// Returns the constraint at the beginning of another step, for [`targets`](Self::targets).
@@ -400,7 +444,10 @@ impl Constraint {
             return;
         }
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
-        for (vertex, target, change) in self.targets(step) {
+        for (place, (vertex, target, change)) in self.targets(step).enumerate() {
+            if !self.holds_place(place) {
+                continue;
+            }
             let slot = slots[vertex as usize];
             state.set_position(slot, state.frame.to_local(&target));
             state.set_velocity(slot, change * to_local_velocity);

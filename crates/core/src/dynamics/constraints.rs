@@ -131,9 +131,8 @@ impl Constraints {
         for constraint in &mut self.constraints {
             constraint.transfer(parents);
         }
-        let holding = self.constraints.iter().filter(|constraint| constraint.holds());
         let mut held = vec![false; parents.len()];
-        holding.flat_map(Constraint::vertices).for_each(|&vertex| held[vertex as usize] = true);
+        self.constraints.iter().flat_map(Constraint::held).for_each(|vertex| held[vertex as usize] = true);
         self.held = held;
     }
 
@@ -170,10 +169,10 @@ impl Constraints {
         &self.constraints
     }
 
-    /// Returns whether a vertex of an active constraint is moved by it, and not by a later active constraint.
+    /// Returns whether a vertex is moved by a constraint, and not by a later one.
     pub(crate) fn is_moved_by(&self, constraint: &Constraint, vertex: u32) -> bool {
         let later = self.constraints.iter().rev().take_while(|other| other.index > constraint.index);
-        !later.filter(|other| other.holds()).any(|other| other.vertices().binary_search(&vertex).is_ok())
+        constraint.holds(vertex) && !later.into_iter().any(|other| other.holds(vertex))
     }
 
     /// Returns whether no constraint moves, begins, ends or is removed in a step.
@@ -200,8 +199,7 @@ impl Constraints {
         self.constraints.retain(|constraint| !constraint.is_released());
         if changed {
             self.held.fill(false);
-            let holding = self.constraints.iter().filter(|constraint| constraint.holds());
-            for &vertex in holding.flat_map(Constraint::vertices) {
+            for vertex in self.constraints.iter().flat_map(Constraint::held) {
                 self.held[vertex as usize] = true;
             }
         }

@@ -287,8 +287,7 @@ impl ElasticDamper {
         self.constrained.clear();
         let Some(constraints) = constraints.filter(|constraints| constraints.any_active()) else { return };
         self.constrained.resize(tracker.states().len(), (Sums::default(), 0.0));
-        let holding = constraints.list().iter().filter(|constraint| constraint.holds());
-        for &vertex in holding.flat_map(|constraint| constraint.vertices()) {
+        for vertex in constraints.list().iter().flat_map(|constraint| constraint.held()) {
             let slot = slots[vertex as usize];
             let (sums, count) = &mut self.constrained[tracker.components().of_slot(slot)];
             let vector = |lanes: &Lanes<3>| lanes.get(slot).map(f64::from);

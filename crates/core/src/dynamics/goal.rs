@@ -64,21 +64,22 @@ impl Goal {
         self.weight.value(step.start) != self.weight.value(step.end)
     }
 
-    /// Returns the greatest frequency in Hz of the springs; 0 if positions are always prescribed.
-    pub(super) fn greatest_frequency(&self) -> f64 {
-        let soft = self.weight.keys().iter().map(|key| key.value).filter(|weight| *weight < 1.0);
+    /// Returns the greatest frequency in Hz of the springs at a vertex with a factor of the weight; 0 if positions are
+    /// always prescribed.
+    pub(super) fn greatest_frequency(&self, factor: f64) -> f64 {
+        let soft = self.weight.keys().iter().map(|key| key.value * factor).filter(|weight| *weight < 1.0);
         soft.map(|weight| self.frequency_of(weight)).fold(0.0, f64::max)
     }
 
     /// Returns the factors of the distance x - t and of the velocity v - t' in the acceleration in a step of `dt` seconds
-    /// that begins at `time`.
+    /// that begins at `time`, at a vertex with the factor `factor` of the weight.
     ///
     /// A step changes u = v - t' by the acceleration, and then d = x - t by dt u. The oscillation of this scheme has
     /// exactly the frequency ω if the factor of d is s/dt² with s = 2 (1 - cos(ω dt)). At ω dt = pi/3 it is 1: d vanishes
     /// in the step. The scheme is stable with a factor c/dt of u, and an elasticity of the body that adds up to 2/dt² to
     /// the factor of d, if s + 2 < 2 (2 - c): c is at most 1 - s/2.
-    pub(super) fn factors(&self, time: f64, dt: f64) -> [f64; 2] {
-        let omega = TAU * self.frequency_of(self.weight.value(time).min(1.0));
+    pub(super) fn factors(&self, time: f64, dt: f64, factor: f64) -> [f64; 2] {
+        let omega = TAU * self.frequency_of((self.weight.value(time) * factor).min(1.0));
         let stiffness = 2.0 * (1.0 - (omega * dt).min(FRAC_PI_3).cos());
         let damping = (-(-2.0 * self.damping_ratio * omega * dt).exp_m1()).min(1.0 - stiffness / 2.0);
         [stiffness / (dt * dt), damping / dt]
@@ -98,7 +99,7 @@ mod tests {
         let goal = Goal { weight: 0.3.into(), frequency: 2.0, damping_ratio: 0.0 };
         let frequency = 2.0 * (0.3_f64 / 0.7).sqrt();
         for dt in [1e-3, 1e-2, 0.1] {
-            let [stiffness, damping] = goal.factors(0.0, dt);
+            let [stiffness, damping] = goal.factors(0.0, dt, 1.0);
             let (mut x, mut v, mut phase, steps) = (1.0_f64, 0.0_f64, 0.0_f64, (20.0 / dt) as usize);
             let mut before = 0.0;
             for _ in 0..steps {
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn springs_beyond_the_steps_are_at_their_targets_after_each_step() {
         for weight in [0.999, 1.0] {
-            let [stiffness, damping] = Goal::from(weight).factors(0.0, 1.0 / 30.0);
+            let [stiffness, damping] = Goal::from(weight).factors(0.0, 1.0 / 30.0, 1.0);
             let dt = 1.0 / 30.0;
             let (x, v) = (1.0, 3.0);
             let after = v - dt * (stiffness * x + damping * v);

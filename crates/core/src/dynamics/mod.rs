@@ -5,7 +5,7 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `plasticity` | yield strain, creep and greatest plastic strain |
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
-//! | `stiffness_factors` | the factors with which the stiffness varies over a body |
+//! | `stiffness_factors` | zones, and the factors with which the material varies over a body |
 //! | `inflation` | rest volumes that change over time |
 //! | `goal` | soft goals: springs in place of prescribed positions |
 //! | `handle` | descriptions of pins and handles |
@@ -88,7 +88,7 @@ pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub use rigid::RigidError;
 pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
 pub(crate) use rolling::rolling_resistance;
-pub(crate) use selection::distinct;
+pub(crate) use selection::{distinct, valid_weights};
 pub use selection::{Selection, SelectionError, SelectionPose};
-pub(crate) use stiffness_factors::StiffnessFactors;
+pub(crate) use stiffness_factors::{PartFactors, StiffnessFactors};
 pub use stiffness_factors::Zone;

@@ -5,6 +5,7 @@ use std::borrow::Borrow;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
+use crate::mesh::refined_map;
 use crate::motion::direction;
 
 /// A selection of lattice vertices: a shape in world space, a list of lattice vertices, or a part of the mesh. Points on
@@ -39,6 +40,11 @@ pub enum Selection {
     MeshVertices(Vec<u32>),
     /// A named [group](crate::Mesh::with_groups) of mesh vertices: the corners of their cells.
     Group(String),
+    /// A weight in [0, 1] of each mesh vertex: see [`Body::weights`](crate::Body::weights). What takes whole parts only
+    /// takes the mesh vertices with at least 0.5.
+    Weights(Vec<f32>),
+    /// A named [map](crate::Mesh::with_maps) of the mesh, such as a color of its vertices, as `Weights`.
+    Map(String),
 }
 
 /// The error that a selection is invalid or empty.
@@ -78,8 +84,8 @@ pub enum SelectionError {
     /// The list of vertices is empty.
     #[error("the list of vertices is empty; name at least one vertex")]
     NoVertices,
-    /// A list of vertices or a group in place of a part of space.
-    #[error("a list of vertices or a group is no part of space; give a box, a sphere or a plane")]
+    /// A list of vertices, a group or a map in place of a part of space.
+    #[error("a list of vertices, a group or a map is no part of space; give a box, a sphere or a plane")]
     NoShape,
     /// A part of the mesh of a body without one.
     #[error("a bare lattice has no mesh of which a part could be selected; give a shape or lattice vertices")]
@@ -102,6 +108,39 @@ pub enum SelectionError {
         name: String,
         /// The names of the groups of the mesh.
         known: Vec<String>,
+    },
+    /// The mesh has no map with this name.
+    #[error("the mesh has no map {name:?}; {}", match &known[..] {
+        [] => "it has no colors or other numbers of its vertices".to_owned(),
+        known => format!("it has {known:?}"),
+    })]
+    NoSuchMap {
+        /// The name.
+        name: String,
+        /// The names of the maps of the mesh.
+        known: Vec<String>,
+    },
+    /// There is another number of weights than mesh vertices.
+    #[error("there are {count} weights, and the mesh has {expected} vertices; give a weight for each vertex")]
+    WeightCount {
+        /// Number of weights.
+        count: usize,
+        /// Number of mesh vertices.
+        expected: usize,
+    },
+    /// A weight is not in [0, 1].
+    #[error("the weight of mesh vertex {vertex} is {value}; its range is 0 to 1")]
+    Weight {
+        /// The mesh vertex.
+        vertex: usize,
+        /// The weight.
+        value: f32,
+    },
+    /// All weights are 0, or below the least one that is used.
+    #[error("no mesh vertex has a weight of at least {least}; select another map")]
+    NoWeight {
+        /// The least weight.
+        least: f32,
     },
     /// A torque on vertices that no forces can turn about its axis.
     #[error(
@@ -197,7 +236,23 @@ impl Selection {
             Self::Vertices(list) | Self::MeshVertices(list) if list.is_empty() => {
                 Err(SelectionError::NoVertices)
             }
-            Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) => Ok(()),
+            Self::Weights(weights) => valid_weights(weights),
+            Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) | Self::Map(_) => Ok(()),
+        }
+    }
+
+    /// Returns whether the selection has a weight for each mesh vertex.
+    pub fn is_map(&self) -> bool {
+        matches!(self, Self::Weights(_) | Self::Map(_))
+    }
+
+    /// Gives the new vertices of a refined mesh their weights. `points`: see
+    /// [`RefinedMesh::points`](crate::RefinedMesh::points).
+    pub(crate) fn refine(&mut self, points: &[([u32; 3], [f64; 3])]) {
+        if let Self::Weights(weights) = self
+            && points.iter().flat_map(|(corners, _)| corners).all(|&corner| (corner as usize) < weights.len())
+        {
+            *weights = refined_map(weights, points);
         }
     }
 
@@ -207,7 +262,7 @@ impl Selection {
     }
 
     /// Returns the distance of `point` from the shape, in scene units. The distance is 0 inside the shape,
-    /// and infinite for a list of vertices and for a group.
+    /// and infinite for a list of vertices, a group and a map.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         match self {
             Self::Box { min, max } => {
@@ -219,7 +274,7 @@ impl Selection {
                 let normal = direction(*normal).unwrap_or_else(Vector3::zeros);
                 (-normal.dot(&(point - Point3::from(*base)))).max(0.0)
             }
-            Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) => f64::INFINITY,
+            _ => f64::INFINITY,
         }
     }
 
@@ -286,6 +341,7 @@ impl Selection {
             Self::Plane { .. } => "plane",
             Self::Vertices(_) | Self::MeshVertices(_) => "list",
             Self::Group(_) => "group",
+            Self::Weights(_) | Self::Map(_) => "map",
         }
     }
 }
@@ -295,6 +351,14 @@ pub(crate) fn distinct(mut vertices: Vec<u32>) -> Vec<u32> {
     vertices.sort_unstable();
     vertices.dedup();
     vertices
+}
+
+/// Checks the range of the weights of mesh vertices.
+pub(crate) fn valid_weights(weights: &[f32]) -> Result<(), SelectionError> {
+    match weights.iter().position(|weight| !(0.0..=1.0).contains(weight)) {
+        Some(vertex) => Err(SelectionError::Weight { vertex, value: weights[vertex] }),
+        None => Ok(()),
+    }
 }
 
 /// Checks that all values are finite.

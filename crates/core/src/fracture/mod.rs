@@ -147,14 +147,19 @@ impl Fracture {
     }
 
     /// Returns where the shape matching stores the deformation gradients; `None` if the body does not break by itself.
-    /// `stiffness` is Young's modulus in force, and the greatest factor of it. `has_values`: whether all gradients are
-    /// wanted.
-    pub(crate) fn gradients(&mut self, stiffness: (f64, f64), has_values: bool) -> Option<Gradients<'_>> {
+    ///
+    /// * `modulus`: the greatest Young's modulus in force.
+    /// * `strength`: the least factor of the limits.
+    /// * `has_values`: whether all gradients are wanted.
+    pub(crate) fn gradients(
+        &mut self,
+        (modulus, strength): (f64, f64),
+        has_values: bool,
+    ) -> Option<Gradients<'_>> {
         let Self { options: Some(options), gradients, stretched, .. } = self else { return None };
         // No crack begins at a smaller stretch: the noise takes at most this fraction off the limit of a joint. Joints
         // at the fronts of cracks break at smaller strains, and are tested in each step.
-        let (modulus, factor) = stiffness;
-        let least = 1.0 + options.strain_limit(modulus * factor) * (1.0 - options.noise);
+        let least = 1.0 + options.strain_limit(modulus) * strength * (1.0 - options.noise);
         // A margin for the rounding of gradients in f32.
         let least = (least * (1.0 - 1e-5)) as f32;
         Some(Gradients {
@@ -328,7 +333,7 @@ impl Limits<'_> {
         let modulus = deformation.modulus * deformation.factor(joint);
         let variation = 1.0 + options.noise * variation(options.seed, deformation.lattice, joint);
         let by_angle = angle.map_or(0.0, |angle| rotations.angle(deformation.lattice, joint) / angle);
-        (strain / options.strain_limit(modulus)).max(by_angle) / variation
+        (strain / options.strain_limit(modulus)).max(by_angle) / (variation * deformation.strength(joint))
     }
 }
 

@@ -15,8 +15,10 @@ pub(crate) struct Deformation<'a> {
     pub(crate) half_width: HalfWidth,
     /// Young's modulus in force, without the stiffness factors.
     pub(crate) modulus: f64,
-    /// Stiffness factor of the region around each vertex, and the greatest factor in force; `None` if all are 1.
-    pub(crate) factors: Option<(&'a [f64], f64)>,
+    /// Returns the factor of Young's modulus in force around a vertex; `None` if all are 1.
+    pub(crate) factors: Option<&'a dyn Fn(u32) -> f64>,
+    /// Returns the factor of the limits around a vertex; `None` if all are 1.
+    pub(crate) strengths: Option<&'a dyn Fn(u32) -> f64>,
     /// Whether each lattice vertex is held by a pin or handle; empty if none is.
     pub(crate) held: &'a [bool],
 }
@@ -55,8 +57,7 @@ impl Deformation<'_> {
     /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners, or of its cells
     /// if the regions are cells.
     pub(super) fn factor(&self, joint: Joint) -> f64 {
-        self.factors.map_or(1.0, |(factors, greatest)| {
-            let factor = |corner: u32| factors[corner as usize].min(greatest);
+        self.factors.map_or(1.0, |factor| {
             if self.half_width.is_cell() {
                 let corners =
                     self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell));
@@ -64,6 +65,14 @@ impl Deformation<'_> {
             }
             self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0
         })
+    }
+
+    /// Returns the factor of the limits of a joint: the mean over its corners.
+    pub(super) fn strength(&self, joint: Joint) -> f64 {
+        let mean = |factor: &dyn Fn(u32) -> f64| {
+            self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0
+        };
+        self.strengths.map_or(1.0, mean)
     }
 
     /// Returns whether pins or handles hold all corners of the cells of a joint.

@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 pub(crate) struct Masses {
     /// Mass of each vertex, shape `(n,)`: an eighth of the filled shares of its cells.
     vertices: Vec<f32>,
-    /// Filled share of each cell, shape `(m,)`; `None` if all are 1. See [`shares`].
+    /// Filled share of each cell, times the factor of its density, shape `(m,)`; `None` if all are 1. See [`shares`].
     shares: Option<Vec<f32>>,
 }
 
@@ -39,7 +39,17 @@ impl Masses {
         Self { vertices, shares: self.shares.clone() }
     }
 
-    /// Returns the filled share of a cell.
+    /// Returns the masses with another density: `factors` has the factor of the density at each vertex, and a cell has
+    /// the mean over its corners.
+    pub(crate) fn denser(&self, lattice: &Lattice, factors: &[f64]) -> Self {
+        let of_cell = |(cell, corners): (u32, &[u32; 8])| {
+            let sum: f64 = corners.iter().map(|&corner| factors[corner as usize]).sum();
+            f64::from(self.share(cell)) * sum / 8.0
+        };
+        Self::of_shares(lattice, &(0..).zip(lattice.corner_table().iter()).map(of_cell).collect::<Vec<_>>())
+    }
+
+    /// Returns the filled share of a cell, times the factor of its density.
     pub(crate) fn share(&self, cell: u32) -> f32 {
         self.shares.as_ref().map_or(1.0, |shares| shares[cell as usize])
     }

@@ -18,12 +18,14 @@
 //!   blocks.
 //! * [`shares`], [`masses`]: the filled shares of the cells, and the masses of the vertices.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
+//! * [`carry`]: values of the surface, carried to the vertices.
 //! * [`smooth`], [`slopes`]: interpolation that is smooth across the faces of the cells.
 
 mod assemble;
 mod blocks;
 mod broken;
 mod candidate;
+mod carry;
 mod cells;
 mod charts;
 mod components;
@@ -47,6 +49,7 @@ mod trilinear;
 mod vertex_classes;
 
 pub use broken::Joint;
+pub(crate) use carry::carried;
 pub use cells::Lattice;
 pub use components::Components;
 pub use embedding::Embedding;

@@ -104,7 +104,7 @@ impl Mesh {
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
-            groups: Arc::default(),
+            named: Arc::default(),
         };
         Ok(if is_cut { mesh } else { mesh.or_exactly_welded() })
     }
@@ -163,7 +163,7 @@ impl Mesh {
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
-            groups: self.groups.clone(),
+            named: self.named.clone(),
         })
     }
 }

@@ -56,6 +56,16 @@ pub enum MeshError {
         /// Number of items.
         count: usize,
     },
+    /// A map has another number of values than the mesh has vertices.
+    #[error("the map {name:?} has {count} values, and the mesh {expected} vertices; give a value for each vertex")]
+    MapLength {
+        /// Name of the map.
+        name: String,
+        /// Number of values.
+        count: usize,
+        /// Number of vertices.
+        expected: usize,
+    },
     /// A mesh with edges this short would have too many faces.
     #[error(
         "with edges of at most {edge:.4e} the mesh has more than {faces} faces; choose larger cells, or refine less"

@@ -3,6 +3,7 @@
 //! The files, in the order of the data flow:
 //!
 //! * `polygons`: [`Mesh`], the vertices and polygons; `build` makes and scales meshes.
+//! * `named`: its groups of vertices, and maps, which have a number for each vertex.
 //! * `scale`: factors by which a model is scaled; `refine` divides large faces.
 //! * `weld`: finds vertices at equal positions.
 //! * `triangles`: the triangles of the faces. `polygon` triangulates a polygon in a plane.
@@ -21,6 +22,7 @@ mod duplicates;
 mod error;
 mod interior;
 mod measure;
+mod named;
 mod needles;
 mod polygon;
 mod polygons;
@@ -42,6 +44,7 @@ pub use description::{Component, Topology};
 pub use error::MeshError;
 pub use interior::Interior;
 pub(crate) use measure::RelativeMeasure;
+pub(crate) use named::refined_map;
 pub(crate) use needles::flip_needles;
 pub(crate) use polygon::{Planar, distance_squared, planar_area, polygon_area, triangulate};
 pub use polygons::Mesh;

@@ -32,8 +32,15 @@ pub struct Mesh {
     pub(super) topology: Arc<OnceLock<Topology>>,
     /// The parts of an open surface.
     pub(super) open: Arc<OnceLock<OpenSurface>>,
-    /// See [`Mesh::with_groups`].
-    pub(super) groups: Arc<Vec<(String, Vec<u32>)>>,
+    /// See [`Mesh::with_groups`] and [`Mesh::with_maps`].
+    pub(super) named: Arc<Named>,
+}
+
+/// The named groups and maps of a mesh, in the order of their names.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Named {
+    pub(super) groups: Vec<(String, Vec<u32>)>,
+    pub(super) maps: Vec<(String, Vec<f32>)>,
 }
 
 /// The polygons of a mesh, and their triangles.
@@ -48,35 +55,6 @@ impl Mesh {
     /// Returns the vertices in input order, including vertices that no face uses.
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
-    }
-
-    /// Returns the mesh with named groups of vertices, such as those of objects and materials of a file, which
-    /// [`Selection::Group`](crate::Selection::Group) selects. Vertices that the mesh does not have are left out. Groups
-    /// of one name are one group.
-    #[must_use]
-    pub fn with_groups(self, groups: impl IntoIterator<Item = (String, Vec<u32>)>) -> Self {
-        let mut named = std::collections::BTreeMap::<String, Vec<u32>>::new();
-        for (name, vertices) in groups {
-            let valid = vertices.into_iter().filter(|&vertex| (vertex as usize) < self.vertices.len());
-            named.entry(name).or_default().extend(valid);
-        }
-        for vertices in named.values_mut() {
-            vertices.sort_unstable();
-            vertices.dedup();
-        }
-        Self { groups: Arc::new(named.into_iter().collect()), ..self }
-    }
-
-    /// Returns the names of the groups and their vertices, in increasing order. Empty unless the mesh was made
-    /// [with groups](Self::with_groups).
-    pub fn groups(&self) -> &[(String, Vec<u32>)] {
-        &self.groups
-    }
-
-    /// Returns the vertices of a group, in increasing order; `None` if no vertex is in a group with this name.
-    pub fn group(&self, name: &str) -> Option<&[u32]> {
-        let found = self.groups.iter().find(|(group, vertices)| group == name && !vertices.is_empty());
-        found.map(|(_, vertices)| &vertices[..])
     }
 
     /// Returns the number of faces, including degenerate ones.

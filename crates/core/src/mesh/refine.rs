@@ -119,8 +119,7 @@ impl Mesh {
             bounds: self.bounds,
             topology: Arc::default(),
             open: Arc::default(),
-            // Groups keep their vertices, without the new ones.
-            groups: self.groups.clone(),
+            named: Arc::new(self.named.refined(&points)),
         };
         Ok(Some(RefinedMesh { mesh, points, sources }))
     }

@@ -78,7 +78,7 @@ impl<'a> Naive<'a> {
             self.with_masses(body.fit_masses()).with_poisson_ratio(body.material().poisson_ratio());
         naive.shares = Some(body.cell_shares());
         naive.ratios = Some(body.rest_volume_ratios());
-        match body.stiffness_factors() {
+        match body.region_factors() {
             Some(factors) => naive.with_factors(factors.to_vec()),
             None => naive,
         }

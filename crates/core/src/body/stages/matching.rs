@@ -83,7 +83,7 @@ impl Body {
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let stiffness = self.is_armed().then(|| (self.modulus_in_force(dt), self.greatest_factor()));
+        let weakest = self.is_armed().then(|| self.weakest(dt));
         let Self {
             pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, .. },
             shape: Shape { lattice, .. },
@@ -104,9 +104,9 @@ impl Body {
             _ => Shapes::Rest,
         };
         let fitted = RegionFit { positions: &state.positions, rotations: &mut state.rotations, shapes };
-        let gradients = breaking.as_mut().zip(stiffness).and_then(|(breaking, stiffness)| {
+        let gradients = breaking.as_mut().zip(weakest).and_then(|(breaking, weakest)| {
             breaking.expect_gradients(material.plastic.is_some());
-            breaking.fracture.gradients(stiffness, breaking.has_gradients)
+            breaking.fracture.gradients(weakest, breaking.has_gradients)
         });
         let unconverged = match gradients {
             Some(gradients) => matching.fit_and_measure(workspace, executor, fitted, gradients),

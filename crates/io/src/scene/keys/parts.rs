@@ -52,6 +52,12 @@ struct ZoneKeys {
     factor: f64,
     #[serde(default, with = "optional_inflate", skip_serializing_if = "Option::is_none")]
     inflate: Option<Curve>,
+    #[serde(default = "one", rename = "density_factor", deserialize_with = "stiffness_factor")]
+    #[serde(skip_serializing_if = "is_one")]
+    density: f64,
+    #[serde(default = "one", rename = "strength_factor", deserialize_with = "stiffness_factor")]
+    #[serde(skip_serializing_if = "is_one")]
+    strength: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -72,6 +78,15 @@ struct KeyframeKeys {
     translate: [f64; 3],
     #[serde(default)]
     rotate: [f64; 3],
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_one(number: &f64) -> bool {
+    *number == 1.0
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
@@ -109,7 +124,8 @@ lists! {
     fields: Field by "FieldKeys", |_| Ok(());
     links: Link by "LinkKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |list| {
-        list.iter_mut().filter(|zone| zone.factor == 0.0 && zone.inflate.is_some()).for_each(|zone| zone.factor = 1.0);
+        let changes = |zone: &Zone| zone.inflate.is_some() || zone.density != 1.0 || zone.strength != 1.0;
+        list.iter_mut().filter(|zone| zone.factor == 0.0 && changes(zone)).for_each(|zone| zone.factor = 1.0);
         Ok(())
     };
     keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {

@@ -27,4 +27,6 @@ pub(in crate::scene) enum SelectionKeys {
     #[serde(rename = "vertices")]
     MeshVertices(Vec<u32>),
     Group(String),
+    Weights(Vec<f32>),
+    Map(String),
 }

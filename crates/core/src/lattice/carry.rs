@@ -1,0 +1,150 @@
+//! Carries the values of a map of the surface to the vertices of a lattice.
+
+use nalgebra::{Point3, Vector3};
+
+use super::embedding::Locator;
+use super::{Lattice, trilinear};
+use crate::mesh::Mesh;
+
+/// Greatest distance of neighboring samples of a triangle, in cells.
+const SPACING: f64 = 0.5;
+/// Greatest number of rows of samples of a triangle.
+const MAX_ROWS: f64 = 1000.0;
+
+/// The value of each lattice vertex for a map of a mesh that the lattice covers.
+///
+/// The value of a vertex of a cell that the surface meets is the mean of the map over the surface around it: with the
+/// area, and the trilinear weight of the vertex in its cell. In a face the map is linear. From there the values go inwards
+/// layer by layer: another vertex has the mean of its neighbors that have values. So the values depend on neither the size
+/// nor the order of the faces, and they are within the range of the map. Vertices of parts without a surface have 0.
+///
+/// * `values`: one for each vertex of the mesh.
+pub(crate) fn carried(lattice: &Lattice, mesh: &Mesh, values: &[f32]) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); lattice.len()];
+    let mut locator = Locator::new(lattice);
+    for triangle in mesh.triangles() {
+        let corners = triangle.map(|corner| mesh.vertices()[corner as usize]);
+        let of_corners = triangle.map(|corner| f64::from(values[corner as usize]));
+        for (weights, area) in samples(&corners, SPACING * lattice.cell_size()) {
+            let blend = |part: &dyn Fn(usize) -> f64| (0..3).map(|k| weights[k] * part(k)).sum::<f64>();
+            let point = Point3::from(Vector3::from_fn(|axis, _| blend(&|k| corners[k][axis])));
+            let value = blend(&|k| of_corners[k]);
+            let (cell, local) = locator.locate(&point);
+            for (corner, weight) in lattice.cell_corners(cell).into_iter().zip(trilinear::weights(local)) {
+                // Points outside of all cells have weights below 0.
+                let weight = f64::from(weight).max(0.0) * area;
+                let (sum, total) = &mut sums[corner as usize];
+                *sum += weight * value;
+                *total += weight;
+            }
+        }
+    }
+    let of_surface = sums.into_iter().map(|(sum, total)| (total > 0.0).then(|| sum / total));
+    inwards(lattice, of_surface.collect())
+}
+
+/// Returns the values of all vertices, layer by layer from those that have one.
+fn inwards(lattice: &Lattice, mut values: Vec<Option<f64>>) -> Vec<f64> {
+    let neighbors = lattice.neighbor_table();
+    // A missing neighbor is the vertex itself.
+    let of = |vertex: u32| neighbors[vertex as usize].into_iter().filter(move |&other| other != vertex);
+    let mut layer: Vec<u32> = (0..lattice.len() as u32).filter(|&v| values[v as usize].is_some()).collect();
+    while !layer.is_empty() {
+        let mut next: Vec<u32> = layer.iter().flat_map(|&vertex| of(vertex)).collect();
+        next.retain(|&vertex| values[vertex as usize].is_none());
+        next.sort_unstable();
+        next.dedup();
+        let means: Vec<f64> = next
+            .iter()
+            .map(|&vertex| {
+                let known = of(vertex).filter_map(|other| values[other as usize]);
+                let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+                sum / count
+            })
+            .collect();
+        next.iter().zip(means).for_each(|(&vertex, mean)| values[vertex as usize] = Some(mean));
+        layer = next;
+    }
+    values.into_iter().map(Option::unwrap_or_default).collect()
+}
+
+/// Returns samples of a triangle, at most about `spacing` apart: their barycentric weights, and twice the area of each. A
+/// triangle without area has a tiny one, so that its corners count where there is nothing else.
+fn samples(corners: &[Point3<f64>; 3], spacing: f64) -> impl Iterator<Item = ([f64; 3], f64)> {
+    let [a, b, c] = *corners;
+    let longest = [b - a, c - b, a - c].map(|edge| edge.norm()).into_iter().fold(0.0, f64::max);
+    let rows = (longest / spacing).ceil().clamp(1.0, MAX_ROWS) as u32;
+    let area = (b - a).cross(&(c - a)).norm().max(f64::MIN_POSITIVE.sqrt()) / f64::from(rows * rows);
+    // The centers of rows² equal triangles: those that point like the whole, and those that point the other way.
+    let center = move |i: u32, j: u32, third: f64| {
+        let unit = 1.0 / f64::from(rows);
+        let (u, v) = ((f64::from(i) + third) * unit, (f64::from(j) + third) * unit);
+        ([1.0 - u - v, u, v], area)
+    };
+    (0..rows).flat_map(move |i| {
+        (0..rows - i).flat_map(move |j| {
+            let turned = (i + j + 1 < rows).then(|| center(i, j, 2.0 / 3.0));
+            std::iter::once(center(i, j, 1.0 / 3.0)).chain(turned)
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::{LatticeOptions, Resolution};
+
+    /// A box of 8 vertices, and the same box with every face divided.
+    fn boxes() -> [Mesh; 2] {
+        let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f64);
+        let faces =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let coarse = Mesh::new((0..8).map(corner).collect(), &faces).unwrap();
+        let fine = coarse.refined(0.2).unwrap().unwrap().mesh;
+        [coarse, fine]
+    }
+
+    fn options() -> LatticeOptions {
+        LatticeOptions { resolution: Resolution::CellSize(0.1), ..LatticeOptions::default() }
+    }
+
+    #[test]
+    fn samples_have_the_area_and_the_center_of_the_triangle() {
+        let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.5, 2.0, 1.0]].map(Point3::from);
+        for spacing in [10.0, 1.0, 0.1] {
+            let (mut total, mut mean) = (0.0, [0.0; 3]);
+            for (weights, area) in samples(&corners, spacing) {
+                assert!(weights.iter().all(|weight| *weight >= 0.0));
+                total += area;
+                (0..3).for_each(|k| mean[k] += weights[k] * area);
+            }
+            assert!((total - (3.0_f64.powi(2) * 5.0).sqrt()).abs() < 1e-9, "{total}");
+            mean.iter().for_each(|part| assert!((part / total - 1.0 / 3.0).abs() < 1e-9));
+        }
+    }
+
+    /// A map that is linear in space is carried to the vertices of the surface exactly where the surface is flat around
+    /// them, and within half a cell elsewhere; it does not depend on the faces.
+    #[test]
+    fn a_linear_map_is_carried_to_the_surface_for_any_faces() {
+        let [coarse, fine] = boxes();
+        let lattice = Lattice::from_mesh(&coarse, &options()).unwrap();
+        let along = |mesh: &Mesh| mesh.vertices().iter().map(|vertex| vertex.x as f32).collect::<Vec<_>>();
+        let [of_coarse, of_fine] = [&coarse, &fine].map(|mesh| carried(&lattice, mesh, &along(mesh)));
+        for vertex in 0..lattice.len() as u32 {
+            let (at, i) = (lattice.rest_position(vertex), vertex as usize);
+            assert!((of_coarse[i] - of_fine[i]).abs() < 0.02, "{at}: {} {}", of_coarse[i], of_fine[i]);
+            let is_inside_of_top = (at.y - 1.0).abs() < 0.06 && (at.x - 0.5).abs() < 0.35 && (at.z - 0.5).abs() < 0.35;
+            let tolerance = if is_inside_of_top { 0.01 } else { 0.35 };
+            assert!((of_coarse[i] - at.x).abs() < tolerance, "{at}: {}", of_coarse[i]);
+        }
+    }
+
+    #[test]
+    fn a_constant_map_is_the_same_constant_everywhere_also_inside() {
+        let [coarse, _] = boxes();
+        let lattice = Lattice::from_mesh(&coarse, &options()).unwrap();
+        let values = carried(&lattice, &coarse, &[0.25; 8]);
+        values.iter().for_each(|value| assert!((value - 0.25).abs() < 1e-12, "{value}"));
+    }
+}
