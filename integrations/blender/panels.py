@@ -109,6 +109,7 @@ class AttachmentsPanel(SubPanel):
         attachment = settings.attachments[settings.active_attachment]
         column = layout.column()
         column.prop_search(attachment, "vertex_group", found, "vertex_groups")
+        column.prop(attachment, "use_weights")
         column.prop(attachment, "motion")
         if attachment.motion == "OBJECT":
             column.prop(attachment, "target")

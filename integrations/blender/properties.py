@@ -75,6 +75,12 @@ class SoftBodyAttachment(PropertyGroup):
         description="Vertices with a weight of 0.5 or more are held; the cells around them too",
         override=OVERRIDABLE,
     )
+    use_weights: BoolProperty(
+        name="Soft by Weight",
+        description="Hold vertices with weight 1, and pull those below by springs: the less the weight, the softer",
+        default=False,
+        override=OVERRIDABLE,
+    )
     motion: EnumProperty(
         name="Motion", description="How the group moves", items=MOTIONS, default="ANIMATION", override=OVERRIDABLE
     )

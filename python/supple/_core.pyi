@@ -144,6 +144,12 @@ class Mesh:
         objects, groups and materials of the file. Body.pin(group=...) and its like select by them.
         """
     @property
+    def maps(self) -> dict[str, NDArray[np.float64]]:
+        """Numbers of the vertices by name: dict of name to (n,) float64 array. A mesh from a file has the colors of its vertices
+        ("red", "green", "blue", "alpha", in [0, 1]) and other numbers of GLB and PLY. Body.pin(map=...) and its like take
+        them as weights.
+        """
+    @property
     def bounds(self) -> NDArray[np.float64]:
         """Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners."""
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -819,6 +825,7 @@ class Body:
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
@@ -875,6 +882,7 @@ class Body:
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
@@ -921,12 +929,15 @@ class Body:
         factor: float = 1.0,
         *,
         inflate: _Curve | None = None,
+        density_factor: float = 1.0,
+        strength_factor: float = 1.0,
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> None:
         """Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
@@ -946,6 +957,8 @@ class Body:
     @property
     def stiffness_factors(self) -> NDArray[np.float64] | None:
         """Stiffness factors of the lattice vertices: (n,) float64, read-only; None if the stiffness does not vary."""
+    def weights(self, map: ArrayLike | str) -> NDArray[np.float64]:
+        """Weights of the lattice vertices for a map of the mesh: (n,) float64."""
     def set_stiffness_factors(self, factors: ArrayLike | None) -> None:
         """Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of
         the body times the factor of the vertex.
@@ -966,6 +979,7 @@ class Body:
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
         point: ArrayLike | None = None,
         torque: ArrayLike | None = None,
@@ -978,7 +992,7 @@ class Body:
             would be accelerated like a rigid body: without point and torque, in proportion to their masses. (k, 3): one
             force for each of the k selected vertices, in the order of the indices `vertices`, otherwise in increasing
             order; without point and torque.
-        box, sphere, plane, vertices, mesh_vertices, group, at
+        box, sphere, plane, vertices, mesh_vertices, group, map, at
             Selection of a part, as for pin. Default: the whole body, k = n.
         point : (3,) float, optional
             World point at which the total force acts. Default: the center of mass of the part.
@@ -1002,6 +1016,7 @@ class Body:
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
         point: ArrayLike | None = None,
         torque: ArrayLike | None = None,
@@ -1010,7 +1025,7 @@ class Body:
 
         impulse : (3,) or (k, 3) float
             In kg length/s, distributed like the force of apply_force.
-        box, sphere, plane, vertices, mesh_vertices, group, at
+        box, sphere, plane, vertices, mesh_vertices, group, map, at
             Selection of a part, as for pin. Default: the whole body, k = n.
         point : (3,) float, optional
             World point at which the total impulse acts. Default: the center of mass of the part.
@@ -1029,6 +1044,7 @@ class Body:
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
+        map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> ForceField:
         """Apply a force in every step, until the field is removed. Returns a ForceField.
@@ -1037,7 +1053,7 @@ class Body:
             A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
             called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
             read-only, and the time in seconds.
-        box, sphere, plane, vertices, mesh_vertices, group, at
+        box, sphere, plane, vertices, mesh_vertices, group, map, at
             Selection of a part, as for pin. Default: the whole body. It is made once, now.
 
         A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies

@@ -58,58 +58,28 @@ def job(*bodies: bake.Body, **settings: Any) -> bake.Job:
     return bake.Job(list(bodies), **{"colliders": [], "frames": 10, "fps": 24.0, "gravity": (0, 0, -9.81), **settings})
 
 
-@pytest.mark.parametrize(
-    ("low", "high"), [((-3, 5, -2), (3, 6.2, 2)), ((-1, 7, 0), (1, 9, 3)), ((-9, -9, -9), (9, 99, 9))]
-)
-def test_a_group_holds_the_lattice_vertices_that_a_shape_with_its_vertices_holds(bust, low, high):
-    body = supple.Body(bust, lattice_vertices=2000)
-    inside = ((body.mesh.vertices >= low) & (body.mesh.vertices <= high)).all(axis=1)
-    assert np.array_equal(bake.held_vertices(body, inside), body.pin(box=(low, high)).vertices)
+def test_a_vertex_group_of_weights_holds_vertices_with_1_and_pulls_the_others_softly(box):
+    top = np.clip(2 * box.vertices[:, 2], 0, 1)
+    box.attachments = [bake.Attachment("top", top)]
+    sim = bake.build(job(box, gravity=(0, 0, -2)))
+    body = sim.bodies[0]
+    (hold,) = body.holds
+    weights = body.weights(top)
+    assert np.array_equal(hold.vertices, np.flatnonzero(weights >= 0.01))
+    sim.advance(9)
+    sunk = body.lattice.rest_positions[:, 2] - body.positions[:, 2]
+    held = weights > 1 - 1e-6
+    assert held.any()
+    assert np.abs(sunk[held]).max() < 1e-6
+    soft = hold.vertices[weights[hold.vertices] < 0.3]
+    assert sunk[soft].min() > 1e-5
 
 
-def test_a_group_on_the_faces_of_cells_holds_lattice_vertices(box):
-    # All vertices of the box lie on faces of cells, which belong to the cells on one side only.
-    body = supple.Body(supple.Mesh(box.vertices, box.faces), cell_size=0.125)
-    for axis in range(3):
-        for side in (-0.5, 0.5):
-            held = bake.held_vertices(body, box.vertices[:, axis] == side)
-            assert len(held) >= 81
-            assert np.abs(body.positions[held][:, axis] - side).max() < 0.26
-
-
-def test_stiffness_factors_are_interpolated_and_reach_the_inside(box):
-    body = supple.Body(supple.Mesh(box.vertices, box.faces), lattice_vertices=2000)
-    same = bake.stiffness_factors(body, np.full(len(box.vertices), 7.0))
-    assert np.allclose(same, 7.0, rtol=1e-12)
-    z = box.vertices[:, 2]
-    factors = bake.stiffness_factors(body, 10.0 ** (z + 0.5))
-    assert factors.min() >= 1 - 1e-12
-    assert factors.max() <= 10 + 1e-12
-    height = np.clip(body.positions[:, 2], -0.5, 0.5)
-    # A lattice vertex has the mean of mesh vertices within a cell.
-    on_surface = np.abs(body.positions).max(axis=1) > 0.5 - body.lattice.cell_size
-    error = np.abs(np.log10(factors) - (height + 0.5))
-    assert error[on_surface].max() < body.lattice.cell_size
-    # Layers that are filled from outside know the height only from their neighbors.
-    assert np.corrcoef(np.log10(factors), height)[0, 1] > 0.9
-    body.set_stiffness_factors(factors)
-
-
-def test_zones_of_a_group_give_the_ratio_to_the_power_of_the_weight(box):
-    body = supple.Body(supple.Mesh(box.vertices, box.faces), lattice_vertices=1000)
+def test_a_group_with_another_stiffness_has_the_factor_to_the_power_of_the_weight(box):
     weights = box.vertices[:, 2] + 0.5
-    ratio = 1.5
-    for exponent, vertices in bake.inflated_zones(body, weights):
-        body.zone(inflate=ratio**exponent, vertices=vertices)
-    supple.Simulation([body], fps=24, gravity=(0, 0, 0)).advance()
-    # The logarithm is interpolated as that of a stiffness factor, in steps of 1/31.
-    expected = np.log(bake.stiffness_factors(body, ratio**weights))
-    error = np.abs(np.log(body.rest_volume_ratios) - expected)
-    assert error.max() <= np.log(ratio) / 62 + 1e-12
-    assert bake.inflated_zones(body, np.zeros(len(weights))) == []
-    ((exponent, vertices), *_) = bake.inflated_zones(body, np.ones(len(weights)))
-    assert exponent == 1 / 31
-    assert np.array_equal(vertices, np.arange(len(body)))
+    box.stiffness = bake.Stiffness(weights, 10.0)
+    body = bake.build(job(box)).bodies[0]
+    np.testing.assert_allclose(body.stiffness_factors, 10 ** body.weights(weights), rtol=1e-12)
 
 
 def test_rest_volumes_follow_the_ratios_of_the_frames(box):

@@ -61,7 +61,9 @@ pub enum Error {
     #[error(transparent)]
     Volume(#[from] VolumeError),
     /// A zone with another strength, of a body that does not break.
-    #[error("the zone has a strength_factor, and the body does not break; give the body fracture, or leave it out")]
+    #[error(
+        "the zone has a strength_factor, and the body does not break; give the body fracture, or leave it out"
+    )]
     NoFracture,
     /// An invalid collider.
     #[error(transparent)]

@@ -1,5 +1,4 @@
-//! Reads the arguments of pins, handles and forces: the selection (exactly one of `box=`, `sphere=`,
-//! `plane=`, `vertices=`, `mesh_vertices=`, `group=`), the time window (`start=`, `end=`), the soft goal (`weight=`,
+//! Reads the arguments of pins, handles and forces: the selection (exactly one of [`SHAPES`]), the time window (`start=`, `end=`), the soft goal (`weight=`,
 //! `goal_frequency=`, `goal_damping=`) and the keyframes (`keys=`: tuples `(time, translate, rotate)`, or dicts with these
 //! names).
 
@@ -7,7 +6,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use supple::{Curve, CurveKey, Goal, Interpolation, Key, Selection, SelectionPose, TimeWindow};
+use supple::{Curve, CurveKey, Goal, Interpolation, Key, Map, Selection, SelectionPose, TimeWindow};
 use supple_io::scene::GoalTable;
 
 use crate::argument::{Settings, choice, conversion_error, number, text, wrong_type};
@@ -15,15 +14,23 @@ use crate::arrays::{self, Axis, vector};
 use crate::rotation::rotate;
 
 /// Keyword arguments that give a selection.
-pub(crate) const SHAPES: [&str; 6] = ["box", "sphere", "plane", "vertices", "mesh_vertices", "group"];
+pub(crate) const SHAPES: [&str; 7] = ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "map"];
 
 /// Keyword arguments that give a selection and the pose in which a shape selects.
-pub(crate) const SELECTION: [&str; 7] =
-    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "at"];
+pub(crate) const SELECTION: [&str; 8] = with_shapes(["at"]);
 
-/// Keyword arguments of a pin that may be `None`.
-pub(crate) const OPTIONAL: [&str; 7] =
-    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "end"];
+/// Returns the keyword arguments that give a selection, and `more`. `ALL` is their number.
+pub(crate) const fn with_shapes<const N: usize, const ALL: usize>(
+    more: [&'static str; N],
+) -> [&'static str; ALL] {
+    assert!(ALL == SHAPES.len() + N);
+    let (mut all, mut place) = ([""; ALL], 0);
+    while place < ALL {
+        all[place] = if place < SHAPES.len() { SHAPES[place] } else { more[place - SHAPES.len()] };
+        place += 1;
+    }
+    all
+}
 
 /// Keyword arguments of a soft goal.
 const GOAL: [&str; 3] = ["weight", "goal_frequency", "goal_damping"];
@@ -70,7 +77,7 @@ pub(crate) fn goal(settings: &Settings<'_>) -> PyResult<Option<Goal>> {
 /// Reads `at`; `None` if it is missing.
 pub(crate) fn pose(settings: &Settings<'_>, function: &str) -> PyResult<Option<SelectionPose>> {
     let pose = settings.read("at", |value, name| choice(value, name, &SelectionPose::NAMED))?;
-    for part in ["vertices", "mesh_vertices", "group"] {
+    for part in ["vertices", "mesh_vertices", "group", "map"] {
         if pose.is_some() && settings.get(part)?.is_some() {
             let message =
                 format!("{function} has at only together with a shape; {part} selects the same in any pose");
@@ -106,9 +113,28 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, [lattice, mesh]: [usize; 2]
             Selection::Plane { point, normal: vector(&normal, "plane normal")? }
         }
         "group" => Selection::Group(text(value, shape)?),
+        "map" => Selection::Map(map(value, shape, mesh)?),
         "mesh_vertices" => Selection::MeshVertices(vertices(value, shape, ("mesh", mesh))?),
         _ => Selection::Vertices(vertices(value, shape, ("lattice", lattice))?),
     })
+}
+
+/// Reads the argument `name`, a map of a mesh with `count` vertices: a name, or a weight for each vertex.
+pub(crate) fn map(value: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Map> {
+    if value.is_instance_of::<PyString>() {
+        return Ok(Map::Name(text(value, name)?));
+    }
+    let weights = match arrays::is_mask(value)? {
+        true => {
+            let mask = arrays::booleans(value, name, &[Axis::Is(count)])?;
+            mask.as_slice()?.iter().map(|&chosen| f32::from(u8::from(chosen))).collect()
+        }
+        false => {
+            let weights = arrays::numbers(value, name, Axis::Is(count))?;
+            weights.into_iter().map(|weight| weight as f32).collect::<Vec<_>>()
+        }
+    };
+    Ok(Map::Weights(weights))
 }
 
 /// Reads a plane: an object with a point and a normal, such as `supple.Plane`, a pair or a dict. Returns point and

@@ -137,6 +137,19 @@ impl Mesh {
         Ok(dict)
     }
 
+    /// Numbers of the vertices by name: dict of name to (n,) float64 array. A mesh from a file has the colors of its vertices
+    /// ("red", "green", "blue", "alpha", in [0, 1]) and other numbers of GLB and PLY. Body.pin(map=...) and its like take
+    /// them as weights.
+    #[getter]
+    fn maps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, values) in self.mesh.maps() {
+            let values = values.iter().map(|&value| f64::from(value)).collect();
+            dict.set_item(name, arrays::frozen(PyArray1::from_vec(py, values)))?;
+        }
+        Ok(dict)
+    }
+
     /// Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
@@ -158,7 +171,7 @@ impl Mesh {
         let vertices: Vec<[f64; 3]> = mesh.vertices().iter().map(|&p| p.into()).collect();
         let faces: Vec<&[u32]> = mesh.faces().collect();
         let restore = py.get_type::<Self>().getattr("_restore")?;
-        let data = encode(py, &(vertices, faces, &slf.get().source, mesh.groups()))?;
+        let data = encode(py, &(vertices, faces, &slf.get().source, mesh.groups(), mesh.maps()))?;
         match &slf.get().visual {
             Some(visual) => (restore, (data, visual)).into_pyobject(py),
             None => (restore, (data,)).into_pyobject(py),
@@ -169,9 +182,11 @@ impl Mesh {
     #[classmethod]
     #[pyo3(signature = (data, visual=None))]
     fn _restore(class: &Bound<'_, PyType>, data: &[u8], visual: Option<Py<PyAny>>) -> PyResult<Self> {
-        type Data = (Vec<[f64; 3]>, Vec<Vec<u32>>, Option<Source>, Vec<(String, Vec<u32>)>);
-        let (vertices, faces, source, groups): Data = decode(class.py(), data)?;
+        type Named<T> = Vec<(String, Vec<T>)>;
+        type Data = (Vec<[f64; 3]>, Vec<Vec<u32>>, Option<Source>, Named<u32>, Named<f32>);
+        let (vertices, faces, source, groups, maps): Data = decode(class.py(), data)?;
         let mesh = supple::Mesh::new(vertices, &faces).map_err(error::from_core)?.with_groups(groups);
+        let mesh = mesh.with_maps(maps).map_err(error::from_core)?;
         Ok(Self { source, ..Self::from_core(mesh).with_visual(visual) })
     }
 }

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 import supple
 
-from .groups import held_vertices, inflated_zones, stiffness_factors
-from .job import Attachment, BakeError, Body, Collider, Inflation, Job
+from .job import Attachment, BakeError, Body, Collider, Job
 from .motion import curve, is_rigid, is_still, rigid_keys, transformed
 
 
@@ -39,11 +38,11 @@ def _body(data: Body, job: Job) -> supple.Body:
     try:
         body = supple.Body(supple.Mesh(data.vertices, data.faces), name=data.name, **data.options)
         if data.stiffness is not None:
-            body.set_stiffness_factors(stiffness_factors(body, data.stiffness))
+            body.zone(data.stiffness.factor, map=data.stiffness.weights)
         if data.inflate is not None:
             body.inflate = curve(data.inflate, job.fps)
-        if data.inflation is not None:
-            _inflate(body, data.inflation, job.fps)
+        if data.inflation is not None and (data.inflation.ratios != 1).any():
+            body.zone(inflate=curve(data.inflation.ratios, job.fps), map=data.inflation.weights)
     except ValueError as error:
         raise BakeError(f'object "{data.name}" cannot be a soft body: {error}') from error
     for attachment in data.attachments:
@@ -59,27 +58,19 @@ def _body(data: Body, job: Job) -> supple.Body:
     return body
 
 
-def _inflate(body: supple.Body, data: Inflation, fps: float) -> None:
-    """Add the zones of a group whose rest volume changes."""
-    if (data.ratios == 1).all():
-        return
-    for exponent, vertices in inflated_zones(body, data.weights):
-        body.zone(inflate=curve(data.ratios**exponent, fps), vertices=vertices)
-
-
 def _attach(body: supple.Body, data: Attachment, fps: float) -> None:
     """Hold the vertices of an attachment, or move them."""
-    vertices = held_vertices(body, data.vertices)
+    part: dict[str, Any] = {("mesh_vertices" if data.vertices.dtype == bool else "map"): data.vertices}
     end = None if data.release is None else data.release / fps
     if end is not None and end <= 0:
         return
     if data.animation is not None and not is_still(data.animation):
-        body.handle(vertices=vertices, follow=data.animation, follow_fps=fps, end=end)
-    elif data.driver is not None and not is_still(data.driver):
-        center = body.positions[vertices].mean(axis=0)
-        body.handle(vertices=vertices, keys=rigid_keys(data.driver, center, fps), end=end)
-    else:
-        body.pin(vertices=vertices, end=end)
+        body.handle(**part, follow=data.animation, follow_fps=fps, end=end)
+        return
+    hold = body.pin(**part, end=end)
+    if data.driver is not None and not is_still(data.driver):
+        # Keyframes turn about the mean of the vertices that are held.
+        hold.set_keys(rigid_keys(data.driver, body.positions[hold.vertices].mean(axis=0), fps))
 
 
 def _collider(data: Collider, fps: float) -> supple.Collider:

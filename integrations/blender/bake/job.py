@@ -24,14 +24,24 @@ class Attachment:
 
     #: Name of the vertex group, for messages.
     group: str
-    #: Whether each vertex of the mesh is in the group: (n,) bool.
-    vertices: NDArray[np.bool_]
+    #: Whether each vertex of the mesh is in the group: (n,) bool. Or how strongly it is held: (n,) float in [0, 1].
+    vertices: NDArray[np.bool_] | NDArray[np.float64]
     #: World matrices of the object or bone that moves the group: (f, 4, 4).
     driver: NDArray[np.float64] | None = None
     #: Positions of all vertices of the animated mesh: (f, n, 3).
     animation: NDArray[np.float32] | None = None
     #: Frame of the bake from which on the group is free, or None.
     release: int | None = None
+
+
+@dataclass
+class Stiffness:
+    """A vertex group with another stiffness."""
+
+    #: Weight of each vertex of the mesh: (n,), in [0, 1].
+    weights: NDArray[np.float64]
+    #: Factor of Young's modulus at weight 1, in (0, 100]. At weight w it is factor ** w.
+    factor: float
 
 
 @dataclass
@@ -61,8 +71,7 @@ class Body:
     #: Keyword arguments of supple.Body.
     options: dict[str, Any] = field(default_factory=dict)
     attachments: list[Attachment] = field(default_factory=list)
-    #: Factor of the stiffness at each vertex of the mesh: (n,), or None.
-    stiffness: NDArray[np.float64] | None = None
+    stiffness: Stiffness | None = None
     #: Ratio of the rest volume to that of the mesh in each frame: (f,), in [0.1, 10]; None: always 1.
     inflate: NDArray[np.float64] | None = None
     inflation: Inflation | None = None

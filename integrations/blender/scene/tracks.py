@@ -6,7 +6,7 @@ import numpy as np
 from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
 
-from ..bake import Attachment, BakeError, Body, Collider, Inflation, transformed
+from ..bake import Attachment, BakeError, Body, Collider, Inflation, Stiffness, transformed
 from ..properties import SoftBodyAttachment
 from .caches import cache_path
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
@@ -72,7 +72,9 @@ class BodyTrack:
         moves = any(positions is not self._animation[0] for positions in self._animation)
         animation = np.stack(self._animation) if moves else None
         for settings, driver in zip(self._found.supple.attachments, self._drivers, strict=True):
-            attachment = Attachment(settings.vertex_group, self._weights[settings.vertex_group] >= HELD_WEIGHT)
+            weights = self._weights[settings.vertex_group]
+            part = weights if settings.use_weights else weights >= HELD_WEIGHT
+            attachment = Attachment(settings.vertex_group, part)
             if driver is not None:
                 attachment.driver = driver.matrices
             elif settings.motion == "ANIMATION":
@@ -143,13 +145,11 @@ class BodyTrack:
         _check_count(self._found, len(positions), len(self._vertices), depsgraph.scene.frame_current)
         _append(self._animation, positions)
 
-    def _stiffness(self) -> NDArray[np.float64] | None:
-        """Return the stiffness factor of each vertex: 1 at weight 0, geometric in between."""
+    def _stiffness(self) -> Stiffness | None:
+        """Return the group with another stiffness."""
         settings = self._found.supple
-        if not settings.stiffness_group:
-            return None
-        factors: NDArray[np.float64] = settings.stiffness_factor ** self._weights[settings.stiffness_group]
-        return factors
+        group = settings.stiffness_group
+        return Stiffness(self._weights[group], settings.stiffness_factor) if group else None
 
     def _inflation(self) -> Inflation | None:
         """Return the group whose rest volume changes."""

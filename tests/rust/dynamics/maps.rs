@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, BreakLimit, FractureOptions, Goal, HalfWidth, Mesh, Pin, Refine, Selection,
+    Body, BodyBuilder, BreakLimit, FractureOptions, Goal, HalfWidth, Map, Mesh, Pin, Refine, Selection,
     Simulation, TimeWindow, Zone,
 };
 use supple_tests::{mesh_of, plain_box, points};
@@ -38,17 +38,17 @@ fn pin(selection: Selection, goal: Option<Goal>) -> Pin {
 #[test]
 fn a_map_is_the_share_of_the_factors_of_a_zone() {
     let mesh = bar();
-    let list = Selection::Weights(ramp(&mesh));
-    let named = Selection::Map("paint".to_owned());
+    let list = Selection::Map(Map::Weights(ramp(&mesh)));
+    let named = Selection::Map("paint".into());
     let mesh = mesh.clone().with_maps([("paint".to_owned(), ramp(&mesh))]).unwrap();
     let mut body = builder(mesh).stiffness(0.1).build().unwrap();
     let shares = body.weights(&list).unwrap().unwrap();
     assert_eq!(body.weights(&named).unwrap().unwrap(), shares);
     assert!(body.weights(&Selection::Group("paint".to_owned())).unwrap().is_none());
-    // Along the bar the share is linear up to half a cell, where the surface turns at the ends.
+    // Along the bar the share is linear up to a cell, behind the ends.
     for (vertex, share) in (0..).zip(&shares) {
         let x = body.lattice().rest_position(vertex).x;
-        assert!((share - (1.0 - x / 4.0)).abs() <= 0.5 * 0.25 / 4.0 + 1e-6, "{x}: {share}");
+        assert!((share - (1.0 - x / 4.0)).abs() <= 0.25 / 4.0 + 1e-6, "{x}: {share}");
     }
     body.zone(&Zone::new(named, 9.0)).unwrap();
     for (factor, share) in body.stiffness_factors().unwrap().iter().zip(&shares) {
@@ -66,7 +66,7 @@ fn a_map_is_the_share_of_the_factors_of_a_zone() {
 fn weights_of_coarse_faces_are_linear_in_them_also_if_the_faces_are_divided() {
     let mesh = coarse_bar();
     assert_eq!(mesh.vertices().len(), 8);
-    let zone = Zone::new(Selection::Weights(ramp(&mesh)), 4.0);
+    let zone = Zone::new(Selection::Map(Map::Weights(ramp(&mesh))), 4.0);
     let factors = |refine| {
         let body = builder(mesh.clone()).stiffness(0.1).refine(refine).zone(zone.clone()).build().unwrap();
         body.stiffness_factors().unwrap().to_vec()
@@ -83,18 +83,19 @@ fn wrong_maps_are_errors_that_say_what_there_is() {
     let mesh = mesh.with_maps([("red".to_owned(), vec![0.0; count])]).unwrap();
     let mut body = builder(mesh).build().unwrap();
     let mut zone = |selection| body.zone(&Zone::new(selection, 2.0)).unwrap_err().to_string();
-    let error = zone(Selection::Map("green".to_owned()));
+    let error = zone(Selection::Map("green".into()));
     assert!(error.contains("green") && error.contains("red"), "{error}");
-    let error = zone(Selection::Weights(vec![1.0; 3]));
+    let error = zone(Selection::Map(Map::Weights(vec![1.0; 3])));
     assert!(error.contains('3') && error.contains(&count.to_string()), "{error}");
     let mut wrong = vec![0.5; count];
     wrong[7] = f32::NAN;
-    let error = zone(Selection::Weights(wrong));
+    let error = zone(Selection::Map(Map::Weights(wrong)));
     assert!(error.contains("vertex 7") && error.contains("NaN"), "{error}");
-    let error = body.pin(&pin(Selection::Map("red".to_owned()), None)).unwrap_err().to_string();
+    let error = body.pin(&pin(Selection::Map("red".into()), None)).unwrap_err().to_string();
     assert!(error.contains("weight"), "{error}");
     let mut bare = Body::from_lattice(body.lattice().clone()).build().unwrap();
-    let error = bare.zone(&Zone::new(Selection::Weights(vec![1.0; count]), 2.0)).unwrap_err().to_string();
+    let error =
+        bare.zone(&Zone::new(Selection::Map(Map::Weights(vec![1.0; count])), 2.0)).unwrap_err().to_string();
     assert!(error.contains("bare lattice"), "{error}");
 }
 
@@ -106,12 +107,15 @@ fn a_pin_by_a_map_of_ones_and_zeros_has_the_bits_of_a_pin_on_the_vertices() {
     let fallen = |by_map: bool| {
         let body = builder(mesh.clone());
         let probe = builder(mesh.clone()).build().unwrap();
-        let carried = probe.weights(&Selection::Weights(end.clone())).unwrap().unwrap();
-        let ones: Vec<u32> =
-            (0..).zip(&carried).filter(|(_, weight)| **weight > 1.0 - 1e-6).map(|(vertex, _)| vertex).collect();
+        let carried = probe.weights(&Selection::Map(Map::Weights(end.clone()))).unwrap().unwrap();
+        let ones: Vec<u32> = (0..)
+            .zip(&carried)
+            .filter(|(_, weight)| **weight > 1.0 - 1e-6)
+            .map(|(vertex, _)| vertex)
+            .collect();
         // Weights between those of the two parts would pull vertices softly.
         let selection = match by_map {
-            true => Selection::Weights(end.clone()),
+            true => Selection::Map(Map::Weights(end.clone())),
             false => Selection::Vertices(ones),
         };
         let goal = by_map.then(|| Goal { frequency: 1e-9, damping_ratio: 0.0, ..Goal::default() });
@@ -130,10 +134,10 @@ fn a_pin_by_a_map_of_ones_and_zeros_has_the_bits_of_a_pin_on_the_vertices() {
 #[test]
 fn a_weight_of_a_map_is_a_factor_of_the_weight_of_the_goal() {
     let mesh = bar();
-    let all = Selection::Weights(vec![0.5; mesh.vertices().len()]);
+    let all = Selection::Map(Map::Weights(vec![0.5; mesh.vertices().len()]));
     let goal = Goal { weight: 0.8.into(), frequency: 2.0, damping_ratio: 0.5 };
     let body = builder(mesh).pin(pin(all, Some(goal))).build().unwrap();
-    let mut simulation = Simulation::builder().body(body).dt(1.0 / 120.0).build().unwrap();
+    let mut simulation = Simulation::builder().body(body).dt(1.0 / 120.0).sleep(false).build().unwrap();
     let start = simulation.body(0).center_of_mass().y;
     simulation.steps(600);
     let omega = std::f64::consts::TAU * 2.0 * (0.4_f64 / 0.6).sqrt();
@@ -147,10 +151,11 @@ fn a_weight_of_a_map_is_a_factor_of_the_weight_of_the_goal() {
 #[test]
 fn a_denser_zone_is_heavier_and_as_stiff() {
     let mesh = bar();
-    let everywhere = Selection::Weights(vec![1.0; mesh.vertices().len()]);
+    let everywhere = Selection::Map(Map::Weights(vec![1.0; mesh.vertices().len()]));
     let end = || pin(Selection::Plane { point: [0.3, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] }, None);
     let hung = |density: f64, zone: Option<Zone>| {
-        let body = Body::builder(mesh.clone()).cell_size(0.25).youngs_modulus(1e6).density(density).pin(end());
+        let body =
+            Body::builder(mesh.clone()).cell_size(0.25).youngs_modulus(1e6).density(density).pin(end());
         let body = zone.into_iter().fold(body, BodyBuilder::zone).build().unwrap();
         let mut simulation = Simulation::builder().body(body).dt(1.0 / 480.0).build().unwrap();
         simulation.steps(120);
@@ -172,7 +177,7 @@ fn a_denser_zone_is_heavier_and_as_stiff() {
 #[test]
 fn the_spin_of_a_body_with_a_heavy_end_is_about_its_center_of_mass() {
     let mesh = bar();
-    let zone = Zone { density: 8.0, ..Zone::new(Selection::Weights(ramp(&mesh)), 1.0) };
+    let zone = Zone { density: 8.0, ..Zone::new(Selection::Map(Map::Weights(ramp(&mesh))), 1.0) };
     let body = builder(mesh).zone(zone).velocity([1.0, 0.0, 0.0]).spin([0.0, 0.0, 2.0]).build().unwrap();
     let start = body.center_of_mass();
     assert!(start.x < 1.6, "{start}");
@@ -186,7 +191,7 @@ fn the_spin_of_a_body_with_a_heavy_end_is_about_its_center_of_mass() {
 #[test]
 fn a_state_restores_the_density_of_zones() {
     let mesh = bar();
-    let zone = Zone { density: 8.0, ..Zone::new(Selection::Weights(ramp(&mesh)), 0.5) };
+    let zone = Zone { density: 8.0, ..Zone::new(Selection::Map(Map::Weights(ramp(&mesh))), 0.5) };
     let simulation = |zones: Vec<Zone>| {
         let body = zones.into_iter().fold(builder(mesh.clone()), BodyBuilder::zone).build().unwrap();
         Simulation::builder().body(body).dt(1.0 / 240.0).build().unwrap()
@@ -209,9 +214,9 @@ fn a_bar_breaks_where_it_is_weak() {
     let weak = weights(&mesh, |x| f64::from(u8::from((2.6..3.2).contains(&x))));
     let ends = [([0.3, 0.0, 0.0], -1.0), ([3.7, 0.0, 0.0], 1.0)];
     let pull = |strength: f64| {
-        let mut body = builder(mesh.clone()).fracture(FractureOptions::new(BreakLimit::Strain(0.3)));
+        let mut body = builder(mesh.clone()).fracture(FractureOptions::new(BreakLimit::Strain(0.8)));
         if strength != 1.0 {
-            body = body.zone(Zone { strength, ..Zone::new(Selection::Weights(weak.clone()), 1.0) });
+            body = body.zone(Zone { strength, ..Zone::new(Selection::Map(Map::Weights(weak.clone())), 1.0) });
         }
         for (point, side) in ends {
             let keys = vec![
@@ -223,7 +228,8 @@ fn a_bar_breaks_where_it_is_weak() {
             body = body.handle(supple::Handle { selection, motion, window, goal: None });
         }
         let body = body.build().unwrap();
-        let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
+        let mut simulation =
+            Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
         for _ in 0..960 {
             simulation.step();
             if simulation.body(0).pieces() > 1 {
@@ -237,7 +243,7 @@ fn a_bar_breaks_where_it_is_weak() {
         (pieces, end.map(|vertex| lattice.rest_position(vertex).x).fold(0.0, f64::max))
     };
     assert_eq!(pull(1.0).0, 1);
-    let (pieces, place) = pull(0.4);
+    let (pieces, place) = pull(0.25);
     assert!(pieces == 2 && (2.4..3.4).contains(&place), "{pieces} {place}");
 }
 
@@ -245,7 +251,7 @@ fn a_bar_breaks_where_it_is_weak() {
 #[test]
 fn a_strength_needs_fracture() {
     let mesh = bar();
-    let zone = Zone { strength: 0.5, ..Zone::new(Selection::Weights(ramp(&mesh)), 1.0) };
+    let zone = Zone { strength: 0.5, ..Zone::new(Selection::Map(Map::Weights(ramp(&mesh))), 1.0) };
     let error = builder(mesh).zone(zone).build().unwrap_err().to_string();
     assert!(error.contains("strength_factor") && error.contains("fracture"), "{error}");
 }
@@ -254,7 +260,7 @@ fn a_strength_needs_fracture() {
 #[test]
 fn maps_do_not_depend_on_the_pose() {
     let mesh = bar();
-    let selection = Selection::Weights(ramp(&mesh));
+    let selection = Selection::Map(Map::Weights(ramp(&mesh)));
     let mut body = builder(mesh).build().unwrap();
     let before = body.weights(&selection).unwrap();
     let moved: Vec<Vector3<f64>> =

@@ -71,8 +71,7 @@ fn plastic_shapes_broken_joints_and_captured_poses_are_reset() {
         });
         let curve = [(0.0, 1.0), (0.4, 1.4)].map(|(time, value)| CurveKey { time, value });
         let side = |x| Selection::Box { min: [x, -1.0, -1.0], max: [x + 0.3, 1.0, 1.0] };
-        let zone =
-            Zone::new(side(0.5), 0.5).inflated(Curve::new(curve.to_vec()).unwrap());
+        let zone = Zone::new(side(0.5), 0.5).inflated(Curve::new(curve.to_vec()).unwrap());
         let body = Body::from_lattice(lattice).name("bar").half_width(1).plastic(Plasticity::default());
         let body = if cut { body } else { body.fracture(FractureOptions::new(BreakLimit::Strain(0.1))) };
         let handle = Handle {

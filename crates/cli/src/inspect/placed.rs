@@ -2,7 +2,7 @@
 //! zones select.
 
 use serde::Serialize;
-use supple::{Body, Selection, Zone};
+use supple::{Body, Map, Selection, Zone};
 use supple_io::scene::{BodyData, HandleData, Scene};
 
 /// Surface of a body in world space at frame 0.
@@ -102,8 +102,8 @@ impl<'a> Placed<'a> {
             Selection::Group(name) => {
                 vertices(self.body.mesh().and_then(|mesh| mesh.group(name)).unwrap_or_default())
             }
-            Selection::Weights(weights) => self.weighted(weights),
-            Selection::Map(name) => {
+            Selection::Map(Map::Weights(weights)) => self.weighted(weights),
+            Selection::Map(Map::Name(name)) => {
                 self.weighted(self.body.mesh().and_then(|mesh| mesh.map(name)).unwrap_or_default())
             }
             shape => {
@@ -118,7 +118,12 @@ impl<'a> Placed<'a> {
 
     /// Returns the mesh vertices with a weight above 0.
     fn weighted(&self, weights: &[f32]) -> Vec<[f64; 3]> {
-        self.vertices.iter().zip(weights).filter(|(_, weight)| **weight > 0.0).map(|(point, _)| *point).collect()
+        self.vertices
+            .iter()
+            .zip(weights)
+            .filter(|(_, weight)| **weight > 0.0)
+            .map(|(point, _)| *point)
+            .collect()
     }
 
     /// Returns facts about a handle: see [`selection`](Self::selection).

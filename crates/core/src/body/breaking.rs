@@ -237,11 +237,9 @@ impl Body {
         {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
-        let factors =
-            stiffness_factors.as_ref().map(|factors| |vertex: u32| factors.of_modulus(vertex));
+        let factors = stiffness_factors.as_ref().map(|factors| |vertex: u32| factors.of_modulus(vertex));
         let strengths = parts.strength.as_ref();
-        let strengths =
-            strengths.map(|strengths| |vertex: u32| strengths[lattice.source(vertex) as usize]);
+        let strengths = strengths.map(|strengths| |vertex: u32| strengths[lattice.source(vertex) as usize]);
         let deformation = Deformation {
             lattice,
             layout: &matching.layout,

@@ -9,9 +9,7 @@ use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::contact::Contacts;
 use crate::contact::bodies::BodyContact;
-use crate::dynamics::{
-    ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper,
-};
+use crate::dynamics::{ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper};
 use crate::lattice::{Lattice, Masses};
 use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::Scale;

@@ -155,7 +155,8 @@ impl Body {
         check_stiffness(&material, factors.as_ref())?;
         let expected = self.whole().1.len();
         if !snapshot.parts.check(expected)? {
-            let count = snapshot.parts.density.as_ref().or(snapshot.parts.strength.as_ref()).map_or(0, Vec::len);
+            let count =
+                snapshot.parts.density.as_ref().or(snapshot.parts.strength.as_ref()).map_or(0, Vec::len);
             return Err(ArrayError::Length { name: "zones", count, expected }.into());
         }
         if let Some(modulus) = youngs_modulus {

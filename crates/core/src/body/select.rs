@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::dynamics::{Selection, SelectionError, SelectionPose, distinct, valid_weights};
+use crate::dynamics::{Map, Selection, SelectionError, SelectionPose, distinct, valid_weights};
 use crate::lattice::carried;
 
 /// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.
@@ -80,17 +80,14 @@ impl Body {
     /// A map that the mesh does not have, or with another number of weights than vertices, a weight out of range, or a
     /// bare lattice.
     pub fn weights(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
-        if !selection.is_map() {
-            return Ok(None);
-        }
+        let Selection::Map(map) = selection else { return Ok(None) };
         let mesh = self.whole_mesh().ok_or(SelectionError::NoMesh)?;
-        let weights = match selection {
-            Selection::Weights(weights) => &weights[..],
-            Selection::Map(name) => mesh.map(name).ok_or_else(|| SelectionError::NoSuchMap {
+        let weights = match map {
+            Map::Weights(weights) => &weights[..],
+            Map::Name(name) => mesh.map(name).ok_or_else(|| SelectionError::NoSuchMap {
                 name: name.clone(),
                 known: mesh.maps().iter().map(|(map, _)| map.clone()).collect(),
             })?,
-            _ => &[],
         };
         let (count, expected) = (weights.len(), mesh.vertices().len());
         if count != expected {

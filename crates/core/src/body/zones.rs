@@ -57,9 +57,10 @@ impl Body {
         stiffness: Option<Vec<f64>>,
     ) -> Result<Option<StiffnessFactors>, RangeError> {
         let lattice = &self.shape.lattice;
-        let density = parts.density.as_ref().map(|density| {
-            (0..lattice.len() as u32).map(|vertex| density[lattice.source(vertex) as usize])
-        });
+        let density = parts
+            .density
+            .as_ref()
+            .map(|density| (0..lattice.len() as u32).map(|vertex| density[lattice.source(vertex) as usize]));
         // With another density alone, the regions have factors too.
         let varies = stiffness.is_some() || density.is_some();
         let specified = varies.then(|| stiffness.unwrap_or_else(|| vec![1.0; lattice.len()]));
@@ -137,7 +138,8 @@ impl Body {
     /// per step whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
         let Zone { factor, density, strength, .. } = *zone;
-        for (name, factor) in [("factor", factor), ("density_factor", density), ("strength_factor", strength)] {
+        for (name, factor) in [("factor", factor), ("density_factor", density), ("strength_factor", strength)]
+        {
             Range::STIFFNESS_FACTOR.check(name, factor)?;
         }
         zone.inflate.iter().try_for_each(Inflation::validate)?;

@@ -135,7 +135,9 @@ impl Constraint {
     pub(crate) fn goal_frequency(&self) -> f64 {
         let greatest = |goal: &Goal| match &self.weights {
             None => goal.greatest_frequency(1.0),
-            Some(weights) => weights.iter().map(|&factor| goal.greatest_frequency(factor)).fold(0.0, f64::max),
+            Some(weights) => {
+                weights.iter().map(|&factor| goal.greatest_frequency(factor)).fold(0.0, f64::max)
+            }
         };
         self.goal.as_ref().map_or(0.0, greatest)
     }

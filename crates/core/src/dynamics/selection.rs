@@ -40,11 +40,31 @@ pub enum Selection {
     MeshVertices(Vec<u32>),
     /// A named [group](crate::Mesh::with_groups) of mesh vertices: the corners of their cells.
     Group(String),
-    /// A weight in [0, 1] of each mesh vertex: see [`Body::weights`](crate::Body::weights). What takes whole parts only
-    /// takes the mesh vertices with at least 0.5.
+    /// A weight of each mesh vertex, which the vertices of the lattice take over: see
+    /// [`Body::weights`](crate::Body::weights). What takes whole parts only takes the lattice vertices with at least 0.5.
+    Map(Map),
+}
+
+/// Weights in [0, 1] of the vertices of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Map {
+    /// The name of a [map](crate::Mesh::with_maps) of the mesh, such as a color of its vertices.
+    Name(String),
+    /// One for each vertex.
     Weights(Vec<f32>),
-    /// A named [map](crate::Mesh::with_maps) of the mesh, such as a color of its vertices, as `Weights`.
-    Map(String),
+}
+
+impl From<&str> for Map {
+    fn from(name: &str) -> Self {
+        Self::Name(name.to_owned())
+    }
+}
+
+impl From<Vec<f32>> for Map {
+    fn from(weights: Vec<f32>) -> Self {
+        Self::Weights(weights)
+    }
 }
 
 /// The error that a selection is invalid or empty.
@@ -236,20 +256,20 @@ impl Selection {
             Self::Vertices(list) | Self::MeshVertices(list) if list.is_empty() => {
                 Err(SelectionError::NoVertices)
             }
-            Self::Weights(weights) => valid_weights(weights),
+            Self::Map(Map::Weights(weights)) => valid_weights(weights),
             Self::Vertices(_) | Self::MeshVertices(_) | Self::Group(_) | Self::Map(_) => Ok(()),
         }
     }
 
     /// Returns whether the selection has a weight for each mesh vertex.
     pub fn is_map(&self) -> bool {
-        matches!(self, Self::Weights(_) | Self::Map(_))
+        matches!(self, Self::Map(_))
     }
 
     /// Gives the new vertices of a refined mesh their weights. `points`: see
     /// [`RefinedMesh::points`](crate::RefinedMesh::points).
     pub(crate) fn refine(&mut self, points: &[([u32; 3], [f64; 3])]) {
-        if let Self::Weights(weights) = self
+        if let Self::Map(Map::Weights(weights)) = self
             && points.iter().flat_map(|(corners, _)| corners).all(|&corner| (corner as usize) < weights.len())
         {
             *weights = refined_map(weights, points);
@@ -341,7 +361,7 @@ impl Selection {
             Self::Plane { .. } => "plane",
             Self::Vertices(_) | Self::MeshVertices(_) => "list",
             Self::Group(_) => "group",
-            Self::Weights(_) | Self::Map(_) => "map",
+            Self::Map(_) => "map",
         }
     }
 }

@@ -103,8 +103,8 @@ impl StiffnessFactors {
         for &factor in &specified {
             Range::STIFFNESS_FACTOR.check("stiffness factor", factor)?;
         }
-        let relative: Option<Vec<f64>> =
-            density.map(|density| specified.iter().zip(density).map(|(factor, other)| factor / other).collect());
+        let relative: Option<Vec<f64>> = density
+            .map(|density| specified.iter().zip(density).map(|(factor, other)| factor / other).collect());
         let factors = relative.as_ref().unwrap_or(&specified);
         let least = factors.iter().copied().fold(f64::INFINITY, f64::min).max(LEAST);
         let greatest = factors.iter().copied().fold(LEAST, f64::max);
@@ -135,7 +135,9 @@ impl StiffnessFactors {
     pub(crate) fn greatest_of_modulus(&self) -> f64 {
         match self.relative {
             None => self.limit,
-            Some(_) => (0..self.specified.len() as u32).map(|vertex| self.of_modulus(vertex)).fold(0.0, f64::max),
+            Some(_) => {
+                (0..self.specified.len() as u32).map(|vertex| self.of_modulus(vertex)).fold(0.0, f64::max)
+            }
         }
     }
 

@@ -97,8 +97,7 @@ mod tests {
     /// A box of 8 vertices, and the same box with every face divided.
     fn boxes() -> [Mesh; 2] {
         let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f64);
-        let faces =
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let coarse = Mesh::new((0..8).map(corner).collect(), &faces).unwrap();
         let fine = coarse.refined(0.2).unwrap().unwrap().mesh;
         [coarse, fine]
@@ -134,7 +133,8 @@ mod tests {
         for vertex in 0..lattice.len() as u32 {
             let (at, i) = (lattice.rest_position(vertex), vertex as usize);
             assert!((of_coarse[i] - of_fine[i]).abs() < 0.02, "{at}: {} {}", of_coarse[i], of_fine[i]);
-            let is_inside_of_top = (at.y - 1.0).abs() < 0.06 && (at.x - 0.5).abs() < 0.35 && (at.z - 0.5).abs() < 0.35;
+            let is_inside_of_top =
+                (at.y - 1.0).abs() < 0.06 && (at.x - 0.5).abs() < 0.35 && (at.z - 0.5).abs() < 0.35;
             let tolerance = if is_inside_of_top { 0.01 } else { 0.35 };
             assert!((of_coarse[i] - at.x).abs() < tolerance, "{at}: {}", of_coarse[i]);
         }

@@ -57,7 +57,9 @@ pub enum MeshError {
         count: usize,
     },
     /// A map has another number of values than the mesh has vertices.
-    #[error("the map {name:?} has {count} values, and the mesh {expected} vertices; give a value for each vertex")]
+    #[error(
+        "the map {name:?} has {count} values, and the mesh {expected} vertices; give a value for each vertex"
+    )]
     MapLength {
         /// Name of the map.
         name: String,

@@ -38,16 +38,13 @@ impl Mesh {
     }
 
     /// Returns the mesh with named maps, such as the colors of the vertices of a file, which
-    /// [`Selection::Map`](crate::Selection::Map) takes as weights. A map has a number for each vertex. Of maps of one
+    /// [`Map::Name`](crate::Map::Name) takes as weights. A map has a number for each vertex. Of maps of one
     /// name the last one counts; those of the mesh before are replaced.
     ///
     /// # Errors
     ///
     /// A map with another number of values than the mesh has vertices.
-    pub fn with_maps(
-        self,
-        maps: impl IntoIterator<Item = (String, Vec<f32>)>,
-    ) -> Result<Self, MeshError> {
+    pub fn with_maps(self, maps: impl IntoIterator<Item = (String, Vec<f32>)>) -> Result<Self, MeshError> {
         let maps: BTreeMap<_, _> = maps.into_iter().collect();
         let expected = self.vertices.len();
         match maps.iter().find(|(_, values)| values.len() != expected) {

@@ -206,12 +206,10 @@ enum Applied {
 }
 
 /// Keyword arguments of an impulse. All but the last may be `None`.
-const IMPULSE: [&str; 9] =
-    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "point", "torque", "at"];
+const IMPULSE: [&str; 10] = constraint::with_shapes(["point", "torque", "at"]);
 
 /// Keyword arguments of a force. All but the last may be `None`.
-const FORCE: [&str; 10] =
-    ["box", "sphere", "plane", "vertices", "mesh_vertices", "group", "point", "torque", "duration", "at"];
+const FORCE: [&str; 11] = constraint::with_shapes(["point", "torque", "duration", "at"]);
 
 impl Body {
     /// Reads a force or an impulse and its part, and applies it. `apply` has the vertices of the part; `None`: all.
@@ -254,7 +252,7 @@ impl Body {
     ///     would be accelerated like a rigid body: without point and torque, in proportion to their masses. (k, 3): one
     ///     force for each of the k selected vertices, in the order of the indices `vertices`, otherwise in increasing
     ///     order; without point and torque.
-    /// box, sphere, plane, vertices, mesh_vertices, group, at
+    /// box, sphere, plane, vertices, mesh_vertices, group, map, at
     ///     Selection of a part, as for pin. Default: the whole body, k = n.
     /// point : (3,) float, optional
     ///     World point at which the total force acts. Default: the center of mass of the part.
@@ -269,7 +267,7 @@ impl Body {
     /// the line on which all selected vertices lie.
     #[pyo3(
         signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', point=None, \
+        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now', point=None, \
                           torque=None, duration=None)"
     )]
     fn apply_force(
@@ -291,7 +289,7 @@ impl Body {
     ///
     /// impulse : (3,) or (k, 3) float
     ///     In kg length/s, distributed like the force of apply_force.
-    /// box, sphere, plane, vertices, mesh_vertices, group, at
+    /// box, sphere, plane, vertices, mesh_vertices, group, map, at
     ///     Selection of a part, as for pin. Default: the whole body, k = n.
     /// point : (3,) float, optional
     ///     World point at which the total impulse acts. Default: the center of mass of the part.
@@ -301,7 +299,7 @@ impl Body {
     /// Raises ValueError as apply_force does.
     #[pyo3(
         signature = (impulse, **options),
-        text_signature = "($self, impulse, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', point=None, \
+        text_signature = "($self, impulse, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now', point=None, \
                           torque=None)"
     )]
     fn apply_impulse(
@@ -326,7 +324,7 @@ impl Body {
     ///     A constant force as for apply_force; or a function force(positions, velocities, time) that returns it. It is
     ///     called before each step, with the (k, 3) positions and velocities of the selected lattice vertices,
     ///     read-only, and the time in seconds.
-    /// box, sphere, plane, vertices, mesh_vertices, group, at
+    /// box, sphere, plane, vertices, mesh_vertices, group, map, at
     ///     Selection of a part, as for pin. Default: the whole body. It is made once, now.
     ///
     /// A field follows a body that breaks: it acts on all copies of its vertices, and k grows. A vertex and its copies
@@ -340,7 +338,7 @@ impl Body {
     /// save_state do not.
     #[pyo3(
         signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now')"
+        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now')"
     )]
     fn add_force_field(
         slf: &Bound<'_, Self>,

@@ -10,37 +10,25 @@ use super::{Body, Hold};
 use crate::argument::Settings;
 use crate::{animation, constraint, error};
 
-/// Keyword arguments of `handle`. All except the first five are also the keyword arguments of `pin`.
-const ARGUMENTS: [&str; 17] = [
-    "keys",
-    "interpolation",
-    "follow",
-    "follow_fps",
-    "follow_start",
-    "box",
-    "sphere",
-    "plane",
-    "vertices",
-    "mesh_vertices",
-    "group",
-    "at",
-    "start",
-    "end",
-    "weight",
-    "goal_frequency",
-    "goal_damping",
-];
+/// Keyword arguments of `pin`.
+const PIN: [&str; 13] =
+    constraint::with_shapes(["at", "start", "end", "weight", "goal_frequency", "goal_damping"]);
+
+/// Keyword arguments of `pin` that may be `None`.
+const OPTIONAL_OF_PIN: [&str; 8] = constraint::with_shapes(["end"]);
+
+/// Keyword arguments of `handle`, beside those of `pin`.
+const MOTION: [&str; 5] = ["keys", "interpolation", "follow", "follow_fps", "follow_start"];
 
 /// Keyword arguments of `handle` that may be `None`.
-const OPTIONAL: [&str; 10] =
-    ["keys", "follow", "follow_start", "box", "sphere", "plane", "vertices", "mesh_vertices", "group", "end"];
+const OPTIONAL_OF_HANDLE: [&str; 11] = constraint::with_shapes(["end", "keys", "follow", "follow_start"]);
 
 #[pymethods]
 impl Body {
     /// Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
     ///
-    /// Exactly one of box, sphere, plane, vertices, mesh_vertices and group selects the part. A shape is in world space, and selects the
-    /// corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
+    /// Exactly one of box, sphere, plane, vertices, mesh_vertices, group and map selects the part. A shape is in world space,
+    /// and selects the corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
     /// vertices inside the shape.
     ///
     /// box : ((3,), (3,))
@@ -55,6 +43,9 @@ impl Body {
     ///     Vertices of the mesh, in input order: selects the corners of their cells.
     /// group : str
     ///     Name of a group of the mesh (Mesh.groups): selects as its mesh vertices do.
+    /// map : (n,) float in [0, 1], (n,) bool, or str
+    ///     A weight for each mesh vertex, or the name of a map of the mesh (Mesh.maps): a factor of `weight` at each lattice
+    ///     vertex, see weights. Vertices with 1 are held, those below are pulled by springs, and those below 0.01 are free.
     /// at : "now" or "start", default "now"
     ///     Pose of the body in which a shape selects: the current one, or that of frame 0.
     /// start, end : float, default 0 and None
@@ -73,11 +64,11 @@ impl Body {
     /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
+        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[5..], &constraint::OPTIONAL)?;
-        let selection = Selection::Vertices(slf.get().select(slf.py(), &settings, "pin()")?);
+        let settings = Settings::from_call(options, "pin()", &PIN, &OPTIONAL_OF_PIN)?;
+        let selection = slf.get().held(slf.py(), &settings, "pin()")?;
         let (goal, window) = (constraint::goal(&settings)?, constraint::window(&settings)?);
         let pin = Pin { goal, selection, window };
         Hold::add(slf, |body| body.pin(&pin))
@@ -112,16 +103,15 @@ impl Body {
     /// and for follow on a broken body.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
+        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now', start=0.0, end=None, weight=1.0, goal_frequency=5.0, goal_damping=0.2)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &OPTIONAL)?;
+        let settings =
+            Settings::from_call(options, "handle()", &[&MOTION[..], &PIN].concat(), &OPTIONAL_OF_HANDLE)?;
         let window = constraint::window(&settings)?;
         let motion = Self::motion(slf, &settings)?;
         let selection = match (&motion, constraint::pose(&settings, "handle()")?) {
-            (HandleMotion::Keys(..), _) => {
-                Selection::Vertices(slf.get().select(slf.py(), &settings, "handle()")?)
-            }
+            (HandleMotion::Keys(..), _) => slf.get().held(slf.py(), &settings, "handle()")?,
             (HandleMotion::Follow(_), Some(SelectionPose::Now)) => {
                 let message = "handle() with follow has only at=\"start\": the shape also selects what the part follows";
                 return Err(PyValueError::new_err(message));
@@ -157,6 +147,14 @@ impl Body {
         match constraint::selection(settings, function, self.counts(py)?)? {
             Selection::Vertices(vertices) if !vertices.is_empty() => Ok(vertices),
             selection => self.read(py, |body| body.select_at(&selection, pose))?.map_err(error::from_core),
+        }
+    }
+
+    /// Returns the selection of a pin or a handle in the arguments of `function`: a map, or lattice vertices.
+    fn held(&self, py: Python<'_>, settings: &Settings<'_>, function: &str) -> PyResult<Selection> {
+        match settings.get("map")? {
+            Some(_) => constraint::selection(settings, function, self.counts(py)?),
+            None => Ok(Selection::Vertices(self.select(py, settings, function)?)),
         }
     }
 

@@ -4,7 +4,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::{SelectionPose, Zone};
+use supple::{Selection, SelectionPose, Zone};
 
 use super::Body;
 use super::build::scene_key;
@@ -14,22 +14,25 @@ use crate::{constraint, error};
 
 #[pymethods]
 impl Body {
-    /// Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
+    /// Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or its density or strength
+    /// by a factor, from the next step on.
     ///
-    /// Around a shape the logarithms of both decrease linearly to 0 over the length of a cell. Those of overlapping zones
-    /// multiply.
+    /// Around a shape the logarithms of all decrease linearly to 0 over the length of a cell. With a map, a factor f counts as
+    /// f^w at the weight w. The factors of overlapping zones multiply.
     ///
     /// factor : float, default 1
     ///     In (0, 100], and so are the products of overlapping zones.
     /// inflate : float, or keyframes
     ///     As of Body; the products of overlapping zones are limited to [0.1, 10].
-    /// box, sphere, plane, vertices, at :
+    /// density_factor, strength_factor : float, default 1
+    ///     In (0, 100], and so are the products: of the density, and of the limit at which the body breaks (fracture).
+    /// box, sphere, plane, vertices, mesh_vertices, group, map, at :
     ///     As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
     ///
-    /// Raises ValueError if the shape contains no lattice vertex.
+    /// Raises ValueError if the shape contains no lattice vertex, and for a strength_factor of a body without fracture.
     #[pyo3(
         signature = (factor=None, **options),
-        text_signature = "($self, factor=1.0, *, inflate=None, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, at='now')"
+        text_signature = "($self, factor=1.0, *, inflate=None, density_factor=1.0, strength_factor=1.0, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now')"
     )]
     fn zone(
         &self,
@@ -37,18 +40,39 @@ impl Body {
         factor: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let keys = [&constraint::SELECTION[..], &["inflate"]].concat();
+        let keys = [&constraint::SELECTION[..], &["inflate", "density_factor", "strength_factor"]].concat();
         let settings = Settings::from_call(options, "zone()", &keys, &constraint::SHAPES)?;
         let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
         let selection = constraint::selection(&settings, "zone()", self.counts(py)?)?;
         let inflate = settings.read("inflate", |ratio, key| scene_key(key, ratio))?.map(|data| data.inflate);
-        if factor.is_none() && inflate.is_none() {
-            let message = "zone() needs a factor of Young's modulus, or inflate, a ratio of the rest volume";
+        let (density, strength) = (settings.number("density_factor")?, settings.number("strength_factor")?);
+        if factor.is_none() && inflate.is_none() && density.or(strength).is_none() {
+            let message = "zone() needs a factor of Young's modulus, inflate, a ratio of the rest volume, density_factor or \
+                           strength_factor";
             return Err(PyTypeError::new_err(message));
         }
         let factor = factor.map_or(Ok(1.0), |factor| number(factor, "factor"))?;
-        let zone = Zone { inflate, ..Zone::new(selection, factor) };
+        let (density, strength) = (density.unwrap_or(1.0), strength.unwrap_or(1.0));
+        let zone = Zone { inflate, density, strength, ..Zone::new(selection, factor) };
         self.with(py, |body| body.zone_at(&zone, pose))?.map_err(error::from_core)
+    }
+
+    /// Weights of the lattice vertices for a map of the mesh: (n,) float64.
+    ///
+    /// A vertex of a cell that the surface meets has the mean of the map over the surface around it, with the area and the
+    /// trilinear weight of the vertex in its cell; in a face the map is linear. From there the weights go inwards layer by
+    /// layer: another vertex has the mean of its neighbors that have weights. So they depend on neither the size nor the
+    /// order of the faces. The vertices of the map are those of the mesh of the body before it broke.
+    ///
+    /// map : (m,) float in [0, 1], (m,) bool, or str
+    ///     A weight for each mesh vertex, or the name of a map of the mesh (Mesh.maps).
+    ///
+    /// Raises ValueError for a name that the mesh does not have, a weight out of range, and a bare lattice.
+    fn weights<'py>(&self, py: Python<'py>, map: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let [_, count] = self.counts(py)?;
+        let selection = Selection::Map(constraint::map(map, "map", count)?);
+        let weights = self.read(py, |body| body.weights(&selection))?.map_err(error::from_core)?;
+        Ok(PyArray1::from_vec(py, weights.unwrap_or_default()))
     }
 
     /// Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of

@@ -132,7 +132,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             "@damping" => ALTERNATIVES[3].to_vec(),
             "@region_damping" => ALTERNATIVES[4].to_vec(),
             "@limit" => BREAK_LIMITS.to_vec(),
-            "@selection" => vec!["box", "sphere", "plane", "vertices", "group", "weights", "map", "lattice"],
+            "@selection" => vec!["box", "sphere", "plane", "vertices", "group", "map", "lattice"],
             "@goal" => vec!["weight", "goal_frequency", "goal_damping"],
             "@within" => vec!["box", "sphere", "plane"],
             "@law" => field_laws::LAWS.to_vec(),

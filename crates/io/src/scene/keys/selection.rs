@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ranges::{direction, positive};
-use supple::Selection;
+use supple::{Map, Selection};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Selection", rename_all = "snake_case", deny_unknown_fields)]
@@ -27,6 +27,13 @@ pub(in crate::scene) enum SelectionKeys {
     #[serde(rename = "vertices")]
     MeshVertices(Vec<u32>),
     Group(String),
+    Map(#[serde(with = "MapKeys")] Map),
+}
+
+/// A map: the name of one of the file, or weights.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Map", untagged, expecting = "expected the name of a map of the file, or a list of weights")]
+enum MapKeys {
+    Name(String),
     Weights(Vec<f32>),
-    Map(String),
 }

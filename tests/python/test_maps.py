@@ -1,0 +1,106 @@
+"""Maps: weights of the mesh vertices for zones, pins and handles."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+import supple
+from shapes import BAR
+
+
+@pytest.fixture
+def bar() -> supple.Mesh:
+    return BAR
+
+
+def along(mesh: supple.Mesh) -> np.ndarray:
+    """Return weights from 0 to 1 along the bar."""
+    x = mesh.vertices[:, 0]
+    return (x - x.min()) / np.ptp(x)
+
+
+def test_weights_are_carried_to_the_lattice_within_half_a_cell(bar):
+    body = supple.Body(bar, lattice_vertices=600)
+    weights = body.weights(along(bar))
+    x = body.lattice.rest_positions[:, 0]
+    expected = (x - bar.vertices[:, 0].min()) / np.ptp(bar.vertices[:, 0])
+    assert weights.shape == (len(body),)
+    inside = (expected > 0) & (expected < 1)
+    assert np.abs(weights - expected)[inside].max() <= body.lattice.cell_size / np.ptp(bar.vertices[:, 0])
+    assert ((weights >= 0) & (weights <= 1)).all()
+
+
+def test_a_zone_takes_a_map_as_exponent(bar):
+    body = supple.Body(bar, lattice_vertices=600)
+    weights = body.weights(along(bar))
+    body.zone(9.0, map=along(bar))
+    np.testing.assert_allclose(body.stiffness_factors, 9**weights)
+    body.zone(density_factor=4.0, map=along(bar))
+    np.testing.assert_allclose(body.stiffness_factors, 9**weights)
+    plain = supple.Body(bar, lattice_vertices=600)
+    ratio = body.masses / plain.masses
+    # The density of a cell is the mean over its corners, and the mass of a vertex the mean over its cells.
+    cell = 4 ** (body.lattice.cell_size / np.ptp(bar.vertices[:, 0]))
+    assert (np.abs(np.log(ratio / 4**weights)) <= np.log(cell)).all()
+
+
+def test_a_mask_and_weights_of_0_and_1_are_the_same(bar):
+    mask = along(bar) > 0.7
+    first, second = (supple.Body(bar, lattice_vertices=600) for _ in range(2))
+    assert np.array_equal(first.pin(map=mask).vertices, second.pin(map=mask.astype(float)).vertices)
+
+
+def test_a_pin_by_a_map_holds_ones_and_pulls_the_rest(bar):
+    body = supple.Body(bar, lattice_vertices=600, youngs_modulus=1e5)
+    weights = np.clip(2 - 3 * along(bar), 0, 1)
+    hold = body.pin(map=weights)
+    carried = body.weights(weights)
+    assert np.array_equal(hold.vertices, np.flatnonzero(carried >= 0.01))
+    start = body.positions.copy()
+    sim = supple.Simulation([body], fps=30, gravity=(0, -9.81, 0))
+    sim.advance(15)
+    moved = np.linalg.norm(body.positions - start, axis=1)
+    assert moved[carried > 1 - 1e-6].max() < 1e-6
+    assert moved[(carried > 0.1) & (carried < 0.5)].min() > 1e-4
+    # A copy has the weights too.
+    other = copy.deepcopy(sim)
+    sim.advance(5)
+    other.advance(5)
+    assert np.array_equal(other.bodies[0].positions, body.positions)
+
+
+def test_named_maps_need_a_mesh_that_has_them(bar):
+    body = supple.Body(bar, lattice_vertices=600)
+    assert bar.maps == {}
+    with pytest.raises(ValueError, match=r"no map \"red\""):
+        body.zone(2.0, map="red")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "match"),
+    [(np.zeros(3), r"\(3,\)"), (None, "weight of mesh vertex 5 is 2"), ("mask", "bool|shape")],
+    ids=["length", "range", "mask"],
+)
+def test_wrong_weights_are_errors(bar, wrong, match):
+    if wrong is None:
+        wrong = np.zeros(len(bar.vertices))
+        wrong[5] = 2
+    elif isinstance(wrong, str):
+        wrong = np.zeros(4, bool)
+    body = supple.Body(bar, lattice_vertices=600)
+    with pytest.raises(ValueError, match=match):
+        body.zone(2.0, map=wrong)
+
+
+def test_strength_needs_a_body_that_breaks(bar):
+    with pytest.raises(ValueError, match="strength_factor.*fracture"):
+        supple.Body(bar, lattice_vertices=600).zone(strength_factor=0.5, map=along(bar))
+    supple.Body(bar, lattice_vertices=600, fracture={"strain": 0.1}).zone(strength_factor=0.5, map=along(bar))
+
+
+def test_a_map_has_no_pose(bar):
+    with pytest.raises(TypeError, match="map selects the same in any pose"):
+        supple.Body(bar, lattice_vertices=600).pin(map=along(bar), at="now")
