@@ -155,9 +155,9 @@ pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, 
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};
 pub use dynamics::{
     Accuracy, Attraction, Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Field, FieldError,
-    FieldLaw, Force, ForceDuration, Goal, Handle, HandleMotion, Link, LinkError, Map, Material, Pin,
-    Plasticity, Preset, RegionDamping, RegionSize, RigidError, Selection, SelectionError, SelectionPose,
-    Stiffness, TimeWindow, Vortex, Wind, Zone,
+    FieldLaw, Force, ForceDuration, Goal, Handle, HandleMotion, KeyedMaterial, Link, LinkError, Map,
+    Material, Pin, Plasticity, Preset, RegionDamping, RegionSize, RigidError, Selection, SelectionError,
+    SelectionPose, Stiffness, TimeWindow, Vortex, Wind, Zone,
 };
 pub use error::{Error, StateError};
 pub use fracture::{

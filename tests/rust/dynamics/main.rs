@@ -11,6 +11,7 @@ mod free_body;
 mod goals;
 mod hold_force;
 mod inflation;
+mod keyed;
 mod links;
 mod lowest_mode;
 mod maps;

@@ -10,7 +10,8 @@ use crate::error::Error;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct AdoptedSettings {
-    /// Material: elasticity, Poisson's ratio, damping, plasticity, density and the factors of zones. Plastic shapes stay
+    /// Material: elasticity, Poisson's ratio, damping, plasticity, density and the factors of zones, with their
+    /// keyframes. Plastic shapes stay
     /// if both have plasticity.
     pub material: bool,
     /// Options of the volume correction.
@@ -48,6 +49,8 @@ impl Body {
             let factors = self.varied(&built.parts, factors)?;
             self.replace_factors(built.parts.clone(), factors);
             self.set_region_damping(built.material.region_damping)?;
+            self.keyed = built.keyed.clone().map(Box::new);
+            self.settings.modulus_share = built.modulus_share;
             self.update_elastic_damping();
             self.update_shapes();
         }

@@ -27,6 +27,7 @@ impl BodyBuilder {
     /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
     pub fn build(mut self) -> Result<Body, Error> {
         self.material.validate()?;
+        self.keyed.validate()?;
         let (material, volume) = match self.rigid {
             true => rigid_settings(&self.material, self.volume)?,
             false => (self.material, self.volume),
@@ -94,6 +95,7 @@ impl BodyBuilder {
                 touching: self.touching,
                 has_self_contact: false,
                 parts: PartFactors::default(),
+                modulus_share: 1.0,
                 youngs_modulus: None,
             },
             shape: Shape {
@@ -118,6 +120,7 @@ impl BodyBuilder {
             constraints: None,
             forces: None,
             inflation: None,
+            keyed: None,
             stiffness_factors: None,
             breaking: None,
             rigid: None,
@@ -132,6 +135,7 @@ impl BodyBuilder {
             body.arm(options, shares);
         }
         body.set_inflate(self.inflate)?;
+        body.set_keyed(self.keyed)?;
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

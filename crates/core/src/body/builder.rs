@@ -1,10 +1,11 @@
 //! The builder of a body.
 
+use super::keyed::greatest;
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::dynamics::{
-    Accuracy, Damping, Elasticity, Handle, Material, Pin, Plasticity, Preset, RegionDamping, RegionSize,
-    Stiffness, Zone,
+    Accuracy, Damping, Elasticity, Handle, KeyedMaterial, Material, Pin, Plasticity, Preset, RegionDamping,
+    RegionSize, Stiffness, Zone,
 };
 use crate::fracture::FractureOptions;
 use crate::lattice::{Lattice, LatticeOptions, Resolution};
@@ -32,6 +33,7 @@ pub struct BodyBuilder {
     pub(super) touching: TouchingOptions,
     pub(super) fracture: Option<FractureOptions>,
     pub(super) inflate: Curve,
+    pub(super) keyed: KeyedMaterial,
     pub(super) zones: Vec<Zone>,
     pub(super) pins: Vec<Pin>,
     pub(super) handles: Vec<Handle>,
@@ -84,6 +86,7 @@ impl BodyBuilder {
             touching: TouchingOptions::default(),
             fracture: None,
             inflate: 1.0.into(),
+            keyed: KeyedMaterial::default(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -103,14 +106,18 @@ impl BodyBuilder {
         self.elasticity(Elasticity::Preset(preset))
     }
 
-    /// Sets Young's modulus, > 0: force per area in scene units. Replaces any other elasticity.
-    pub fn youngs_modulus(self, modulus: f64) -> Self {
-        self.elasticity(Elasticity::YoungsModulus(modulus))
+    /// Sets Young's modulus, > 0, a number or keyframes: force per area in scene units. Replaces any other elasticity.
+    pub fn youngs_modulus(self, modulus: impl Into<Curve>) -> Self {
+        let (greatest, keys) = keyed(modulus);
+        let mut builder = self.elasticity(Elasticity::YoungsModulus(greatest));
+        builder.keyed.youngs_modulus = keys;
+        builder
     }
 
     /// Sets the elasticity.
     pub fn elasticity(mut self, elasticity: Elasticity) -> Self {
         self.material.elasticity = elasticity;
+        self.keyed.youngs_modulus = None;
         self
     }
 
@@ -149,9 +156,10 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets Poisson's ratio, in [0, 0.47]: see [`Material::poisson_ratio`].
-    pub fn poisson_ratio(mut self, ratio: f64) -> Self {
-        self.material.poisson_ratio = Some(ratio);
+    /// Sets Poisson's ratio, in [0, 0.47], a number or keyframes: see [`Material::poisson_ratio`].
+    pub fn poisson_ratio(mut self, ratio: impl Into<Curve>) -> Self {
+        let (greatest, keys) = keyed(ratio);
+        (self.material.poisson_ratio, self.keyed.poisson_ratio) = (Some(greatest), keys);
         self
     }
 
@@ -162,16 +170,17 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the damping ratio of the lowest elastic mode, in [0, 1]: see [`Damping`].
-    pub fn damping_ratio(mut self, ratio: f64) -> Self {
-        self.material.damping = Some(Damping::Ratio(ratio));
+    /// Sets the damping ratio of the lowest elastic mode, in [0, 1], a number or keyframes: see [`Damping`].
+    pub fn damping_ratio(mut self, ratio: impl Into<Curve>) -> Self {
+        let (greatest, keys) = keyed(ratio);
+        (self.material.damping, self.keyed.damping_ratio) = (Some(Damping::Ratio(greatest)), keys);
         self
     }
 
     /// Sets the decay rate of the elastic modes in 1/s, >= 0: see [`Damping`]. Replaces
     /// [`damping_ratio`](Self::damping_ratio).
     pub fn damping_rate(mut self, rate: f64) -> Self {
-        self.material.damping = Some(Damping::Rate(rate));
+        (self.material.damping, self.keyed.damping_ratio) = (Some(Damping::Rate(rate)), None);
         self
     }
 
@@ -208,9 +217,17 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the complete material.
+    /// Sets the complete material, without keyframes.
     pub fn material(mut self, material: Material) -> Self {
         self.material = material;
+        let friction = self.keyed.friction.take();
+        self.keyed = KeyedMaterial { friction, ..KeyedMaterial::default() };
+        self
+    }
+
+    /// Sets the keyframes of numbers of the material, whose greatest values replace the numbers.
+    pub fn keyed(mut self, keyed: KeyedMaterial) -> Self {
+        self.keyed = keyed;
         self
     }
 
@@ -312,10 +329,10 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0; default 0.5. The coefficient of two
-    /// bodies is the geometric mean of theirs. At a collider, that of the collider holds.
-    pub fn friction(mut self, friction: f64) -> Self {
-        self.touching.friction = friction;
+    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0, a number or keyframes; default 0.5. The
+    /// coefficient of two bodies is the geometric mean of theirs. At a collider, that of the collider holds.
+    pub fn friction(mut self, friction: impl Into<Curve>) -> Self {
+        (self.touching.friction, self.keyed.friction) = keyed(friction);
         self
     }
 
@@ -373,4 +390,10 @@ impl BodyBuilder {
         self.handles.push(handle);
         self
     }
+}
+
+/// Returns the greatest value of a number, and its keyframes if it changes.
+fn keyed(number: impl Into<Curve>) -> (f64, Option<Curve>) {
+    let curve = number.into();
+    (greatest(&curve), curve.constant().is_none().then_some(curve))
 }

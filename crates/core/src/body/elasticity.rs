@@ -121,7 +121,8 @@ impl Body {
             (_, Some(modulus)) => {
                 // Times the greatest factor it is at most the greatest one.
                 let limit = self.greatest_alpha() / self.factor_range().1.min(1.0);
-                self.elastic_law(dt).alpha(self.half_width(), modulus).min(limit)
+                let in_force = modulus * self.settings.modulus_share;
+                self.elastic_law(dt).alpha(self.half_width(), in_force).min(limit)
             }
             (_, None) => self.greatest_alpha(),
         }

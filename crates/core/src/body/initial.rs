@@ -32,6 +32,8 @@ impl Body {
             stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
             parts: self.settings.parts.clone(),
             inflation,
+            keyed: self.keyed.as_deref().cloned(),
+            modulus_share: 1.0,
             volume: self.settings.volume,
             forces: None,
             displacements: Vec::new(),

@@ -22,6 +22,7 @@ impl Body {
         let material = Material { elasticity, ..self.settings.material };
         material.validate()?;
         check_stiffness(&material, self.stiffness_factors.as_ref())?;
+        self.forget_keys(|keyed| &mut keyed.youngs_modulus);
         self.settings.material = material;
         self.wake();
         // The default of the damping depends on the elasticity.
@@ -45,6 +46,7 @@ impl Body {
     pub fn set_poisson_ratio(&mut self, poisson_ratio: Option<f64>) -> Result<(), RangeError> {
         let material = Material { poisson_ratio, ..self.settings.material };
         material.validate()?;
+        self.forget_keys(|keyed| &mut keyed.poisson_ratio);
         self.settings.material = material;
         self.wake();
         self.settings.youngs_modulus = None;
@@ -88,6 +90,7 @@ impl Body {
     pub fn set_damping(&mut self, damping: Option<Damping>) -> Result<(), RangeError> {
         let material = Material { damping, ..self.settings.material };
         material.validate()?;
+        self.forget_keys(|keyed| &mut keyed.damping_ratio);
         self.settings.material = material;
         self.wake();
         self.update_elastic_damping();

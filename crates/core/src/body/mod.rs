@@ -51,6 +51,7 @@ mod fracture_stage;
 mod hold_force;
 mod inflation;
 mod initial;
+mod keyed;
 mod leaving;
 mod linked;
 mod material;

@@ -50,6 +50,8 @@ pub(super) struct Settings {
     pub(super) has_self_contact: bool,
     /// The factors with which density and strength vary.
     pub(super) parts: PartFactors,
+    /// Young's modulus in force as a share of the greatest one of its keyframes, in (0, 1]; 1 without keyframes.
+    pub(super) modulus_share: f64,
     /// Young's modulus of the material, fixed when the body joined a simulation. `None` with the elasticity of
     /// regions, and outside a simulation.
     pub(super) youngs_modulus: Option<f64>,

@@ -26,6 +26,8 @@ impl Body {
             stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
             parts: self.settings.parts.clone(),
             inflation: None,
+            keyed: None,
+            modulus_share: 1.0,
             volume: self.settings.volume,
             forces: None,
             displacements: Vec::new(),

@@ -1,7 +1,7 @@
 //! The saved state of a body.
 
 use crate::contact::Side;
-use crate::dynamics::{Constraints, Forces, Inflation, Material, PartFactors};
+use crate::dynamics::{Constraints, Forces, Inflation, KeyedMaterial, Material, PartFactors};
 use crate::fracture::Cracks;
 use crate::matching::HalfWidth;
 use crate::state::State;
@@ -24,6 +24,9 @@ pub struct BodySnapshot {
     pub(super) stiffness_factors: Option<Vec<f64>>,
     pub(super) parts: PartFactors,
     pub(super) inflation: Option<Inflation>,
+    pub(super) keyed: Option<KeyedMaterial>,
+    /// Young's modulus in force as a share of the greatest one of its keyframes.
+    pub(super) modulus_share: f64,
     pub(super) volume: VolumeOptions,
     pub(super) forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.

@@ -3,7 +3,7 @@
 use super::fracture_stage::Breaking;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
-use crate::dynamics::{Constraints, Forces, Inflation, Material, RigidBody, StiffnessFactors};
+use crate::dynamics::{Constraints, Forces, Inflation, KeyedMaterial, Material, RigidBody, StiffnessFactors};
 use crate::error::Error;
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching};
@@ -33,6 +33,8 @@ pub struct Body {
     pub(super) forces: Option<Forces>,
     /// `None` if all rest volumes equal the volumes of the mesh at all times.
     pub(super) inflation: Option<Inflation>,
+    /// `None` if no number of the material has keyframes.
+    pub(super) keyed: Option<Box<KeyedMaterial>>,
     /// `None` if the stiffness does not vary.
     pub(super) stiffness_factors: Option<StiffnessFactors>,
     /// Present in a body that can break or was cut.

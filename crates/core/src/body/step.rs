@@ -13,6 +13,7 @@ impl Body {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         self.wake_to_inflate(context.interval);
+        self.wake_to_change(context.interval);
         if !self.is_asleep() {
             self.rebase_rigidly();
             self.run_all(ADVANCE, context, &BodyContactPart::Alone, executor);

@@ -19,6 +19,7 @@
 //! | `forces` | external forces, applied in a step |
 //! | `momentum` | the momentum tracker, which keeps the momenta of connected components in f64 |
 //! | `elastic_law` | Young's modulus from the parameters of the regions, and back |
+//! | `keyed` | numbers of the material that change along keyframes |
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
 //! | `elastic_damping` | damping of the elastic modes |
 //! | `deflection` | deflections of the supports of a body, for `elastic_damping` |
@@ -48,6 +49,7 @@ mod goal;
 mod handle;
 mod inflation;
 mod integration;
+mod keyed;
 mod link;
 mod lowest_mode;
 mod material;
@@ -78,6 +80,7 @@ pub use goal::Goal;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
+pub use keyed::KeyedMaterial;
 pub use link::{Link, LinkError};
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;

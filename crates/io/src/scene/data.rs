@@ -16,9 +16,9 @@ use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
 use supple::{
-    BodyBuilder, BreakLimit, Curve, Field, FractureOptions, LatticeOptions, Link, Material, Pin, Placement,
-    Plasticity, Refine, Resolution, Scale, Selection, SimulationBuilder, SkinKind, TouchingOptions,
-    VolumeOptions, Zone,
+    BodyBuilder, BreakLimit, Curve, Field, FractureOptions, KeyedMaterial, LatticeOptions, Link, Material,
+    Pin, Placement, Plasticity, Refine, Resolution, Scale, Selection, SimulationBuilder, SkinKind,
+    TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -223,6 +223,10 @@ pub struct BodyData {
     /// colliders, other bodies and itself.
     #[serde(rename = "@touching", with = "TouchingKeys")]
     pub touching: TouchingOptions,
+    /// The keyframes of the keys `youngs_modulus`, `poisson_ratio`, `damping_ratio` and `friction`, whose greatest values
+    /// are those of `material` and `touching`.
+    #[serde(rename = "@keyed", with = "keys::KeyedKeys")]
+    pub keyed: KeyedMaterial,
     /// `[[body.zone]]`, in the order of the file.
     #[serde(rename = "zone", with = "keys::zones")]
     pub zones: Vec<Zone>,
@@ -263,7 +267,8 @@ impl BodyData {
             .volume(self.volume)
             .refine(self.refine)
             .skin(self.skin)
-            .touching(self.touching.clone());
+            .touching(self.touching.clone())
+            .keyed(self.keyed.clone());
         match self.fracture {
             Some(fracture) => builder.fracture(fracture),
             None => builder,
@@ -291,6 +296,7 @@ impl BodyData {
             resolution,
             join,
             material: Material::default(),
+            keyed: KeyedMaterial::default(),
             inflate: 1.0.into(),
             fracture: None,
             volume: VolumeOptions::default(),
@@ -460,5 +466,12 @@ fn body_fields() -> Fields {
 /// Returns the scene keys of some fields.
 fn expanded(fields: &Fields) -> Vec<String> {
     let fields: Vec<&str> = fields.keys().map(String::as_str).collect();
-    keys::expand(&fields).into_iter().map(str::to_owned).collect()
+    let mut keys = Vec::<String>::new();
+    for key in keys::expand(&fields) {
+        // Two fields may read a key.
+        if !keys.iter().any(|known| known == key) {
+            keys.push(key.to_owned());
+        }
+    }
+    keys
 }

@@ -102,7 +102,9 @@ fn scene_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<Value>> {
         "name" | "object" | "memory_limit" => Ok(None),
         "rotate" => Ok(Some(keys::vector(rotate_once(value, key)?))),
         "translate" | "velocity" | "spin" => Ok(Some(keys::vector(vector(value, key)?))),
-        "inflate" => keys::curve(value, key).map(Some),
+        "inflate" | "youngs_modulus" | "poisson_ratio" | "damping_ratio" | "friction" if !value.is_none() => {
+            keys::curve(value, key).map(Some)
+        }
         "plastic" | "fracture" if value.is_none() => Ok(None),
         "plastic" if value.is_instance_of::<PyBool>() => match value.is_truthy()? {
             true => keys::value(&PyDict::new(value.py()), key).map(Some),

@@ -153,7 +153,10 @@ impl Body {
     /// Returns the selection of a pin or a handle in the arguments of `function`: a map, or lattice vertices.
     fn held(&self, py: Python<'_>, settings: &Settings<'_>, function: &str) -> PyResult<Selection> {
         match settings.get("map")? {
-            Some(_) => constraint::selection(settings, function, self.counts(py)?),
+            Some(_) => {
+                constraint::pose(settings, function)?;
+                constraint::selection(settings, function, self.counts(py)?)
+            }
             None => Ok(Selection::Vertices(self.select(py, settings, function)?)),
         }
     }

@@ -4,7 +4,7 @@ use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use supple::{Damping, Elasticity, Material, RegionDamping, RegionSize, Stiffness};
+use supple::{Damping, Elasticity, KeyedMaterial, Material, RegionDamping, RegionSize, Stiffness};
 
 use super::Body;
 use super::build::{self, scene_key};
@@ -12,6 +12,23 @@ use super::quantities::need_simulation;
 use crate::argument::number;
 use crate::constraint::curve_to_python;
 use crate::error;
+
+impl Body {
+    /// Sets a number of the material: its keyframes if it has any, and otherwise by `set`.
+    fn set_number(
+        &self,
+        py: Python<'_>,
+        keyed: KeyedMaterial,
+        set: impl FnOnce(&mut supple::Body) -> Result<(), supple::RangeError> + Send,
+    ) -> PyResult<()> {
+        let set_keyed = |body: &mut supple::Body| {
+            let before = body.keyed().cloned().unwrap_or_default();
+            body.set_keyed(before.replaced_by(keyed.clone()))
+        };
+        let set = |body: &mut supple::Body| if keyed.is_empty() { set(body) } else { set_keyed(body) };
+        self.with(py, set)?.map_err(error::value)
+    }
+}
 
 #[pymethods]
 impl Body {
@@ -37,7 +54,7 @@ impl Body {
     /// In a simulation: the modulus in force. It is that of the material, or less if steps of this length cannot
     /// reach it; supple.MaterialWarning then tells both. Outside a simulation: the value that was set; raises
     /// ValueError if none was set, because it then depends on the gravity or the step length of a simulation.
-    /// Settable, > 0; replaces material and the settings of the regions.
+    /// Settable, > 0, a number or keyframes (time, value); replaces material and the settings of the regions.
     #[getter]
     fn youngs_modulus(&self, py: Python<'_>) -> PyResult<f64> {
         self.in_context(py, |body| body.youngs_modulus())?.ok_or_else(|| {
@@ -50,12 +67,12 @@ impl Body {
 
     #[setter]
     fn set_youngs_modulus(&self, py: Python<'_>, modulus: &Bound<'_, PyAny>) -> PyResult<()> {
-        let elasticity = Elasticity::YoungsModulus(number(modulus, "youngs_modulus")?);
-        self.with(py, |body| body.set_elasticity(elasticity))?.map_err(error::value)
+        let data = scene_key("youngs_modulus", modulus)?;
+        self.set_number(py, data.keyed, |body| body.set_elasticity(data.material.elasticity))
     }
 
-    /// Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable; None
-    /// sets the one of the material.
+    /// Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable, a number or
+    /// keyframes (time, value); None sets the one of the material.
     #[getter]
     fn poisson_ratio(&self, py: Python<'_>) -> PyResult<f64> {
         self.read(py, |body| body.material().poisson_ratio())
@@ -63,8 +80,8 @@ impl Body {
 
     #[setter]
     fn set_poisson_ratio(&self, py: Python<'_>, ratio: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let ratio = ratio.map(|ratio| number(ratio, "poisson_ratio")).transpose()?;
-        self.with(py, |body| body.set_poisson_ratio(ratio))?.map_err(error::value)
+        let data = ratio.map(|ratio| scene_key("poisson_ratio", ratio)).transpose()?.unwrap_or_default();
+        self.set_number(py, data.keyed, |body| body.set_poisson_ratio(data.material.poisson_ratio))
     }
 
     /// Ratio of the rest volume to that of the mesh, in [0.1, 10]: a float, or what keyframes were set. Settable: a number, a list

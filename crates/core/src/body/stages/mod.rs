@@ -25,6 +25,7 @@
 //! |---|---|
 //! | `stage` | [`Stage`]: the trait of the stages |
 //! | `constraints` | pins and handles |
+//! | `keyed` | numbers of the material with keyframes |
 //! | `inflation` | ratios of rest volumes |
 //! | `momentum` | the momenta of free components |
 //! | `damping` | region damping and the damping of the elastic modes |
@@ -44,6 +45,7 @@ mod forces;
 mod fracture;
 mod inflation;
 mod integration;
+mod keyed;
 mod matching;
 mod momentum;
 mod recovery;
@@ -58,6 +60,7 @@ use self::forces::ApplyForces;
 use self::fracture::FindBreaking;
 use self::inflation::UpdateInflation;
 use self::integration::Integrate;
+use self::keyed::KeyMaterial;
 use self::matching::MatchShapes;
 use self::momentum::TrackMomentum;
 use self::recovery::Recover;
@@ -70,6 +73,8 @@ pub(super) const ADVANCE: &[&dyn Stage] = &[
     // dynamics::constraints: pins and handles that become active capture the positions of their vertices.
     // dynamics::follow: targets of handles that follow an animated mesh.
     &BeginConstraints,
+    // dynamics::keyed: E, Poisson's ratio, damping ratio and friction at the end of the step.
+    &KeyMaterial,
     // dynamics::inflation: s, the ratios of the rest volumes of the regions, at the end of the step.
     &UpdateInflation,
     // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose momenta are not

@@ -8,8 +8,10 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::interpolation;
-use super::ranges::{finite, inflation, not_negative, positive_fraction, time_scale as time_scale_value};
-use supple::{Curve, CurveKey, Interpolation, Range};
+use super::ranges::{
+    self, finite, inflation, not_negative, positive_fraction, time_scale as time_scale_value,
+};
+use supple::{Curve, CurveKey, Interpolation, KeyedMaterial, Range};
 
 /// Defines modules that read and write keyed numbers of a range. `$read` reads a number of a keyframe.
 macro_rules! curves {
@@ -103,6 +105,61 @@ curves! {
     strength: NOT_NEGATIVE by "not_negative";
     weight: POSITIVE_FRACTION by "positive_fraction";
     time_scale: TIME_SCALE by "time_scale_value";
+    youngs_modulus: YOUNGS_MODULUS by "ranges::youngs_modulus";
+    poisson_ratio: POISSON_RATIO by "ranges::poisson_ratio";
+    damping_ratio: FRACTION by "ranges::fraction";
+    friction: NOT_NEGATIVE by "not_negative";
+}
+
+/// Returns the greatest value of a curve.
+fn greatest(curve: &Curve) -> f64 {
+    curve.keys().iter().map(|key| key.value).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Defines for each number of a material a module that reads and writes its keyframes, if they differ, and a function that
+/// reads the greatest value.
+macro_rules! changing {
+    ($($module:ident, $greatest:ident by $keys:ident;)*) => {$(
+        pub(in crate::scene) fn $greatest<'de, D: Deserializer<'de>, T: From<f64>>(value: D) -> Result<T, D::Error> {
+            $keys::deserialize(value).map(|curve| greatest(&curve).into())
+        }
+
+        mod $module {
+            use super::*;
+
+            pub(super) fn serialize<S: Serializer>(curve: &Option<Curve>, serializer: S) -> Result<S::Ok, S::Error> {
+                match curve {
+                    Some(curve) => $keys::serialize(curve, serializer),
+                    None => serializer.serialize_none(),
+                }
+            }
+
+            pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Curve>, D::Error> {
+                $keys::deserialize(value).map(|curve| Some(curve).filter(|curve| curve.constant().is_none()))
+            }
+        }
+    )*};
+}
+
+changing! {
+    changing_modulus, greatest_modulus by youngs_modulus;
+    changing_poisson_ratio, greatest_poisson_ratio by poisson_ratio;
+    changing_damping_ratio, greatest_damping_ratio by damping_ratio;
+    changing_friction, greatest_friction by friction;
+}
+
+/// The keyframes of the keys of a material whose greatest values `MaterialKeys` and `TouchingKeys` read.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "KeyedMaterial", default, bound = "")]
+pub(in crate::scene) struct KeyedKeys {
+    #[serde(with = "changing_modulus", skip_serializing_if = "Option::is_none")]
+    youngs_modulus: Option<Curve>,
+    #[serde(with = "changing_poisson_ratio", skip_serializing_if = "Option::is_none")]
+    poisson_ratio: Option<Curve>,
+    #[serde(with = "changing_damping_ratio", skip_serializing_if = "Option::is_none")]
+    damping_ratio: Option<Curve>,
+    #[serde(with = "changing_friction", skip_serializing_if = "Option::is_none")]
+    friction: Option<Curve>,
 }
 
 optional! {

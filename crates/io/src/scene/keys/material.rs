@@ -5,10 +5,9 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use super::ranges::{
-    creep, fraction, frequency, half_width, length, plastic_strain, poisson_ratio, positive,
-    positive_fraction, rate, youngs_modulus,
+    creep, fraction, frequency, half_width, length, plastic_strain, positive, positive_fraction, rate,
 };
-use super::{accuracy, preset};
+use super::{accuracy, curve, preset};
 use supple::{
     Accuracy, Damping, Elasticity, HalfWidth, Material, Plasticity, Preset, RegionDamping, RegionSize,
     Stiffness,
@@ -19,7 +18,7 @@ use supple::{
 pub(in crate::scene) struct MaterialKeys {
     #[serde(rename = "@elasticity", with = "elasticity")]
     elasticity: Elasticity,
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "poisson_ratio")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "curve::greatest_poisson_ratio")]
     poisson_ratio: Option<f64>,
     #[serde(with = "accuracy")]
     accuracy: Accuracy,
@@ -42,7 +41,7 @@ mod elasticity {
     struct Keys {
         #[serde(with = "optional_preset", skip_serializing_if = "Option::is_none")]
         material: Option<Preset>,
-        #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "youngs_modulus")]
+        #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "curve::greatest_modulus")]
         youngs_modulus: Option<f64>,
         #[serde(rename = "@region_size", with = "optional_size", skip_serializing_if = "Option::is_none")]
         size: Option<RegionSize>,
@@ -97,7 +96,7 @@ optional! {
 #[serde(remote = "Damping")]
 enum DampingKeys {
     #[serde(rename = "damping_ratio")]
-    Ratio(#[serde(deserialize_with = "fraction")] f64),
+    Ratio(#[serde(deserialize_with = "curve::greatest_damping_ratio")] f64),
     #[serde(rename = "damping_rate")]
     Rate(#[serde(deserialize_with = "rate")] f64),
 }

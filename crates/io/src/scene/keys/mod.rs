@@ -53,7 +53,7 @@ use supple::{
     SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
-pub(super) use curve::{inflate, time_scale};
+pub(super) use curve::{KeyedKeys, inflate, time_scale};
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub use link::LinkTable;
@@ -126,6 +126,7 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             ]),
             "@elasticity" => ELASTICITY.concat(),
             "@touching" => vec!["friction", "restitution", "rolling_resistance", "ignore", "self_contact"],
+            "@keyed" => vec!["youngs_modulus", "poisson_ratio", "damping_ratio", "friction"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
             "@stiffness" => ALTERNATIVES[2].to_vec(),
@@ -199,7 +200,7 @@ pub(super) struct PlacementKeys {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "TouchingOptions", default, bound = "")]
 pub(super) struct TouchingKeys {
-    #[serde(deserialize_with = "not_negative")]
+    #[serde(deserialize_with = "curve::greatest_friction")]
     friction: f64,
     #[serde(deserialize_with = "fraction")]
     restitution: f64,
