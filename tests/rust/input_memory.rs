@@ -50,6 +50,30 @@ fn reading_an_obj_file_takes_a_multiple_of_its_size() {
 }
 
 #[test]
+fn reading_maps_takes_a_multiple_of_the_size_of_the_file() {
+    let triangle = "v 0 0 0 0 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n";
+    let ply = |properties: usize, vertices: usize| {
+        let names = each(properties, |name| format!("property uchar p{name}\n"));
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+             {names}element face 1\nproperty list uchar int vertex_index\nend_header\n{}3 0 1 2\n",
+            each(vertices, |vertex| format!("{vertex} {} 0{}\n", vertex % 2, " 1".repeat(properties)))
+        )
+    };
+    // Colors of a text have 32 bytes for each `v`, doubled for growing arrays, and their maps 16, twice for the mesh.
+    for (name, text, factor) in [
+        ("colors", format!("{triangle}{}", "v 0 0 1 0 0 0 0\n".repeat(400_000)), 30.0),
+        ("one color", format!("{}{triangle}", "v 0 0 1\n".repeat(400_000)), 30.0),
+        ("properties", ply(1000, 400), 30.0),
+    ] {
+        assert_small(name, &text, factor, |text| {
+            let document = model::from_bytes("x.obj", text.into()).unwrap();
+            assert!(!document.grouped_mesh(None).unwrap().maps().is_empty());
+        });
+    }
+}
+
+#[test]
 fn reading_other_models_takes_a_multiple_of_their_size() {
     let ply = |vertices: usize, faces: usize, lines: String| {
         let floats = "property float x\nproperty float y\nproperty float z\n";

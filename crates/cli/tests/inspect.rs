@@ -67,6 +67,31 @@ fn text_contains_the_plan_only_with_the_flag() {
 }
 
 #[test]
+fn maps_are_listed_with_their_ranges() {
+    let workspace = Workspace::new();
+    let color = |line: &str| match line {
+        "v -1 3 0.5" => " 0.75 0.5 0",
+        line if line.starts_with("v ") => " 0.25 0.5 0",
+        _ => "",
+    };
+    let painted = support::BLOCK.lines().map(|line| format!("{line}{}\n", color(line)));
+    workspace.write("block.obj", painted.collect::<String>());
+    for refine in ["off", "auto"] {
+        let value = inspect(&workspace, &["--set", &format!("body.block.refine={refine:?}")]);
+        let maps: Vec<(&str, f64, f64)> = (value["bodies"][0]["mesh"]["maps"].as_array().unwrap().iter())
+            .map(|map| {
+                let number = |key: &str| map[key].as_f64().unwrap();
+                (map["name"].as_str().unwrap(), number("least"), number("greatest"))
+            })
+            .collect();
+        assert_eq!(maps, [("blue", 0.0, 0.0), ("green", 0.5, 0.5), ("red", 0.25, 0.75)], "{refine}");
+    }
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(text.contains("map red: 0.2500 to 0.7500\n"), "{text}");
+    assert!(inspect(&Workspace::new(), &[])["bodies"][0]["mesh"]["maps"].as_array().unwrap().is_empty());
+}
+
+#[test]
 fn zones_are_printed_with_their_factors_and_vertices() {
     let zone = "\n[[body.zone]]\nplane = { point = [0, 3, 0], normal = [0, 1, 0] }\nfactor = 0.25\n";
     let workspace = Workspace::with_scene(&SCENE.replace("\n[[collider]]", &format!("{zone}\n[[collider]]")));

@@ -37,8 +37,12 @@ fn read(input: &[u8]) -> String {
     assert_eq!(mesh.vertices().len(), document.vertex_count());
     assert!(mesh.vertices().iter().all(|p| p.coords.iter().all(|x| x.is_finite())));
     assert!(mesh.triangles().iter().flatten().all(|&v| (v as usize) < mesh.vertices().len()));
+    let maps = document.maps();
+    assert!(maps.iter().all(|(_, values)| values.len() == document.vertex_count()));
+    assert!(maps.iter().flat_map(|(_, values)| values).all(|value| value.is_finite()));
     let answer = format!(
-        "a surface, {} libraries, groups {}",
+        "a surface, {} maps, {} libraries, groups {}",
+        "map ".repeat(maps.len()),
         "library ".repeat(libraries.min(3)),
         "group ".repeat(groups.len().min(3))
     );

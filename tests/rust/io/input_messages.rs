@@ -214,7 +214,7 @@ fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
     assert_eq!(message, expected);
     let message = scene_error(&format!("{BODY}[[body.pin]]\ncylinder = 1\n"), "x.toml", &[]);
     assert!(
-        message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`, `group`, `lattice`"),
+        message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`, `group`, `map`, `lattice`"),
         "{message}"
     );
     // Misspelled keys, and keys beside a shape.

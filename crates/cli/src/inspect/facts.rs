@@ -1,8 +1,9 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, HalfWidth, Lattice, Mesh, Plan, Preservation, Shape, StepReason};
+use supple::{Body, HalfWidth, Lattice, Mesh, Plan, Preservation, Refine, Shape, StepReason};
 use supple_io::counted;
+use supple_io::model;
 use supple_io::frames::{Format, count_shared_normals, lattice_frame_bytes};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, ColliderData, Scene, Substeps};
@@ -134,6 +135,18 @@ pub(super) struct MeshFacts {
     pub(super) ignored_parts: Vec<String>,
     pub(super) missing_libraries: Vec<String>,
     pub(super) groups: Vec<String>,
+    /// One entry per map that selections can name, in the order of the names.
+    pub(super) maps: Vec<MapFacts>,
+}
+
+/// Facts about a map: numbers of the vertices by the file.
+#[derive(Debug, Serialize)]
+pub(super) struct MapFacts {
+    pub(super) name: String,
+    /// Least number of a vertex of the body.
+    pub(super) least: f32,
+    /// Greatest number of a vertex of the body.
+    pub(super) greatest: f32,
 }
 
 /// Facts about a lattice.
@@ -320,7 +333,26 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> M
         ignored_parts: document.ignored_parts().to_vec(),
         missing_libraries: libraries.into_iter().filter(|l| !l.exists).map(|l| l.name).collect(),
         groups: document.groups().map(|group| group.name.clone()).collect(),
+        maps: maps(scene, data, input),
     }
+}
+
+/// Returns the facts about the maps of the file of a body.
+fn maps(scene: &Scene, data: &BodyData, input: &Input) -> Vec<MapFacts> {
+    let mesh = match data.refine {
+        Refine::Off => Some(input.part.clone().with_maps(&input.document).into_mesh()),
+        // The document of a refined mesh has more vertices than the file.
+        _ => model::read(scene.resolve(&data.mesh), data.object.as_deref()).ok(),
+    };
+    let range = |values: &[f32]| {
+        let each = |choose: fn(f32, f32) -> f32| values.iter().copied().reduce(choose).unwrap_or_default();
+        (each(f32::min), each(f32::max))
+    };
+    let facts = |(name, values): &(String, Vec<f32>)| {
+        let (least, greatest) = range(values);
+        MapFacts { name: name.clone(), least, greatest }
+    };
+    mesh.iter().flat_map(|mesh| mesh.maps()).map(facts).collect()
 }
 
 fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {

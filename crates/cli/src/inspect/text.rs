@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_io::counted;
 
 use super::contact::{ContactFacts, OverlapFacts, TouchingFacts};
-use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MeshFacts};
+use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MapFacts, MeshFacts};
 use super::material::MaterialFacts;
 use super::placed::{FollowFacts, SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
@@ -248,6 +248,10 @@ impl Page {
         }
         for part in &mesh.ignored_parts {
             self.entry("", &format!("not read: {part}"));
+        }
+        for MapFacts { name, least, greatest } in &mesh.maps {
+            let (least, greatest) = (number((*least).into()), number((*greatest).into()));
+            self.entry("", &format!("map {name}: {least} to {greatest}"));
         }
         for library in &mesh.missing_libraries {
             self.entry("", &format!("material library not found: {library}"));

@@ -32,9 +32,11 @@ struct Element {
     corners: Vec<i64>,
     /// Texture coordinates u and v of each corner, one after another.
     coordinates: Vec<f32>,
+    /// Values of the maps, in the order of the properties.
+    maps: Vec<f32>,
 }
 
-/// Returns the part of [`Element`] that a property belongs to.
+/// Returns the part of [`Element`] that a property belongs to; `None` for one that is not read.
 fn role(name: &str) -> Option<Role> {
     Some(match name {
         "x" => Role::Position(0),
@@ -44,7 +46,8 @@ fn role(name: &str) -> Option<Role> {
         "t" | "v" | "texture_v" | "texture_t" => Role::Texture(1),
         "vertex_indices" | "vertex_index" => Role::Corners,
         "texcoord" => Role::Coordinates,
-        _ => return None,
+        "nx" | "ny" | "nz" => return None,
+        _ => Role::Map,
     })
 }
 
@@ -55,6 +58,7 @@ enum Role {
     Texture(usize),
     Corners,
     Coordinates,
+    Map,
 }
 
 impl PropertyAccess for Element {
@@ -63,8 +67,10 @@ impl PropertyAccess for Element {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let greatest = greatest(&property);
         match (role(name), numbers(property)) {
-            (None, _) => return PropertyAccessResult::Ignored,
+            (Some(Role::Map), Numbers::One(number)) => self.maps.push((number / greatest) as f32),
+            (None | Some(Role::Map), _) => return PropertyAccessResult::Ignored,
             (Some(Role::Position(axis)), Numbers::One(number)) => self.position[axis] = number,
             (Some(Role::Texture(axis)), Numbers::One(number)) => self.texture[axis] = number as f32,
             (Some(Role::Corners), Numbers::Whole(corners)) => self.corners = corners,
@@ -103,6 +109,15 @@ fn numbers(property: Property) -> Numbers {
         Property::ListUInt(list) => whole(list),
         Property::ListFloat(list) => Numbers::Real(list),
         Property::ListDouble(list) => Numbers::Real(list.into_iter().map(|x| x as f32).collect()),
+    }
+}
+
+/// Returns the number that a map divides the values of a property by.
+fn greatest(property: &Property) -> f64 {
+    match property {
+        Property::UChar(_) => u8::MAX.into(),
+        Property::UShort(_) => u16::MAX.into(),
+        _ => 1.0,
     }
 }
 
@@ -203,6 +218,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, Fault> {
     let count = vertices.map_or(0, |vertices| vertices.count);
     let of_vertices = vertices.is_some_and(|kind| has(kind, Role::Texture(0)) && has(kind, Role::Texture(1)));
     let (mut textures, mut short) = (Vec::new(), 0);
+    surface.maps = vertices.map_or(Vec::new(), maps);
     for kind in header.elements.values() {
         // Elements without properties have no data.
         let number = if kind.properties.is_empty() { 0 } else { kind.count };
@@ -213,6 +229,9 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, Fault> {
                     surface.positions.push(checked(element.position, || format!("vertex {number}"))?);
                     if of_vertices {
                         textures.push(finite(element.texture));
+                    }
+                    for ((_, map), value) in surface.maps.iter_mut().zip(element.maps) {
+                        map.extend(finite([value]));
                     }
                 }
                 "face" if element.corners.len() < 3 => short += 1,
@@ -245,6 +264,15 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Surface, Fault> {
 /// Returns whether an element has a property.
 fn has(kind: &ElementDef, wanted: Role) -> bool {
     kind.properties.keys().any(|name| role(name) == Some(wanted))
+}
+
+/// Returns the maps of vertices, without values: the properties that are numbers and have no other role.
+fn maps(vertices: &ElementDef) -> Vec<(String, Vec<f32>)> {
+    let properties = vertices.properties.values();
+    let maps = properties.filter(|property| {
+        matches!(property.data_type, PropertyType::Scalar(_)) && role(&property.name) == Some(Role::Map)
+    });
+    maps.map(|property| (property.name.clone(), Vec::with_capacity(vertices.count))).collect()
 }
 
 /// Checks that a file has vertices with positions, and faces.

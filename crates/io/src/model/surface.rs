@@ -29,6 +29,8 @@ pub(super) struct Surface {
     sections: Vec<Section>,
     /// Materials with different names.
     pub(super) materials: Vec<(String, MaterialColor)>,
+    /// Maps with different names: a finite number for each position.
+    pub(super) maps: Vec<(String, Vec<f32>)>,
     /// Descriptions of what was not read.
     pub(super) ignored: Vec<String>,
 }
@@ -66,8 +68,8 @@ impl Surface {
     /// Returns the document with the text of the surface as OBJ.
     pub(super) fn into_document(self, path: &Path) -> Result<Document, ModelError> {
         let text = self.text();
-        let Self { materials, ignored, .. } = self;
-        Ok(Document::of_origin(path, text, Origin { materials, ignored })?)
+        let Self { materials, maps, ignored, .. } = self;
+        Ok(Document::of_origin(path, text, Origin { materials, maps, ignored })?)
     }
 
     /// Returns the text as OBJ. Numbers are the shortest texts that read back as the same number of 32 or 64 bits.
@@ -145,9 +147,9 @@ pub(super) fn checked(position: [f64; 3], element: impl FnOnce() -> String) -> R
     }
 }
 
-/// Returns texture coordinates that are finite: 0 in place of other numbers.
-pub(super) fn finite(coordinates: [f32; 2]) -> [f32; 2] {
-    coordinates.map(|x| if x.is_finite() { x } else { 0.0 })
+/// Returns numbers that are finite: 0 in place of others.
+pub(super) fn finite<const N: usize>(numbers: [f32; N]) -> [f32; N] {
+    numbers.map(|x| if x.is_finite() { x } else { 0.0 })
 }
 
 /// Returns the index of a vertex if it is below `count`. `element` describes the face in messages.

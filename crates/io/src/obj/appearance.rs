@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use super::corner;
 use super::lines::{Statements, Words, decode};
+use super::numbers::finite_or_zero;
 use super::{Document, Part};
 
 /// Texture coordinates and materials of the faces of a part.
@@ -103,17 +104,15 @@ impl Document {
     }
 
     /// Returns the first two numbers of each `vt`, after an entry for corners without one. Text that is not a finite
-    /// number counts as 0, as in programs that skip it.
+    /// number counts as 0.
     pub(crate) fn texture_coordinates(&self) -> Vec<[f32; 2]> {
         let mut coordinates = vec![[0.0; 2]];
         for statement in Statements::new(self.bytes()) {
             let mut words = Words::new(self.bytes(), &statement.bytes);
             if words.next().is_some_and(|keyword| &self.bytes()[keyword] == b"vt") {
-                coordinates.push([(); 2].map(|()| {
-                    let text = words.next().and_then(|word| std::str::from_utf8(&self.bytes()[word]).ok());
-                    let number = text.and_then(|text| text.parse::<f32>().ok());
-                    number.filter(|number| number.is_finite()).unwrap_or(0.0)
-                }));
+                coordinates.push(
+                    [(); 2].map(|()| words.next().map_or(0.0, |word| finite_or_zero(&self.bytes()[word]))),
+                );
             }
         }
         coordinates

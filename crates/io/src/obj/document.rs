@@ -30,6 +30,8 @@ pub struct Document {
 pub(crate) struct Origin {
     /// Materials by the names in `usemtl` statements, each name once.
     pub(crate) materials: Vec<(String, MaterialColor)>,
+    /// Maps by their names, each name once, with a finite number for each `v`.
+    pub(crate) maps: Vec<(String, Vec<f32>)>,
     /// Descriptions of what was not read, such as `2 primitives of lines`.
     pub(crate) ignored: Vec<String>,
 }
@@ -93,6 +95,11 @@ impl Document {
     /// Returns the materials of a file of another format; none for an OBJ file, whose materials are in its libraries.
     pub(crate) fn own_materials(&self) -> &[(String, MaterialColor)] {
         self.origin.as_ref().map_or(&[], |origin| &origin.materials)
+    }
+
+    /// Returns the maps of a file of another format; `None` for an OBJ file, whose maps are in its text.
+    pub(super) fn own_maps(&self) -> Option<&[(String, Vec<f32>)]> {
+        self.origin.as_ref().map(|origin| &origin.maps[..])
     }
 
     /// Returns the path of the file, as given.

@@ -5,8 +5,8 @@
 //! bytes -> lines: statements, words -> parse, with numbers, corner, groups -> Document -> Part: mesh of a body
 //! ```
 //!
-//! The file is parsed in one pass. Texture coordinates, materials and the statements of faces are read by further
-//! passes (`appearance`, `material`, `statements`) if a format needs them. The parser accepts polygons of any size,
+//! The file is parsed in one pass. Texture coordinates, materials, the statements of faces and the colors of vertices are
+//! read by further passes (`appearance`, `material`, `statements`, `maps`) if they are needed. The parser accepts polygons of any size,
 //! texture coordinates, normals, several objects and groups, negative indices, vertex colors, a fourth coordinate, LF,
 //! CR or CRLF line ends, continued lines, names with spaces, bytes that are not UTF-8, and unknown statements.
 //!
@@ -23,6 +23,7 @@ mod groups;
 mod image;
 mod library;
 mod lines;
+mod maps;
 mod material;
 mod numbers;
 mod parse;
@@ -42,6 +43,7 @@ pub use groups::Group;
 pub(crate) use image::is_image_name;
 pub use image::{EmbeddedImage, Image, ImageKind};
 pub use library::Library;
+pub(crate) use maps::{COLORS, WHITE};
 pub use parse::IgnoredStatement;
 pub use part::Part;
 pub(crate) use statements::{CONTEXT, FaceStatements, NO_TEXTURE};

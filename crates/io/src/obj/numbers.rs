@@ -50,6 +50,12 @@ pub(super) fn three_numbers(
     Ok((Numbers { start, ends: [a, b, c, d, e] }, values))
 }
 
+/// Parses a number. Text that is not a finite number counts as 0, as in programs that skip it.
+pub(super) fn finite_or_zero(bytes: &[u8]) -> f32 {
+    let number = std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f32>().ok());
+    number.filter(|number| number.is_finite()).unwrap_or(0.0)
+}
+
 /// Parses a number in the range of `f32`.
 #[inline]
 fn number(statement: &'static str, bytes: &[u8]) -> Result<f64, ObjProblem> {

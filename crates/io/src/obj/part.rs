@@ -36,12 +36,13 @@ impl Document {
         Ok(self.part(object)?.into_mesh())
     }
 
-    /// Returns the mesh like [`Document::mesh`], with the groups of the file: see [`Part::with_groups`].
+    /// Returns the mesh like [`Document::mesh`], with the groups and maps of the file: see [`Part::with_groups`] and
+    /// [`Part::with_maps`].
     ///
     /// # Errors
     /// As [`Document::mesh`].
     pub fn grouped_mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
-        Ok(self.part(object)?.with_groups(self).into_mesh())
+        Ok(self.part(object)?.with_groups(self).with_maps(self).into_mesh())
     }
 
     /// Returns the mesh like [`Document::mesh`], with the indices that are needed to write it back to the
@@ -100,6 +101,18 @@ impl Part {
         }
         groups.retain(|(_, vertices)| !vertices.is_empty());
         let mesh = self.mesh.clone().with_groups(groups);
+        Self { mesh, ..self }
+    }
+
+    /// Returns the part whose mesh has the maps of the file: see [`Document::maps`].
+    #[must_use]
+    pub fn with_maps(self, document: &Document) -> Self {
+        let of_part = |values: Vec<f32>| match &self.vertices {
+            None => values,
+            Some(vertices) => vertices.iter().map(|&v| values[v as usize]).collect(),
+        };
+        let maps = document.maps().into_iter().map(|(name, values)| (name, of_part(values)));
+        let mesh = self.mesh.clone().with_maps(maps).expect("a map has a number for each `v`");
         Self { mesh, ..self }
     }
 

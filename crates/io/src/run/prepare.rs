@@ -15,7 +15,7 @@ use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{
-    Body, Collider, CollisionMesh, MeshError, Refine, RefinedMesh, Scale, Selection, Simulation,
+    Body, Collider, CollisionMesh, Map, MeshError, Refine, RefinedMesh, Scale, Selection, Simulation,
     SimulationBuilder,
 };
 
@@ -99,7 +99,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
-        let part = if selects_groups(scene, data) { part.with_groups(&document) } else { part };
+        let part = with_selected(part, &document, (scene, data));
         let input = Input { document, part };
         let (body, input) = build(data, input, &mut animations)?;
         bodies.push(body);
@@ -124,10 +124,14 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     Ok(Prepared { simulation, substeps, inputs, cautions })
 }
 
-/// Returns whether a pin, a handle, a zone or a link selects a group of the file of a body.
-fn selects_groups(scene: &Scene, data: &BodyData) -> bool {
+/// Returns the part of a body with the groups, or the maps, of its file if a pin, a handle, a zone or a link selects one.
+fn with_selected(part: Part, document: &Document, (scene, data): (&Scene, &BodyData)) -> Part {
     let links = scene.links.iter().filter(|link| link.body == data.name);
-    data.selections().chain(links.map(|link| &link.selection)).any(|part| matches!(part, Selection::Group(_)))
+    let mut selections = data.selections().chain(links.map(|link| &link.selection));
+    let has_group = selections.clone().any(|selection| matches!(selection, Selection::Group(_)));
+    let has_map = selections.any(|selection| matches!(selection, Selection::Map(Map::Name(_))));
+    let part = if has_group { part.with_groups(document) } else { part };
+    if has_map { part.with_maps(document) } else { part }
 }
 
 /// Returns the colliders of a scene. Reads the meshes of colliders.

@@ -248,7 +248,7 @@ impl BodyData {
     }
 
     /// Returns the selections of pins, handles and zones.
-    pub(crate) fn selections(&self) -> impl Iterator<Item = &Selection> {
+    pub(crate) fn selections(&self) -> impl Iterator<Item = &Selection> + Clone {
         let pins = self.pins.iter().map(|pin| &pin.selection);
         let handles = self.handles.iter().map(|handle| &handle.selection);
         pins.chain(handles).chain(self.zones.iter().map(|zone| &zone.selection))

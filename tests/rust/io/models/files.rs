@@ -196,7 +196,8 @@ impl Default for Gltf {
 }
 
 impl Gltf {
-    fn accessor(&mut self, bytes: Vec<u8>, accessor: Value) -> Value {
+    /// Appends an accessor of bytes, and returns its index.
+    pub(super) fn accessor(&mut self, bytes: Vec<u8>, accessor: Value) -> Value {
         let views = self.root["bufferViews"].as_array_mut().unwrap();
         views.push(json!({ "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len() }));
         let mut accessor = accessor;

@@ -17,11 +17,15 @@ fn read(input: &[u8]) -> String {
     let mesh = part.mesh();
     assert!(mesh.vertices().iter().all(|p| p.coords.iter().all(|&x| (x as f32).is_finite())));
     assert!(mesh.faces().flatten().all(|&vertex| (vertex as usize) < mesh.vertices().len()));
+    let maps = document.maps();
+    assert!(maps.iter().all(|(_, values)| values.len() == document.vertex_count()));
+    assert!(maps.iter().flat_map(|(_, values)| values).all(|value| value.is_finite()));
     let appearance = document.appearance(&part);
     assert!(appearance.corners.iter().all(|&corner| (corner as usize) < appearance.coordinates.len()));
     let has = |what: &str, is: bool| if is { what.to_owned() } else { String::new() };
     format!(
-        "surface {} {} {}",
+        "surface {} {} {} {}",
+        has("maps", !maps.is_empty()),
         has("textured", !appearance.coordinates.is_empty()),
         has("materials", !appearance.materials.is_empty()),
         has("ignored", !document.ignored_parts().is_empty())
@@ -33,8 +37,11 @@ fn mutated_gltf_files_are_read_or_refused_without_panics() {
     let mut skinned: Gltf = tetrahedron().gltf(true);
     let (joints, weights) = (skinned.joints(&[[0, 1, 0, 0]; 4]), skinned.floats(&[[0.5, 0.5, 0.0, 0.0]; 4]));
     let (bind, moved) = (skinned.floats(&[[1.0; 16]; 2]), skinned.floats(&[[0.0, 1.0, 0.0]; 4]));
+    let colors = skinned.floats(&[[0.5, 1.0, 0.0, 1.0]; 4]);
+    let numbers = skinned.indices(&[0, 1, 2, 3]);
     let primitive = &mut skinned.root["meshes"][0]["primitives"][0];
     (primitive["attributes"]["JOINTS_0"], primitive["attributes"]["WEIGHTS_0"]) = (joints, weights);
+    (primitive["attributes"]["COLOR_0"], primitive["attributes"]["_A"]) = (colors, numbers);
     primitive["targets"] = serde_json::json!([{ "POSITION": moved }]);
     (primitive["material"], primitive["mode"]) = (0.into(), 5.into());
     skinned.root["meshes"][0]["weights"] = serde_json::json!([0.5]);
@@ -55,6 +62,9 @@ fn mutated_gltf_files_are_read_or_refused_without_panics() {
         "TEXCOORD_0",
         "JOINTS_0",
         "WEIGHTS_0",
+        "COLOR_0",
+        "_A",
+        "normalized",
         "accessors",
         "bufferView",
         "byteOffset",
@@ -108,7 +118,9 @@ fn mutated_ply_files_are_read_or_refused_without_panics() {
         "element",
         "property",
         "list",
+        "red",
         "uchar",
+        "ushort",
         "char",
         "short",
         "int",

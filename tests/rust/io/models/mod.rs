@@ -6,6 +6,7 @@ mod formats;
 mod fuzz;
 mod gltf;
 mod images;
+mod maps;
 mod matrix;
 mod packages;
 mod runs;

@@ -20,6 +20,8 @@ pub(super) struct Accessors<'b> {
     coordinates: Cache<[f32; 2]>,
     joints: Cache<[u16; 4]>,
     weights: Cache<[f32; 4]>,
+    colors: Cache<[f32; 4]>,
+    numbers: Cache<f32>,
     /// Number of elements that may still be read.
     budget: Cell<usize>,
 }
@@ -56,7 +58,13 @@ impl<'b> Accessors<'b> {
         let budget = Cell::new(size.saturating_add(buffers.size()).saturating_add(REPEATED));
         let (positions, coordinates) = (Cache::new(), Cache::new());
         let (joints, weights) = (Cache::new(), Cache::new());
-        Self { buffers, positions, coordinates, joints, weights, budget }
+        let (colors, numbers) = (Cache::new(), Cache::new());
+        Self { buffers, positions, coordinates, joints, weights, colors, numbers, budget }
+    }
+
+    /// Returns the number of elements that may still be read.
+    pub(super) fn left(&self) -> usize {
+        self.budget.get()
     }
 
     /// Counts elements that are read or made.
@@ -111,6 +119,41 @@ impl<'b> Accessors<'b> {
     pub(super) fn weights(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[f32; 4]>, Fault> {
         let is_four = accessor.dimensions() == Dimensions::Vec4;
         self.weights.get(accessor, || self.read_fractions(accessor, element, (is_four, "VEC4")))
+    }
+
+    /// Reads colors. Colors of three numbers are opaque.
+    pub(super) fn colors(&self, accessor: &Accessor<'_>, element: &str) -> Result<Read<[f32; 4]>, Fault> {
+        let size = (accessor.dimensions() == Dimensions::Vec4, "VEC3 or VEC4");
+        self.colors.get(accessor, || match accessor.dimensions() {
+            Dimensions::Vec3 => {
+                let read = self.read_fractions(accessor, element, (true, "VEC3 or VEC4"))?;
+                Ok(read.iter().map(|&[red, green, blue]| [red, green, blue, 1.0]).collect())
+            }
+            _ => self.read_fractions(accessor, element, size),
+        })
+    }
+
+    /// Reads numbers of an application, as they are or, if they are normalized, as fractions of their greatest value.
+    /// `None` for vectors and matrices, and for whole numbers with signs or of 32 bits.
+    pub(super) fn numbers(&self, accessor: &Accessor<'_>, element: &str) -> Result<Option<Read<f32>>, Fault> {
+        let greatest = |greatest: f32| if accessor.normalized() { greatest } else { 1.0 };
+        let kind = accessor.data_type();
+        let is_read = matches!(kind, DataType::F32 | DataType::U8 | DataType::U16);
+        if !is_read || accessor.dimensions() != Dimensions::Scalar {
+            return Ok(None);
+        }
+        let numbers = self.numbers.get(accessor, || match kind {
+            DataType::U8 => {
+                let read = self.read::<u8>(accessor, element)?;
+                Ok(read.iter().map(|&x| f32::from(x) / greatest(255.0)).collect())
+            }
+            DataType::U16 => {
+                let read = self.read::<u16>(accessor, element)?;
+                Ok(read.iter().map(|&x| f32::from(x) / greatest(65535.0)).collect())
+            }
+            _ => self.read(accessor, element),
+        });
+        numbers.map(Some)
     }
 
     /// Reads the indices of a primitive.

@@ -8,6 +8,7 @@ use super::super::error::Fault;
 use super::super::surface::{NO_TEXTURE, Surface, checked, finite};
 use super::super::weld::Weld;
 use super::accessors::{Accessors, Read};
+use super::maps::Maps;
 use super::materials::Materials;
 use super::skin::{Joints, transformed};
 use crate::count::counted;
@@ -17,6 +18,7 @@ pub(super) struct Meshes<'a> {
     accessors: &'a Accessors<'a>,
     surface: Surface,
     materials: Materials<'a>,
+    maps: Maps,
     /// Number of primitives of points or lines.
     lines: usize,
 }
@@ -36,7 +38,8 @@ struct Shown<'p> {
 
 impl<'a> Meshes<'a> {
     pub(super) fn new(materials: Materials<'a>, accessors: &'a Accessors<'a>) -> Self {
-        Self { accessors, surface: Surface::default(), materials, lines: 0 }
+        let maps = Maps::new(accessors.left());
+        Self { accessors, surface: Surface::default(), materials, maps, lines: 0 }
     }
 
     /// Appends the mesh of a node, if it has one. `places` are those of all nodes.
@@ -112,11 +115,13 @@ impl<'a> Meshes<'a> {
         used.dedup();
         self.accessors.spend(used.len().saturating_mul(shown.morphs.len()))?;
         let mut vertices = Vec::with_capacity(used.len());
+        let first = self.surface.positions.len();
         for &index in &used {
             let name = || format!("{element}, vertex {index}");
             let position = checked(shown.position(index as usize, &name)?, name)?;
             vertices.push(weld.vertex(position, &mut self.surface.positions));
         }
+        self.append_maps(shown, first, used.iter().copied().zip(vertices.iter().copied()))?;
         let start = self.append_coordinates(shown, &used)?;
         let corner = |index: u32| {
             let at =
@@ -129,6 +134,25 @@ impl<'a> Meshes<'a> {
             self.surface.push_face([a, b, c].into_iter().map(corner));
         }
         Ok(())
+    }
+
+    /// Appends the maps of the vertices from `first` on. `vertices` are the used vertices of the primitive with their indices
+    /// in the surface, of which those before the first are welded to another one.
+    fn append_maps(
+        &mut self,
+        shown: &Shown<'_>,
+        first: usize,
+        vertices: impl Iterator<Item = (u32, u32)>,
+    ) -> Result<(), Fault> {
+        let mut next = first as u32;
+        let is_new = |&(_, vertex): &(u32, u32)| {
+            let is_new = vertex == next;
+            next += u32::from(is_new);
+            is_new
+        };
+        let new: Vec<u32> = vertices.filter(is_new).map(|(index, _)| index).collect();
+        let of_primitive = (&shown.primitive, shown.positions.len(), &*shown.element);
+        self.maps.append(self.accessors, of_primitive, (first, &new))
     }
 
     /// Appends the texture coordinates of the used vertices, if there are any. Returns the index of the first.
@@ -150,7 +174,7 @@ impl<'a> Meshes<'a> {
 
     /// Returns the surface.
     pub(super) fn finish(self) -> Result<Surface, Fault> {
-        let Self { mut surface, materials, lines, .. } = self;
+        let Self { mut surface, materials, maps, lines, .. } = self;
         if surface.face_count() == 0 {
             return Err(Fault(match lines {
                 0 => "no mesh with triangles in its scene; export one".to_owned(),
@@ -166,6 +190,7 @@ impl<'a> Meshes<'a> {
                 .push(format!("{} missing, or neither PNG nor JPEG", counted(materials.images, "image")));
         }
         surface.materials = materials.all;
+        maps.finish(&mut surface);
         Ok(surface)
     }
 }

@@ -1,8 +1,8 @@
 //! Reads GLB and glTF files, with the crate gltf.
 //!
 //! ```text
-//! bytes -> container: JSON, binary chunk -> buffers -> accessors -> nodes: places -> meshes, with skin, materials ->
-//! Surface
+//! bytes -> container: JSON, binary chunk -> buffers -> accessors -> nodes: places -> meshes, with skin, materials,
+//! maps -> Surface
 //! ```
 //!
 //! The iterators of the crate panic at accessors that do not fit their buffers, and so does its check of indices of
@@ -11,6 +11,7 @@
 mod accessors;
 mod buffers;
 mod container;
+mod maps;
 mod materials;
 mod meshes;
 mod nodes;
