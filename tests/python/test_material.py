@@ -337,3 +337,28 @@ def test_a_bar_of_one_cell_bends_and_stretches_as_a_thick_one():
         assert body.half_width == 0.5
         force = body.holds[0].force[2]
         assert abs(force) == pytest.approx(1e4 * cells**2 * 0.02, rel=0.01)
+
+
+def test_numbers_of_the_material_take_keyframes(block):
+    keys = [(0, 2e5), (1, 1e5)]
+    keyed = {"youngs_modulus": keys, "damping_ratio": [(0, 0), (1, 0.5)], "friction": [(0, 1), (1, 0)]}
+    body = supple.Body(block, accuracy="exact", **keyed)
+    sim = supple.Simulation([body], fps=30, gravity=(0, 0, 0))
+    assert sim.steps_per_frame > 1
+    sim.advance(15)
+    assert body.youngs_modulus == pytest.approx(1.5e5)
+    assert body.damping_ratio == pytest.approx(0.25)
+    other = copy.deepcopy(sim)
+    sim.advance(15)
+    other.advance(15)
+    assert body.youngs_modulus == pytest.approx(1e5) == other.bodies[0].youngs_modulus
+    body.youngs_modulus = [(1, 1e5), (2, 5e4)]
+    body.poisson_ratio = [(1, 0.1), (2, 0.3)]
+    sim.advance(30)
+    assert body.youngs_modulus == pytest.approx(5e4)
+    assert body.poisson_ratio == pytest.approx(0.3)
+    body.youngs_modulus = 7e4
+    sim.advance(1)
+    assert body.youngs_modulus == pytest.approx(7e4)
+    with pytest.raises(ValueError, match="poisson_ratio"):
+        body.poisson_ratio = [(0, 0.1), (1, 0.6)]

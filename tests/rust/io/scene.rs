@@ -4,9 +4,9 @@ use std::path::Path;
 
 use supple::{
     Attraction, BreakLimit, Curve, CurveKey, CutSurface, Damping, Elasticity, Field, FieldKind, FieldLaw,
-    FractureOptions, Goal, Interpolation, Link, Material, Plasticity, Preservation, Preset, RegionDamping,
-    RegionSize, Resolution, Selection, Stiffness, TouchingOptions, VolumeMeasure, VolumeScope, Vortex, Wind,
-    Zone,
+    FractureOptions, Goal, Interpolation, KeyedMaterial, Link, Material, Plasticity, Preservation, Preset,
+    RegionDamping, RegionSize, Resolution, Selection, Stiffness, TouchingOptions, VolumeMeasure, VolumeScope,
+    Vortex, Wind, Zone,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
@@ -258,17 +258,49 @@ fn a_written_scene_reads_back_the_same() {
         "inflate = 1.5",
         "inflate = [{ time = 0, value = 0.5 }, { time = 1, value = 2 }]",
         "rolling_resistance = 0.1\npoisson_ratio = 0.2",
+        "youngs_modulus = [{ time = 0, value = 1e5 }, { time = 1, value = 2e4 }]",
+        "youngs_modulus = { keys = [{ time = 0, value = 1e5 }, { time = 1, value = 2e4 }], interpolation = \"smooth\" }",
+        "poisson_ratio = [{ time = 0, value = 0 }, { time = 1, value = 0.4 }]\nfriction = 0.2",
+        "damping_ratio = [{ time = 0, value = 0 }, { time = 1, value = 0.4 }]",
+        "friction = [{ time = 0, value = 1 }, { time = 1, value = 0 }]",
+        "[[body.zone]]\nmap = \"red\"\ndensity_factor = 2.5",
+        "[[body.zone]]\nmap = [0.0, 0.5]\nstrength_factor = 0.5",
     ] {
         let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
         let written = scene.to_toml();
         assert_eq!(parse(&written).unwrap(), scene, "{written}");
-        for line in lines.lines() {
+        for line in lines.lines().filter(|line| line.contains(" = ")) {
             let key = line.split(' ').next().unwrap();
             assert!(written.contains(&format!("{key} = ")), "{key} is missing: {written}");
         }
     }
     let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
     assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+/// Keyframes set the greatest value as the number of the material, by which regions and steps are chosen.
+#[test]
+fn keyframes_of_the_material_are_read_beside_its_numbers() {
+    let keys = |values: [f64; 2]| {
+        let keys = values.into_iter().zip([0.0, 2.0]).map(|(value, time)| CurveKey { time, value });
+        Some(Curve::new(keys.collect()).unwrap())
+    };
+    let scene = parse(&format!(
+        "{SMALL}youngs_modulus = [{{ time = 0, value = 2e4 }}, {{ time = 2, value = 1e5 }}]\n\
+         damping_ratio = 0.3\nfriction = [{{ time = 0, value = 1 }}, {{ time = 2, value = 0 }}]\n"
+    ));
+    let body = &scene.unwrap().bodies[0];
+    assert_eq!(body.material.elasticity, Elasticity::YoungsModulus(1e5));
+    assert_eq!(body.material.damping, Some(Damping::Ratio(0.3)));
+    assert_eq!(body.touching.friction, 1.0);
+    let expected = KeyedMaterial {
+        youngs_modulus: keys([2e4, 1e5]),
+        friction: keys([1.0, 0.0]),
+        ..KeyedMaterial::default()
+    };
+    assert_eq!(body.keyed, expected);
+    let constant = parse(&format!("{SMALL}youngs_modulus = [{{ time = 0, value = 5 }}]\n")).unwrap();
+    assert!(constant.bodies[0].keyed.is_empty());
 }
 
 #[test]
@@ -411,6 +443,21 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "a list of 2 values",
             "a list of keyframes in the order of time: key 1 is at time 0, which is not after key 0 at 1; sort the keys by time",
         ),
+        (
+            "youngs_modulus = [{ time = 0, value = 1e5 }, { time = 1, value = 0 }]",
+            4,
+            "youngs_modulus.1.value",
+            "0",
+            "above 0",
+        ),
+        (
+            "poisson_ratio = [{ time = 0, value = 0 }, { time = 1, value = 0.5 }]",
+            4,
+            "poisson_ratio.1.value",
+            "0.5",
+            "in [0, 0.47]",
+        ),
+        ("[[body.zone]]\nmap = \"red\"\ndensity_factor = 0", 6, "zone.0.density_factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use supple::{Body, HalfWidth, Lattice, Mesh, Plan, Preservation, Refine, Shape, StepReason};
 use supple_io::counted;
-use supple_io::model;
 use supple_io::frames::{Format, count_shared_normals, lattice_frame_bytes};
+use supple_io::model;
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, ColliderData, Scene, Substeps};
 

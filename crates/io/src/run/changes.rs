@@ -90,6 +90,12 @@ impl Changes {
                     "pin" | "handle" => settings.constraints = true,
                     // Both states have plastic shapes, or both have none, unless one material is plastic.
                     key if material.contains(&key) => settings.material = true,
+                    // The keyframes of the friction are those of the material.
+                    "friction" => {
+                        let is_keyed = |value: &&Value| value.is_array() || value.is_table();
+                        settings.material |=
+                            [before, now].into_iter().flatten().any(|value| is_keyed(&value));
+                    }
                     key if touching.contains(&key) => {}
                     "mesh" => {
                         return Err(format!(
@@ -181,6 +187,8 @@ mod tests {
             [false; 4]
         );
         assert_eq!(adopted("friction = 0.5\n        volume", "friction = 0.1\n        volume"), [false; 4]);
+        let keyed = "friction = [{ time = 0, value = 0.5 }, { time = 1, value = 0 }]\n        volume";
+        assert_eq!(adopted("friction = 0.5\n        volume", keyed), [true, false, false, false]);
         assert_eq!(adopted("half_width = 2", "half_width = 3"), [true, false, false, false]);
         assert_eq!(adopted("half_width = 2", "youngs_modulus = 1e5"), [true, false, false, false]);
         assert_eq!(adopted("\"auto\"", "\"mesh\""), [false, true, false, false]);
