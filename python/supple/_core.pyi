@@ -1365,6 +1365,12 @@ class Simulation:
 
         No copy of the first state is kept. It takes about as long as a step, and longer for a broken body.
         """
+    def raycast(
+        self, origins: ArrayLike, directions: ArrayLike, max_distance: float | None = None
+    ) -> Any:
+        """Return what rays meet first: bodies as they are displayed, from either side, and colliders."""
+    def nearest(self, points: ArrayLike) -> Any:
+        """Return what is nearest to points: bodies as they are displayed, and colliders."""
     def contacts(
         self, body: str | SupportsIndex | Body | None = None, collider: SupportsIndex | Collider | None = None
     ) -> NDArray[np.void]:

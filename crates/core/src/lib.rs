@@ -174,8 +174,8 @@ pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::{Range, RangeError};
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{
-    ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, LinkRef, Simulation, SimulationBuilder,
-    SimulationState, StepReason, Substeps, Touched,
+    ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, FoundPoint, LinkRef, Simulation,
+    SimulationBuilder, SimulationState, StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{ArrayError, Placement};

@@ -18,6 +18,7 @@ mod maps;
 mod plasticity;
 mod poisson;
 mod quantities;
+mod queries;
 mod reset;
 mod rest;
 mod rigid;

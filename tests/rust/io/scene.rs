@@ -448,7 +448,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             4,
             "youngs_modulus.1.value",
             "0",
-            "above 0",
+            "a force per area > 0",
         ),
         (
             "poisson_ratio = [{ time = 0, value = 0 }, { time = 1, value = 0.5 }]",

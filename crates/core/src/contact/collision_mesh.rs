@@ -196,6 +196,11 @@ impl PosedMesh<'_> {
         Point3::from(self.rotation.tr_mul(&(p - self.origin)) / self.scale)
     }
 
+    /// Returns an upper bound of the distance of a point from all points of the mesh, in cells.
+    pub(super) fn greatest_distance(&self, p: &Point3<f64>) -> f64 {
+        self.surface.tree.greatest_distance(&self.point_in_mesh(p)) * self.scale
+    }
+
     /// Returns the signed distance of a point, in cells. For an open mesh it is negative only within the shell.
     pub(super) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         self.distance_below(p, f64::INFINITY)

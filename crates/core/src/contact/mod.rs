@@ -26,6 +26,7 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the contact problem: its constraints and impulses |
 //! | `jacobi` | the solution of the problem by projected Jacobi iteration |
+//! | `ray` | where a ray meets a shape |
 //! | `rigid` | the rigid bodies of a problem |
 //! | `pressure` | a contact of the last step |
 //! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
@@ -78,6 +79,7 @@ mod patch;
 mod posed_collider;
 mod pressure;
 mod push_out;
+mod ray;
 mod rigid;
 mod rigid_stage;
 mod sampler;

@@ -129,6 +129,13 @@ impl SurfaceTree {
         (bounds.mins - target).max(target - bounds.maxs).max(Vector::ZERO).length()
     }
 
+    /// Returns an upper bound of the distance of a point from all points of the surface.
+    pub(crate) fn greatest_distance(&self, point: &Point3<f64>) -> f64 {
+        let (target, bounds) = (to_parry(point), self.mesh.bvh().root_aabb());
+        // More than the distance of the farthest corner of the bounding box, whatever is rounded.
+        (target - bounds.mins).abs().max((target - bounds.maxs).abs()).length() * (1.0 + 1e-9)
+    }
+
     /// Returns where the segment from `start` to `start` + `displacement` first meets the surface, from either side:
     /// the fraction of `displacement` in [0, 1], and the triangle.
     pub(crate) fn cast(&self, start: &Point3<f64>, displacement: &Vector3<f64>) -> Option<(f64, u32)> {

@@ -12,6 +12,7 @@
 //! | `builder` | builds a simulation |
 //! | `contact` | contact between bodies in a step |
 //! | `step` | the step |
+//! | `queries` | what a ray meets, and what is nearest to a point |
 //! | `contact_points` | reports of the contacts |
 //! | `state` | saves and restores the state |
 //! | `reset` | sets the bodies back to frame 0 |
@@ -26,6 +27,7 @@ mod contact_points;
 mod groups;
 mod links;
 mod load;
+mod queries;
 mod reset;
 mod settings;
 mod state;
@@ -37,6 +39,7 @@ pub use builder::SimulationBuilder;
 pub use collider::{ColliderMut, ColliderRef};
 pub use contact_points::{ContactPoint, Touched};
 pub use links::LinkRef;
+pub use queries::FoundPoint;
 pub use state::SimulationState;
 pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 pub use world::Simulation;

@@ -428,8 +428,8 @@ fn keys_of(fields: Fields) -> Map<String, Value> {
     flattened(fields).into_iter().filter(|(_, value)| !value.is_null()).collect()
 }
 
-/// Replaces each field `@...` by the keys for which it stands.
-fn flattened(fields: Fields) -> Fields {
+/// Replaces each field `@...` by the keys for which it stands. Of two fields with a key, the later one counts.
+pub(super) fn flattened(fields: Fields) -> Fields {
     let entries = |(key, value): (String, Value)| match value {
         Value::Object(table) if key.starts_with('@') => flattened(table),
         Value::Object(table) => Fields::from_iter([(key, Value::Object(flattened(table)))]),

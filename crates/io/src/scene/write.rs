@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::collider::ColliderData;
-use super::data::{BodyData, Fields, Scene, fields, leave_out_soft_keys};
+use super::data::{BodyData, Fields, Scene, fields, flattened, leave_out_soft_keys};
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
 
@@ -17,7 +17,10 @@ impl Scene {
         let mut text = String::new();
         let mut table = fields(self);
         let bodies = table.get_mut("body").and_then(Value::as_array_mut).into_iter().flatten();
-        bodies.filter_map(Value::as_object_mut).for_each(leave_out_soft_keys);
+        for body in bodies.filter_map(Value::as_object_mut) {
+            leave_out_soft_keys(body);
+            *body = flattened(std::mem::take(body));
+        }
         write_table(&mut text, "", &table);
         text
     }

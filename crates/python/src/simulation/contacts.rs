@@ -105,11 +105,7 @@ impl Simulation {
             let is_of_collider = |collider| contact.other == Touched::Collider(collider);
             body.is_none_or(is_of_body) && collider.is_none_or(is_of_collider)
         });
-        let dtype = PyDict::new(py);
-        let (names, formats): (Vec<_>, Vec<_>) = FIELDS.into_iter().unzip();
-        dtype.set_item("names", names)?;
-        dtype.set_item("formats", formats)?;
-        let array = py.import("numpy")?.call_method1("empty", (contacts.len(), dtype))?;
+        let array = structured(py, &FIELDS, contacts.len())?;
         let others: Vec<(i32, bool)> = contacts.iter().map(other).collect();
         let set = |name: &str, column: Bound<'py, PyAny>| array.set_item(name, column);
         let numbers = |values: Vec<i32>| PyArray1::from_vec(py, values).into_any();
@@ -143,6 +139,19 @@ impl Simulation {
     fn collider_index(slf: &Bound<'_, Self>, collider: &Bound<'_, PyAny>) -> PyResult<usize> {
         place_of(collider, &slf.getattr("colliders")?, "collider", "colliders")
     }
+}
+
+/// Returns a new structured array of `count` entries with fields of given types.
+pub(super) fn structured<'py>(
+    py: Python<'py>,
+    fields: &[(&str, &str)],
+    count: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let dtype = PyDict::new(py);
+    let (names, formats): (Vec<_>, Vec<_>) = fields.iter().copied().unzip();
+    dtype.set_item("names", names)?;
+    dtype.set_item("formats", formats)?;
+    py.import("numpy")?.call_method1("empty", (count, dtype))
 }
 
 /// Returns the place of an item in a tuple: the item itself, or its index.

@@ -23,6 +23,7 @@ mod contacts;
 mod fields;
 mod links;
 mod many;
+mod queries;
 mod recording;
 mod saved;
 mod steps;
