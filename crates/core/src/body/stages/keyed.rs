@@ -14,6 +14,10 @@ impl Stage for KeyMaterial {
         "keyed material"
     }
 
+    fn is_main(&self) -> bool {
+        false
+    }
+
     fn exists(&self, body: &Body) -> bool {
         body.keyed.is_some()
     }
