@@ -346,3 +346,24 @@ def test_a_call_that_an_exception_ends_also_ends_its_forces(sim):
     before = _momentum(body)
     sim.step(10)
     assert np.allclose(_momentum(body), before, rtol=1e-5)
+
+
+def test_an_exception_of_one_body_leaves_no_force_of_another_for_the_next_step():
+    cells = np.ones((2, 2, 2), bool)
+    bodies = [
+        supple.Body(supple.Lattice.from_cells(cells), name=name, translate=(x, 0, 0))
+        for name, x in (("a", 0), ("b", 9))
+    ]
+    sim = supple.Simulation(bodies, dt=0.01, gravity=(0, 0, 0))
+    field = bodies[0].add_force_field((0, 1e4, 0))
+
+    def fail(*_):
+        raise KeyError("broken")
+
+    bodies[1].add_force_field(fail)
+    with pytest.raises(KeyError, match="broken"):
+        sim.step()
+    field.remove()
+    bodies[1].force_fields[0].remove()
+    sim.step()
+    assert np.abs(bodies[0].velocities).max() == 0

@@ -67,3 +67,13 @@ def test_a_part_is_glued_to_the_world():
 def test_wrong_links_are_errors_that_name_the_key(link, message):
     with pytest.raises(ValueError, match=message):
         _pair(links=link)
+
+
+def test_the_links_of_a_simulation_are_arguments_of_another():
+    sim = _pair(links=[{"body": "a", "other": "b", "box": FACE, "stiffness": 1e4, "break": 5e6}])
+    sim.step(3)
+    again = _pair(links=sim.links)
+    (link,) = again.links
+    assert {key: value for key, value in link.items() if key not in ("force", "broken")} == {
+        key: value for key, value in sim.links[0].items() if key not in ("force", "broken")
+    }

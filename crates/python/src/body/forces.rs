@@ -23,15 +23,21 @@ use crate::{constraint, error};
 /// Positions and velocities of a body, and the vertices of each of its force fields; `None`: all.
 type Sampled = (Vec<Point3<f64>>, Vec<Vector3<f64>>, Vec<Option<Vec<u32>>>);
 
+/// The forces of the fields of a body, evaluated for a step.
+pub(crate) struct FieldForces {
+    fields: Vec<Arc<Field>>,
+    /// The results of the functions; `None` for the other fields.
+    results: Vec<Option<Force>>,
+}
+
 impl SharedBody {
     /// Returns whether the body has force fields.
     pub(crate) fn has_fields(&self) -> bool {
         !self.fields.lock().is_empty()
     }
 
-    /// Evaluates the force fields at a time, and applies their forces in the next step. If a function raises an error,
-    /// no force is applied.
-    pub(crate) fn apply_fields(&self, py: Python<'_>, time: f64) -> PyResult<()> {
+    /// Evaluates the force fields at a time.
+    pub(crate) fn field_forces(&self, py: Python<'_>, time: f64) -> PyResult<FieldForces> {
         let fields = self.fields.lock().clone();
         let is_function = |field: &Arc<Field>| matches!(field.source, Source::Function(_));
         let sample = |body: &supple::Body| -> Sampled {
@@ -59,6 +65,12 @@ impl SharedBody {
             let force = function.bind(py).call1((positions, velocities, time))?;
             results.push(Some(read_force(&force, "the result of the force field", Axis::Is(count))?));
         }
+        Ok(FieldForces { fields, results })
+    }
+
+    /// Applies the forces of force fields in the next step.
+    pub(crate) fn apply_fields(&self, py: Python<'_>, forces: FieldForces) -> PyResult<()> {
+        let FieldForces { fields, results } = forces;
         let apply_all = |body: &mut supple::Body| -> Result<Option<usize>, supple::Error> {
             let duration = ForceDuration::Step;
             for (index, (field, result)) in fields.iter().zip(results).enumerate() {

@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::Simulation;
-use super::steps::{SIGNAL_INTERVAL, warn_softened, warnings_about_materials};
+use super::steps::{SIGNAL_INTERVAL, apply_fields, warn_softened, warnings_about_materials};
 use crate::argument::{self, Given, type_name};
 use crate::body::{LONG, SharedSimulation};
 use crate::forked::Forked;
@@ -82,11 +82,7 @@ fn steps(py: Python<'_>, simulations: &[Bound<'_, Simulation>], count: u64) -> P
         simulations.iter().map(|item| item.get().shared.clone()).collect();
     let (mut remaining, mut batch, mut is_quick) = (count, 1, false);
     while remaining > 0 {
-        let mut has_fields = false;
-        for simulation in simulations {
-            has_fields |= simulation.get().apply_fields(py)?;
-        }
-        if has_fields {
+        if apply_fields(py, simulations.iter().map(Bound::get))? {
             // Force fields act in each step anew.
             batch = 1;
         }

@@ -129,7 +129,7 @@ impl Simulation {
     /// Runs one step, and warns about bodies that are softer than their material for the first time since it or the
     /// step length changed. Returns the number of steps per frame.
     fn first_step(&self, py: Python<'_>) -> PyResult<u64> {
-        self.apply_fields(py)?;
+        apply_fields(py, [self])?;
         let (steps_per_frame, warnings) = self.shared.with_long(py, |simulation, shared| {
             simulation.make_steps(1);
             (simulation.substeps(), warnings_about_materials(simulation, shared))
@@ -139,23 +139,11 @@ impl Simulation {
         Ok(steps_per_frame)
     }
 
-    /// Applies the forces of all force fields in the next step. Returns whether there are fields.
-    pub(super) fn apply_fields(&self, py: Python<'_>) -> PyResult<bool> {
-        if !self.bodies.iter().any(|body| body.has_fields()) {
-            return Ok(false);
-        }
-        let time = self.shared.with(py, |simulation| simulation.time())?;
-        for body in &self.bodies {
-            body.apply_fields(py, time)?;
-        }
-        Ok(true)
-    }
-
     /// Runs steps, and checks for signals about every 10 ms.
     fn steps(&self, py: Python<'_>, mut remaining: u64) -> PyResult<()> {
         let mut batch = 1;
         while remaining > 0 {
-            if self.apply_fields(py)? {
+            if apply_fields(py, [self])? {
                 // Force fields act in each step anew.
                 batch = 1;
             }
@@ -171,6 +159,26 @@ impl Simulation {
         }
         Ok(())
     }
+}
+
+/// Applies the forces of all force fields of simulations in their next steps. Returns whether there are fields. If a
+/// function raises an error, no force is applied.
+pub(super) fn apply_fields<'a>(
+    py: Python<'_>,
+    simulations: impl IntoIterator<Item = &'a Simulation>,
+) -> PyResult<bool> {
+    let mut evaluated = Vec::new();
+    for simulation in simulations {
+        if simulation.bodies.iter().any(|body| body.has_fields()) {
+            let time = simulation.shared.with(py, |simulation| simulation.time())?;
+            for body in &simulation.bodies {
+                evaluated.push((body, body.field_forces(py, time)?));
+            }
+        }
+    }
+    let has_fields = !evaluated.is_empty();
+    evaluated.into_iter().try_for_each(|(body, forces)| body.apply_fields(py, forces))?;
+    Ok(has_fields)
 }
 
 /// Returns the warnings about bodies that are softer than their material for the first time since it or the step length

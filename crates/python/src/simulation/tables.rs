@@ -17,8 +17,14 @@ const SHAPES: [(&str, [&str; 2]); 3] =
     [("box", ["min", "max"]), ("sphere", ["center", "radius"]), ("plane", ["point", "normal"])];
 
 /// Reads the argument `name`, a list of dicts, or one. `T` has a list with this name. In place of the tables of a scene,
-/// shapes may be pairs, and keyframes of the numbers `curves` tuples (time, value).
-fn read<T: DeserializeOwned>(list: &Bound<'_, PyAny>, name: &str, curves: &[&str]) -> PyResult<T> {
+/// shapes may be pairs, and keyframes of the numbers `curves` tuples (time, value). The keys `results`, which tables of the
+/// simulation have beside those of the argument, are left out.
+fn read<T: DeserializeOwned>(
+    list: &Bound<'_, PyAny>,
+    name: &str,
+    curves: &[&str],
+    results: &[&str],
+) -> PyResult<T> {
     let py = list.py();
     let list = if list.cast::<PyDict>().is_ok() { PyList::new(py, [list])?.into_any() } else { list.clone() };
     keys::read([(name.to_owned(), list)], |key, list| {
@@ -35,6 +41,7 @@ fn read<T: DeserializeOwned>(list: &Bound<'_, PyAny>, name: &str, curves: &[&str
                     table.insert((*curve).to_owned(), keys::curve(&given, &name)?);
                 }
             }
+            table.retain(|key, _| !results.contains(&key.as_str()));
             SHAPES.iter().for_each(|(shape, names)| name_parts(table, shape, names));
         }
         Ok(Some(value))
@@ -59,7 +66,7 @@ struct FieldList {
 
 /// Reads the argument `fields`: a list of dicts, or one.
 pub(super) fn read_fields(fields: &Bound<'_, PyAny>) -> PyResult<Vec<Field>> {
-    let FieldList { fields } = read(fields, "fields", &["strength"])?;
+    let FieldList { fields } = read(fields, "fields", &["strength"], &[])?;
     Ok(fields.into_iter().map(|FieldTable(field)| field).collect())
 }
 
@@ -82,7 +89,7 @@ struct LinkList {
 
 /// Reads the argument `links`: a list of dicts, or one.
 pub(super) fn read_links(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
-    let LinkList { links } = read(links, "links", &[])?;
+    let LinkList { links } = read(links, "links", &[], &["force", "broken"])?;
     Ok(links.into_iter().map(|LinkTable(link)| link).collect())
 }
 
