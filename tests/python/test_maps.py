@@ -96,7 +96,7 @@ def test_wrong_weights_are_errors(bar, wrong, match):
 
 
 def test_strength_needs_a_body_that_breaks(bar):
-    with pytest.raises(ValueError, match="strength_factor.*fracture"):
+    with pytest.raises(ValueError, match=r"strength_factor.*fracture"):
         supple.Body(bar, lattice_vertices=600).zone(strength_factor=0.5, map=along(bar))
     supple.Body(bar, lattice_vertices=600, fracture={"strain": 0.1}).zone(strength_factor=0.5, map=along(bar))
 

@@ -54,7 +54,9 @@ impl Simulation {
         rays: &[([f64; 3], [f64; 3])],
         limit: f64,
     ) -> Result<Vec<Option<FoundPoint>>, RangeError> {
-        in_range("max_distance", limit, limit >= 0.0, "at least 0")?;
+        if limit != f64::INFINITY {
+            in_range("max_distance", limit, limit >= 0.0, "at least 0")?;
+        }
         for (start, direction) in rays {
             finite("origin", start)?;
             finite("direction", direction)?;
