@@ -428,7 +428,7 @@ class Body:
         In a simulation: the modulus in force. It is that of the material, or less if steps of this length cannot
         reach it; supple.MaterialWarning then tells both. Outside a simulation: the value that was set; raises
         ValueError if none was set, because it then depends on the gravity or the step length of a simulation.
-        Settable, > 0; replaces material and the settings of the regions.
+        Settable, > 0, a number or keyframes (time, value); replaces material and the settings of the regions.
         """
     @youngs_modulus.setter
     def youngs_modulus(self, value: float) -> None: ...
@@ -588,8 +588,8 @@ class Body:
     def accuracy(self, value: _Accuracy) -> None: ...
     @property
     def poisson_ratio(self) -> float:
-        """Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable; None
-        sets the one of the material.
+        """Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable, a number or
+        keyframes (time, value); None sets the one of the material.
         """
     @poisson_ratio.setter
     def poisson_ratio(self, value: float | None) -> None: ...
@@ -835,8 +835,8 @@ class Body:
     ) -> Hold:
         """Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
 
-        Exactly one of box, sphere, plane, vertices, mesh_vertices and group selects the part. A shape is in world space, and selects the
-        corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
+        Exactly one of box, sphere, plane, vertices, mesh_vertices, group and map selects the part. A shape is in world space,
+        and selects the corners of every cell that contains a mesh vertex inside the shape. On a bare lattice a shape selects the lattice
         vertices inside the shape.
 
         box : ((3,), (3,))
@@ -851,6 +851,9 @@ class Body:
             Vertices of the mesh, in input order: selects the corners of their cells.
         group : str
             Name of a group of the mesh (Mesh.groups): selects as its mesh vertices do.
+        map : (n,) float in [0, 1], (n,) bool, or str
+            A weight for each mesh vertex, or the name of a map of the mesh (Mesh.maps): a factor of `weight` at each lattice
+            vertex, see weights. Vertices with 1 are held, those below are pulled by springs, and those below 0.01 are free.
         at : "now" or "start", default "now"
             Pose of the body in which a shape selects: the current one, or that of frame 0.
         start, end : float, default 0 and None
@@ -940,25 +943,39 @@ class Body:
         map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> None:
-        """Multiply the Young's modulus of a part of the body by a factor, or its rest volume by a ratio, from the next step on.
+        """Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or its density or strength
+        by a factor, from the next step on.
 
-        Around a shape the logarithms of both decrease linearly to 0 over the length of a cell. Those of overlapping zones
-        multiply.
+        Around a shape the logarithms of all decrease linearly to 0 over the length of a cell. With a map, a factor f counts as
+        f^w at the weight w. The factors of overlapping zones multiply.
 
         factor : float, default 1
             In (0, 100], and so are the products of overlapping zones.
         inflate : float, or keyframes
             As of Body; the products of overlapping zones are limited to [0.1, 10].
-        box, sphere, plane, vertices, at :
+        density_factor, strength_factor : float, default 1
+            In (0, 100], and so are the products: of the density, and of the limit at which the body breaks (fracture).
+        box, sphere, plane, vertices, mesh_vertices, group, map, at :
             As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
 
-        Raises ValueError if the shape contains no lattice vertex.
+        Raises ValueError if the shape contains no lattice vertex, and for a strength_factor of a body without fracture.
         """
     @property
     def stiffness_factors(self) -> NDArray[np.float64] | None:
         """Stiffness factors of the lattice vertices: (n,) float64, read-only; None if the stiffness does not vary."""
     def weights(self, map: ArrayLike | str) -> NDArray[np.float64]:
-        """Weights of the lattice vertices for a map of the mesh: (n,) float64."""
+        """Weights of the lattice vertices for a map of the mesh: (n,) float64.
+
+        A vertex of a cell that the surface meets has the mean of the map over the surface around it, with the area and the
+        trilinear weight of the vertex in its cell; in a face the map is linear. From there the weights go inwards layer by
+        layer: another vertex has the mean of its neighbors that have weights. So they depend on neither the size nor the
+        order of the faces. The vertices of the map are those of the mesh of the body before it broke.
+
+        map : (m,) float in [0, 1], (m,) bool, or str
+            A weight for each mesh vertex, or the name of a map of the mesh (Mesh.maps).
+
+        Raises ValueError for a name that the mesh does not have, a weight out of range, and a bare lattice.
+        """
     def set_stiffness_factors(self, factors: ArrayLike | None) -> None:
         """Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of
         the body times the factor of the vertex.
@@ -1365,12 +1382,39 @@ class Simulation:
 
         No copy of the first state is kept. It takes about as long as a step, and longer for a broken body.
         """
-    def raycast(
-        self, origins: ArrayLike, directions: ArrayLike, max_distance: float | None = None
-    ) -> Any:
-        """Return what rays meet first: bodies as they are displayed, from either side, and colliders."""
+    def raycast(self, origins: ArrayLike, directions: ArrayLike, max_distance: float | None = None) -> Any:
+        """Return what rays meet first: bodies as they are displayed, from either side, and colliders.
+
+        origins : (3,) or (k, 3) float
+            Where the rays start, in world space. (3,): all at one point.
+        directions : (3,) or (k, 3) float
+            Their directions, of any length but 0. (3,): all in one direction.
+        max_distance : float, optional
+            Greatest distance. Default: infinity.
+
+        Returns a structured array with one entry per ray, or one entry without an axis if both are (3,), and the fields:
+
+        body, collider : int32
+            Index of the body in bodies, or of the collider in colliders; -1 for the other one. Both are -1 where a ray
+            meets nothing.
+        face : int32
+            Index of the face of the displayed mesh; -1 for colliders and bare lattices.
+        distance : float64
+            Distance along the ray; infinity where it meets nothing. 0 for a ray that starts in a solid collider.
+        point, normal : (3,) float64
+            The point, and the outward unit normal; zeros where a ray meets nothing.
+
+        A call evaluates the surfaces of all bodies and builds a tree of each, about as much work as a step; a ray takes a
+        microsecond more. So many rays in one call are fast. Raises ValueError for a direction of length 0.
+        """
     def nearest(self, points: ArrayLike) -> Any:
-        """Return what is nearest to points: bodies as they are displayed, and colliders."""
+        """Return what is nearest to points: bodies as they are displayed, and colliders.
+
+        points : (3,) or (k, 3) float
+            In world space.
+
+        Returns an array as raycast does; distance is that from the point, and never negative.
+        """
     def contacts(
         self, body: str | SupportsIndex | Body | None = None, collider: SupportsIndex | Collider | None = None
     ) -> NDArray[np.void]:

@@ -366,4 +366,5 @@ def test_an_exception_of_one_body_leaves_no_force_of_another_for_the_next_step()
     field.remove()
     bodies[1].force_fields[0].remove()
     sim.step()
-    assert np.abs(bodies[0].velocities).max() == 0
+    # The force would give 4e-3; rounding gives less than 1e-6.
+    assert np.abs(bodies[0].velocities).max() < 1e-6
