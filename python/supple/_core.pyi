@@ -283,11 +283,11 @@ class Body:
         Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
     memory_limit : int, default half of the machine's memory
         Limit in bytes of the memory of the body.
-    material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float
+    material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float or keyframes
         What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
         Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
         the volume) and the gravity g, times (s/4)^(8/3) if the body is s > 4 times as long as it is wide.
-        youngs_modulus: force per area in scene units, > 0.
+        youngs_modulus: force per area in scene units, > 0, a number or keyframes as of inflate.
     half_width : 0.5 or int, default 2; or stiffness_radius : float
         In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or 0.5 for
         regions of one cell; or as a length, > 0. Larger regions are stiffer.
@@ -297,14 +297,14 @@ class Body:
         How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
         steps), "balanced" (the least half-width with which a second of a scene takes at most 0.12 seconds, by an estimate),
         or "exact" (regions of one cell: layers that are held or touched strain as the others do).
-    poisson_ratio : float
+    poisson_ratio : float or keyframes
         In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0.45 for "jelly" and
         "flesh", 0.4 for "rubber", 0.3 for "firm", otherwise 0: it keeps its width.
         Steps are shorter for large ones: 2.6 times as many at 0.45.
     inflate : float or keyframes, default 1
         Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number, a list of (time, value), or a dict with the keys
         keys and interpolation ("linear", "smooth" or "cubic"). The body grows or shrinks to it.
-    damping_ratio : float; or damping_rate : float
+    damping_ratio : float or keyframes; or damping_rate : float
         Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
         mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
         the amplitude of every mode decays.
@@ -334,7 +334,7 @@ class Body:
         How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
         continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
         crushed very strongly).
-    friction : float, default 0.5
+    friction : float or keyframes, default 0.5
         Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider,
         that of the collider holds.
     restitution : float, default 0
@@ -371,15 +371,15 @@ class Body:
         cell_size: float | None = None,
         join: bool = True,
         material: _Material | None = "flesh",
-        youngs_modulus: float | None = None,
+        youngs_modulus: _Curve | None = None,
         half_width: float | None = None,
         stiffness_radius: float | None = None,
         stiffness: float | None = None,
         frequency: float | None = None,
         accuracy: _Accuracy = "balanced",
-        poisson_ratio: float | None = None,
+        poisson_ratio: _Curve | None = None,
         inflate: _Curve = 1.0,
-        damping_ratio: float | None = None,
+        damping_ratio: _Curve | None = None,
         damping_rate: float | None = None,
         region_damping: float | None = 0.0,
         region_damping_rate: float | None = None,
@@ -388,7 +388,7 @@ class Body:
         fracture: _FractureOptions | None = None,
         volume: _Volume | _VolumeOptions = "auto",
         skin: _Skin = "linear",
-        friction: float = 0.5,
+        friction: _Curve = 0.5,
         restitution: float = 0.0,
         rolling_resistance: float | None = None,
         ignore: Iterable[str] = (),
@@ -431,7 +431,7 @@ class Body:
         Settable, > 0, a number or keyframes (time, value); replaces material and the settings of the regions.
         """
     @youngs_modulus.setter
-    def youngs_modulus(self, value: float) -> None: ...
+    def youngs_modulus(self, value: _Curve) -> None: ...
     @property
     def half_width(self) -> float:
         """Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
@@ -592,7 +592,7 @@ class Body:
         keyframes (time, value); None sets the one of the material.
         """
     @poisson_ratio.setter
-    def poisson_ratio(self, value: float | None) -> None: ...
+    def poisson_ratio(self, value: _Curve | None) -> None: ...
     @property
     def inflate(self) -> Any:
         """Ratio of the rest volume to that of the mesh, in [0.1, 10]: a float, or what keyframes were set. Settable: a number, a list
@@ -1402,7 +1402,7 @@ class Simulation:
         distance : float64
             Distance along the ray; infinity where it meets nothing. 0 for a ray that starts in a solid collider.
         point, normal : (3,) float64
-            The point, and the outward unit normal; zeros where a ray meets nothing.
+            The point, and the unit normal, of bodies by the winding of their faces; zeros where a ray meets nothing.
 
         A call evaluates the surfaces of all bodies and builds a tree of each, about as much work as a step; a ray takes a
         microsecond more. So many rays in one call are fast. Raises ValueError for a direction of length 0.

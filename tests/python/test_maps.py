@@ -81,7 +81,11 @@ def test_named_maps_need_a_mesh_that_has_them(bar):
 
 @pytest.mark.parametrize(
     ("wrong", "match"),
-    [(np.zeros(3), r"\(3,\)"), (None, "weight of mesh vertex 5 is 2"), ("mask", "bool|shape")],
+    [
+        (np.zeros(3), "3 weights, and the mesh has 226 vertices"),
+        (None, "weight of mesh vertex 5 is 2"),
+        ("mask", "4 weights"),
+    ],
     ids=["length", "range", "mask"],
 )
 def test_wrong_weights_are_errors(bar, wrong, match):
@@ -99,6 +103,16 @@ def test_strength_needs_a_body_that_breaks(bar):
     with pytest.raises(ValueError, match=r"strength_factor.*fracture"):
         supple.Body(bar, lattice_vertices=600).zone(strength_factor=0.5, map=along(bar))
     supple.Body(bar, lattice_vertices=600, fracture={"strain": 0.1}).zone(strength_factor=0.5, map=along(bar))
+
+
+def test_a_map_of_a_broken_body_has_the_vertices_of_the_whole_mesh(bar):
+    body = supple.Body(bar, lattice_vertices=600)
+    body.cut(plane=((6, 2, 2), (1, 0, 0)))
+    weights = body.weights(along(bar))
+    assert len(weights) == len(body)
+    assert weights.max() == pytest.approx(1, abs=0.1)
+    body.zone(3.0, map=along(bar))
+    np.testing.assert_allclose(body.stiffness_factors, 3**weights)
 
 
 def test_a_map_has_no_pose(bar):

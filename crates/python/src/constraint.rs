@@ -113,24 +113,24 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, [lattice, mesh]: [usize; 2]
             Selection::Plane { point, normal: vector(&normal, "plane normal")? }
         }
         "group" => Selection::Group(text(value, shape)?),
-        "map" => Selection::Map(map(value, shape, mesh)?),
+        "map" => Selection::Map(map(value, shape)?),
         "mesh_vertices" => Selection::MeshVertices(vertices(value, shape, ("mesh", mesh))?),
         _ => Selection::Vertices(vertices(value, shape, ("lattice", lattice))?),
     })
 }
 
-/// Reads the argument `name`, a map of a mesh with `count` vertices: a name, or a weight for each vertex.
-pub(crate) fn map(value: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Map> {
+/// Reads the argument `name`, a map of a mesh: a name, or a weight for each vertex.
+pub(crate) fn map(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Map> {
     if value.is_instance_of::<PyString>() {
         return Ok(Map::Name(text(value, name)?));
     }
     let weights = match arrays::is_mask(value)? {
         true => {
-            let mask = arrays::booleans(value, name, &[Axis::Is(count)])?;
+            let mask = arrays::booleans(value, name, &[Axis::Any("n")])?;
             mask.as_slice()?.iter().map(|&chosen| f32::from(u8::from(chosen))).collect()
         }
         false => {
-            let weights = arrays::numbers(value, name, Axis::Is(count))?;
+            let weights = arrays::numbers(value, name, Axis::Any("n"))?;
             weights.into_iter().map(|weight| weight as f32).collect::<Vec<_>>()
         }
     };

@@ -160,6 +160,71 @@ fn a_state_goes_on_along_the_keyframes() {
     }
 }
 
+/// So does one with keyframes of Poisson's ratio and of the friction, whose damping depends on the lowest mode.
+#[test]
+fn a_state_goes_on_along_the_keyframes_of_poissons_ratio_and_friction() {
+    let ratio = || curve(&[(0.0, 0.0), (1.0, 0.45)]);
+    let body = || {
+        bar()
+            .youngs_modulus(4000.0)
+            .damping_ratio(0.2)
+            .poisson_ratio(ratio())
+            .friction(curve(&[(0.0, 1.0), (1.0, 0.2)]))
+    };
+    let mut first = simulation(body());
+    first.steps(100);
+    let state = first.state();
+    first.steps(100);
+    let mut second = simulation(body());
+    second.restore(&state).unwrap();
+    second.steps(100);
+    assert_eq!(second.body(0).positions(), first.body(0).positions());
+    // Asking for the frequency before the first step changes nothing.
+    let mut third = simulation(body());
+    third.body(0).lowest_frequency();
+    third.steps(200);
+    assert_eq!(third.body(0).positions(), first.body(0).positions());
+}
+
+/// A simulation that is reset after its keyframes begins as one that is built.
+#[test]
+fn a_reset_begins_the_keyframes_again() {
+    let body = || {
+        let body = bar()
+            .damping_ratio(curve(&[(0.0, 0.5), (0.5, 0.1)]))
+            .poisson_ratio(curve(&[(0.0, 0.4), (0.5, 0.0)]));
+        body.youngs_modulus(curve(&[(0.0, 4000.0), (0.5, 1500.0)]))
+    };
+    let builder = |body: BodyBuilder| {
+        let steps = supple::Substeps::Auto;
+        Simulation::builder().body(body.build().unwrap()).fps(30.0).substeps(steps).build().unwrap()
+    };
+    let mut again = builder(body());
+    again.advance(30);
+    again.reset();
+    let mut new = builder(body());
+    assert_eq!(again.substeps(), new.substeps());
+    again.advance(10);
+    new.advance(10);
+    assert_eq!(again.substeps(), new.substeps());
+    assert_eq!(again.body(0).positions(), new.body(0).positions());
+}
+
+/// Only the friction of a rigid body may have keyframes.
+#[test]
+fn a_rigid_body_has_keyframes_of_its_friction_alone() {
+    let block = || Body::from_lattice(lattice(&block([2; 3]))).rigid(true);
+    let friction = curve(&[(0.0, 1.0), (1.0, 0.0)]);
+    let mut simulation = simulation(block().friction(friction.clone()));
+    simulation.steps(240);
+    assert_eq!(simulation.body(0).touching().friction, 0.0);
+    let keyed = KeyedMaterial { youngs_modulus: Some(friction.clone()), ..KeyedMaterial::default() };
+    let keyed = KeyedMaterial { youngs_modulus: Some(curve(&[(0.0, 1.0), (1.0, 2.0)])), ..keyed };
+    assert!(block().keyed(keyed.clone()).build().is_err());
+    let mut body = block().build().unwrap();
+    assert!(body.set_keyed(keyed).is_err());
+}
+
 /// Another elasticity replaces the keyframes; the factors of zones apply to the modulus of the keyframe.
 #[test]
 fn keyframes_of_a_number_end_when_it_is_set() {

@@ -247,6 +247,65 @@ fn a_bar_breaks_where_it_is_weak() {
     assert!(pieces == 2 && (2.4..3.4).contains(&place), "{pieces} {place}");
 }
 
+/// The pieces of a body with a heavy half have the masses of their cells: a hand's breadth from the cut each vertex weighs
+/// as much as in the whole body, and both pieces together weigh as much.
+#[test]
+fn the_pieces_of_a_body_with_a_heavy_half_have_the_masses_of_their_cells() {
+    let mesh = bar();
+    let heavy = weights(&mesh, |x| f64::from(u8::from(x < 2.0)));
+    let zone = Zone { density: 50.0, ..Zone::new(Selection::Map(Map::Weights(heavy)), 1.0) };
+    for breaks in [false, true] {
+        let body = builder(mesh.clone()).zone(zone.clone());
+        let limit = FractureOptions::new(BreakLimit::Strain(0.5));
+        let mut body = if breaks { body.fracture(limit) } else { body }.build().unwrap();
+        let (total, before) = (body.mass(), body.masses());
+        let count = before.len();
+        assert!(body.cut([2.0, 0.5, 0.5], [1.0, 0.0, 0.0]).unwrap() > 0);
+        assert_eq!(body.pieces(), 2);
+        assert!((body.mass() - total).abs() < 1e-5 * total, "{} {total}", body.mass());
+        // In regions of one cell the mass of a vertex is the sum of the shares of its cells: those of a piece are either
+        // all heavy or all light, so that copies differ by the densities of their sides.
+        let (masses, lattice) = (body.masses(), body.lattice());
+        let shares = body.cell_shares();
+        let mut sums = vec![0.0; lattice.len()];
+        for (cell, share) in (0..).zip(&shares) {
+            lattice.cell_corners(cell).iter().for_each(|&corner| sums[corner as usize] += share / 8.0);
+        }
+        let unit = body.material().density * lattice.cell_size().powi(3);
+        for (mass, sum) in masses.iter().zip(&sums) {
+            assert!((mass - unit * sum).abs() < 1e-4 * mass, "{mass} {}", unit * sum);
+        }
+        assert!(lattice.len() > count && before.len() == count);
+        // And the pieces stay where they are.
+        let mut simulation =
+            Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
+        let start = simulation.body(0).positions();
+        simulation.steps(120);
+        let moved = simulation
+            .body(0)
+            .positions()
+            .iter()
+            .zip(&start)
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max);
+        assert!(moved < 1e-3, "{moved}");
+    }
+}
+
+/// Products of factors that would make masses vanish are errors, and leave the body as it was.
+#[test]
+fn factors_that_are_too_small_are_errors() {
+    let mesh = bar();
+    let everywhere = || Selection::Map(Map::Weights(vec![1.0; mesh.vertices().len()]));
+    let mut body = builder(mesh.clone()).build().unwrap();
+    let masses = body.masses();
+    for density in [1e-50, 1e-7] {
+        let error = body.zone(&Zone { density, ..Zone::new(everywhere(), 1.0) }).unwrap_err().to_string();
+        assert!(error.contains("1e-6"), "{error}");
+    }
+    assert_eq!(body.masses(), masses);
+}
+
 /// A strength in a body that does not break is a mistake.
 #[test]
 fn a_strength_needs_fracture() {

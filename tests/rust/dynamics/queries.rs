@@ -65,6 +65,45 @@ fn the_nearest_points_are_on_the_surfaces_as_they_are_displayed() {
     assert!((ray.distance - 12.0).abs() < 1e-5);
 }
 
+/// The sides of a mesh count alike, without the thickness that contacts give it; a closed one is solid.
+#[test]
+fn mesh_colliders_are_met_at_their_faces() {
+    let square = supple::Mesh::new(
+        vec![[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]],
+        &[[0, 1, 2, 3]],
+    );
+    let body = Body::from_lattice(lattice(&block([1; 3]))).translate([50.0, 0.0, 0.0]).build().unwrap();
+    let solid = Collider::mesh(mesh_of(plain_box([10.0, 0.0, 0.0], [12.0, 2.0, 2.0]))).unwrap();
+    let builder = Simulation::builder().body(body).collider(Collider::mesh(square.unwrap()).unwrap());
+    let simulation = builder.collider(solid).gravity([0.0; 3]).dt(0.01).build().unwrap();
+    let rays = [
+        ([0.3, 1.0, 0.2], [0.0, -1.0, 0.0]),
+        ([0.3, -1.0, 0.2], [0.0, 1.0, 0.0]),
+        ([11.0, 5.0, 1.0], [0.0, -1.0, 0.0]),
+        ([11.0, 1.5, 1.0], [0.0, -1.0, 0.0]),
+    ];
+    let found = simulation.raycast(&rays, f64::INFINITY).unwrap();
+    let found: Vec<_> = found
+        .into_iter()
+        .map(|found| found.unwrap())
+        .map(|hit| (hit.of, hit.distance, hit.normal.y))
+        .collect();
+    let expected = [
+        (Touched::Collider(0), 1.0, 1.0),
+        (Touched::Collider(0), 1.0, -1.0),
+        (Touched::Collider(1), 3.0, 1.0),
+        (Touched::Collider(1), 0.0, 1.0),
+    ];
+    for (found, expected) in found.iter().zip(expected) {
+        assert_eq!(found.0, expected.0);
+        assert!((found.1 - expected.1).abs() < 1e-9 && (found.2 - expected.2).abs() < 1e-9, "{found:?}");
+    }
+    let nearest = simulation.nearest(&[[0.0, 1.0, 0.0], [11.0, 1.9, 1.0]]).unwrap();
+    assert!((nearest[0].unwrap().distance - 1.0).abs() < 1e-9);
+    assert!((nearest[1].unwrap().distance - 0.1).abs() < 1e-9);
+    assert!(simulation.nearest(&[[1e300, 0.0, 0.0]]).is_err());
+}
+
 #[test]
 fn rays_without_direction_and_numbers_that_are_not_finite_are_errors() {
     let simulation = scene();

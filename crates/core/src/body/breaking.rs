@@ -17,7 +17,7 @@ use crate::contact::Parts;
 use crate::dynamics::StiffnessFactors;
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
-use crate::lattice::{Lattice, Masses, cell_shares, masses_of_shares};
+use crate::lattice::{Lattice, Masses, cell_shares, dense_shares, masses_of_shares};
 use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::range::in_range;
@@ -29,27 +29,34 @@ impl Body {
         self.pipeline.matching.set_covariances(true);
     }
 
+    /// Returns the share of each cell that a body that breaks divides its masses by: the filled share, times the factor of
+    /// the density. `whole` is the lattice before the body broke.
+    fn breaking_shares(&self, whole: &Lattice) -> Vec<f64> {
+        let shares = cell_shares(whole, self.whole_mesh());
+        match &self.settings.parts.density {
+            Some(factors) => dense_shares(whole, shares, factors),
+            None => shares,
+        }
+    }
+
     /// Gives the body its masses anew, for other factors of the density. Positions, velocities and plastic shapes are
     /// unchanged.
     pub(super) fn update_masses(&mut self) {
-        let (whole, _) = self.whole();
-        let mesh = self.whole_mesh();
-        let masses = match &self.breaking {
-            Some(breaking) => Masses::of_shares(&whole, &breaking.shares),
-            None => Masses::new(&whole, mesh),
-        };
-        let masses = match &self.settings.parts.density {
-            Some(factors) => masses.denser(&whole, factors),
-            None => masses,
+        let whole = self.whole().0;
+        let shares = self.breaking.is_some().then(|| self.breaking_shares(&whole));
+        let masses = match (&shares, &self.settings.parts.density) {
+            (Some(shares), _) => Masses::of_shares(&whole, shares),
+            (None, Some(factors)) => Masses::new(&whole, self.mesh()).denser(&whole, factors),
+            (None, None) => Masses::new(&whole, self.mesh()),
         };
         let lattice = &self.shape.lattice;
-        let masses = match &mut self.breaking {
-            Some(breaking) => {
-                let of_pieces = masses.with_vertices(divided_masses(lattice, &breaking.shares, &masses));
-                breaking.whole_masses = masses;
+        let masses = match (&mut self.breaking, shares) {
+            (Some(breaking), Some(shares)) => {
+                let of_pieces = masses.with_vertices(divided_masses(lattice, &shares, &masses));
+                (breaking.shares, breaking.whole_masses) = (shares, masses);
                 of_pieces
             }
-            None => masses,
+            _ => masses,
         };
         let mut matching = Matching::new(lattice, &masses, self.half_width());
         matching.set_terms_of(&self.pipeline.matching);
@@ -64,7 +71,7 @@ impl Body {
     /// Prepares the body to be cut.
     fn prepare_cut(&mut self) {
         if self.breaking.is_none() {
-            let shares = cell_shares(&self.shape.lattice, self.mesh());
+            let shares = self.breaking_shares(&self.shape.lattice);
             self.breaking = Some(Box::new(self.create_breaking(None, shares)));
         }
     }

@@ -59,7 +59,7 @@ impl BodyBuilder {
                     let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
                     let handles = self.handles.iter_mut().map(|handle| &mut handle.selection);
                     let all = zones.chain(pins).chain(handles);
-                    all.for_each(|selection| selection.refine(&refined.points));
+                    all.for_each(|selection| selection.refine(refined));
                 }
                 let mesh = refined.map_or(mesh, |refined| refined.mesh);
                 let embedding = Embedding::new(&lattice, mesh.vertices());
@@ -148,6 +148,7 @@ impl BodyBuilder {
             ("fracture", self.fracture.is_some()),
             ("inflate", self.inflate != 1.0.into()),
             ("zone", !self.zones.is_empty()),
+            ("keyframes", self.keyed.names().any(|name| name != "friction")),
         ];
         match given.into_iter().find(|(_, is_given)| self.rigid && *is_given) {
             Some((key, _)) => Err(RigidError::Setting { key }),

@@ -1,6 +1,5 @@
 //! The builder of a body.
 
-use super::keyed::greatest;
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
 use crate::dynamics::{
@@ -325,7 +324,7 @@ impl BodyBuilder {
     /// Sets how the body touches other bodies: friction, restitution, self-contact and the bodies that it does not
     /// touch.
     pub fn touching(mut self, touching: TouchingOptions) -> Self {
-        self.touching = touching;
+        (self.touching, self.keyed.friction) = (touching, None);
         self
     }
 
@@ -395,5 +394,5 @@ impl BodyBuilder {
 /// Returns the greatest value of a number, and its keyframes if it changes.
 fn keyed(number: impl Into<Curve>) -> (f64, Option<Curve>) {
     let curve = number.into();
-    (greatest(&curve), curve.constant().is_none().then_some(curve))
+    (curve.greatest(), curve.constant().is_none().then_some(curve))
 }

@@ -11,7 +11,7 @@ use crate::dynamics::{
     Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
-use crate::matching::{HalfWidth, Matching};
+use crate::matching::{HalfWidth, Matching, bulk_of};
 use crate::mesh::Interior;
 use crate::parallel::Executor;
 use crate::state::index_bounds;
@@ -65,7 +65,7 @@ impl Body {
     pub(super) fn half_width_to_fix(&self, gravity: f64, dt: f64) -> Option<HalfWidth> {
         let modulus = self.modulus_to_reach(gravity)?;
         let greatest = modulus * self.factor_range().1;
-        let least = self.elastic_law(dt).least_half_width(greatest, self.shape.extent);
+        let least = self.greatest_law(dt).least_half_width(greatest, self.shape.extent);
         let chosen = self.chosen_half_width(modulus);
         let is_reached = |half_width| 1.0 / dt >= (1.0 - 1e-9) * self.step_rate(half_width, greatest);
         Some(match self.settings.material.accuracy {
@@ -104,6 +104,12 @@ impl Body {
         } else {
             self.limit_stiffness_factors(dt);
         }
+    }
+
+    /// Returns the elastic law for steps of `dt` seconds by which the regions and the steps are chosen: that of the greatest
+    /// Poisson's ratio.
+    fn greatest_law(&self, dt: f64) -> ElasticLaw {
+        ElasticLaw { poisson_ratio: self.greatest_poisson_ratio(), ..self.elastic_law(dt) }
     }
 
     /// Returns the elastic law for steps of `dt` seconds.
@@ -165,7 +171,7 @@ impl Body {
     /// Returns the steps per second at which alpha is the greatest one for Young's modulus `modulus`, in scene units
     /// of force per area, with regions of half-width `half_width`.
     pub fn step_rate(&self, half_width: HalfWidth, modulus: f64) -> f64 {
-        1.0 / self.elastic_law(1.0).longest_step(half_width, modulus)
+        1.0 / self.greatest_law(1.0).longest_step(half_width, modulus)
     }
 
     /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than
@@ -239,10 +245,15 @@ impl Body {
             let (lattice, masses) = self.whole();
             // Without the larger masses of constrained vertices.
             let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
-            let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
+            // With keyframes, those of the greatest values, whichever are in force.
+            let factors = stiffness_factors.as_ref().map(|factors| match &self.keyed {
+                None => factors.in_force(greatest),
+                Some(_) => factors.unlimited(),
+            });
+            let bulk = bulk_of(self.greatest_poisson_ratio()) as f32;
             matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));
-            matching.set_covariances(self.pipeline.matching.regions.bulk != 0.0);
-            matching.set_bulk(self.pipeline.matching.regions.bulk);
+            matching.set_covariances(bulk != 0.0);
+            matching.set_bulk(bulk);
             let damper = RegionDamper::new(&matching).with_bulk(&matching);
             let mut tracker =
                 MomentumTracker::new(&lattice, masses, &matching.layout, matching.cascade.tasks());

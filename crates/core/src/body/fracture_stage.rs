@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 #[derive(Debug)]
 pub(super) struct Breaking {
     pub(super) fracture: Fracture,
-    /// Filled share of each cell.
+    /// Filled share of each cell, times the factor of its density.
     pub(super) shares: Vec<f64>,
     /// The mesh of the whole body.
     pub(super) whole: Option<Mesh>,

@@ -5,6 +5,7 @@ use super::parts::Shape;
 use super::snapshot::BodySnapshot;
 use super::soft_body::Body;
 use crate::lattice::Layout;
+use crate::motion::Curve;
 use crate::simd::lanes::Lanes;
 use crate::state::State;
 
@@ -26,7 +27,7 @@ impl Body {
             cracks: None,
             state,
             constraints,
-            material: self.settings.material,
+            material: self.material_at_start(),
             youngs_modulus: self.settings.youngs_modulus,
             half_width: self.half_width(),
             stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
@@ -34,6 +35,7 @@ impl Body {
             inflation,
             keyed: self.keyed.as_deref().cloned(),
             modulus_share: 1.0,
+            friction: self.keyed.as_ref().and_then(|keyed| keyed.friction.as_ref()).map(Curve::greatest),
             volume: self.settings.volume,
             forces: None,
             displacements: Vec::new(),

@@ -1,9 +1,9 @@
 //! Numbers of the material that change along keyframes: their values in a step.
 
 use super::soft_body::Body;
-use crate::dynamics::{Damping, Elasticity, KeyedMaterial};
-use crate::motion::{Curve, CurveKey};
-use crate::range::RangeError;
+use crate::dynamics::{Damping, Elasticity, KeyedMaterial, Material};
+use crate::error::Error;
+use crate::motion::Curve;
 use crate::state::Interval;
 
 impl Body {
@@ -12,20 +12,24 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A number out of range. Nothing is then changed.
-    pub fn set_keyed(&mut self, keyed: KeyedMaterial) -> Result<(), RangeError> {
+    /// A number out of range, or keyframes of the elasticity or damping of a rigid body. Nothing is then changed.
+    pub fn set_keyed(&mut self, keyed: KeyedMaterial) -> Result<(), Error> {
         keyed.validate()?;
+        if keyed.names().any(|name| name != "friction") {
+            self.check_deforms("keyframes of a material")?;
+        }
+        self.wake();
         if let Some(curve) = &keyed.youngs_modulus {
-            self.set_elasticity(Elasticity::YoungsModulus(greatest(curve)))?;
+            self.set_elasticity(Elasticity::YoungsModulus(curve.greatest()))?;
         }
         if let Some(curve) = &keyed.poisson_ratio {
-            self.set_poisson_ratio(Some(greatest(curve)))?;
+            self.set_poisson_ratio(Some(curve.greatest()))?;
         }
         if let Some(curve) = &keyed.damping_ratio {
-            self.set_damping(Some(Damping::Ratio(greatest(curve))))?;
+            self.set_damping(Some(Damping::Ratio(curve.greatest())))?;
         }
         if let Some(curve) = &keyed.friction {
-            self.settings.touching.friction = greatest(curve);
+            self.settings.touching.friction = curve.greatest();
         }
         self.settings.modulus_share = 1.0;
         self.keyed = (!keyed.is_empty()).then(|| Box::new(keyed));
@@ -35,6 +39,23 @@ impl Body {
     /// Returns the keyframes of numbers of the material; `None` if none of them changes.
     pub fn keyed(&self) -> Option<&KeyedMaterial> {
         self.keyed.as_deref()
+    }
+
+    /// Returns the greatest Poisson's ratio that the body has at any time.
+    pub(crate) fn greatest_poisson_ratio(&self) -> f64 {
+        let keyed = self.keyed.as_ref().and_then(|keyed| keyed.poisson_ratio.as_ref());
+        keyed.map_or_else(|| self.settings.material.poisson_ratio(), Curve::greatest)
+    }
+
+    /// Returns the material with the greatest values of its keyframes.
+    pub(super) fn material_at_start(&self) -> Material {
+        let mut material = self.settings.material;
+        if let Some(KeyedMaterial { poisson_ratio, damping_ratio, .. }) = self.keyed.as_deref() {
+            material.poisson_ratio = poisson_ratio.as_ref().map(Curve::greatest).or(material.poisson_ratio);
+            let damping = damping_ratio.as_ref().map(|curve| Damping::Ratio(curve.greatest()));
+            material.damping = damping.or(material.damping);
+        }
+        material
     }
 
     /// Forgets the keyframes of a number, which another value replaces.
@@ -61,7 +82,7 @@ impl Body {
     pub(super) fn update_keyed(&mut self, interval: Interval) {
         let Some(keyed) = &self.keyed else { return };
         let value = |curve: &Option<Curve>| curve.as_ref().map(|curve| curve.value(interval.end));
-        let share = keyed.youngs_modulus.as_ref().map(|curve| curve.value(interval.end) / greatest(curve));
+        let share = keyed.youngs_modulus.as_ref().map(|curve| curve.value(interval.end) / curve.greatest());
         let (poisson_ratio, damping_ratio) = (value(&keyed.poisson_ratio), value(&keyed.damping_ratio));
         if let Some(friction) = value(&keyed.friction) {
             self.settings.touching.friction = friction;
@@ -74,7 +95,7 @@ impl Body {
         }
         if poisson_ratio.is_some() && poisson_ratio != self.settings.material.poisson_ratio {
             self.settings.material.poisson_ratio = poisson_ratio;
-            // The lowest mode bends or shears the body, so that its frequency hardly depends on the ratio.
+            // It is that of the greatest ratio: see `lowest_angular_frequency`.
             let eigenvalue = self.pipeline.lowest_eigenvalue.take();
             self.update_shapes();
             if let Some(eigenvalue) = eigenvalue {
@@ -84,11 +105,9 @@ impl Body {
         if let Some(share) = share {
             self.settings.modulus_share = share;
         }
-        self.limit_stiffness_factors(interval.dt);
+        let (alpha, greatest) = (self.alpha(interval.dt), self.greatest_alpha());
+        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest)) {
+            self.pass_stiffness_factors();
+        }
     }
-}
-
-/// Returns the greatest value of a curve.
-pub(super) fn greatest(curve: &Curve) -> f64 {
-    curve.keys().iter().map(|CurveKey { value, .. }| *value).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -28,6 +28,7 @@ impl Body {
             inflation: None,
             keyed: None,
             modulus_share: 1.0,
+            friction: None,
             volume: self.settings.volume,
             forces: None,
             displacements: Vec::new(),
@@ -69,6 +70,8 @@ impl Body {
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
         self.replace_volume(snapshot.volume)?;
+        // Before the state, which it could change.
+        self.update_shapes();
         self.state = snapshot.state.clone();
         stages().for_each(|stage| stage.restore(self, snapshot));
         Ok(())

@@ -27,6 +27,8 @@ pub struct BodySnapshot {
     pub(super) keyed: Option<KeyedMaterial>,
     /// Young's modulus in force as a share of the greatest one of its keyframes.
     pub(super) modulus_share: f64,
+    /// The friction in force, if it has keyframes.
+    pub(super) friction: Option<f64>,
     pub(super) volume: VolumeOptions,
     pub(super) forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.

@@ -10,6 +10,9 @@ use crate::error::Error;
 use crate::range::{Range, RangeError, in_range};
 use crate::state::ArrayError;
 
+/// Least product of the factors of density or strength of overlapping zones.
+const LEAST_FACTOR: f64 = 1e-6;
+
 impl Body {
     /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is the modulus
     /// of the material times the factor of the vertex. `None` removes all factors, also of zones.
@@ -127,7 +130,8 @@ impl Body {
     }
 
     /// Multiplies the stiffness factors of a part of the body in a pose, and the other quantities of a zone, from the next
-    /// step on. The initial spin of a body that has not moved is about its new center of mass.
+    /// step on. The initial spin of a body that has not moved is about its new center of mass. A map of zeros changes
+    /// nothing.
     ///
     /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike the shapes of a pin,
     /// they need not contain a mesh vertex.
@@ -153,8 +157,8 @@ impl Body {
             let before = &self.settings.parts;
             let of_whole = self.shares_of_whole(&shares);
             let parts = PartFactors {
-                density: multiplied(before.density.as_ref(), density, &of_whole)?,
-                strength: multiplied(before.strength.as_ref(), strength, &of_whole)?,
+                density: at_least(multiplied(before.density.as_ref(), density, &of_whole)?)?,
+                strength: at_least(multiplied(before.strength.as_ref(), strength, &of_whole)?)?,
             };
             let stiffness = self.stiffness_factors().map(<[f64]>::to_vec);
             let stiffness = match multiplied(stiffness.as_ref(), factor, &shares)? {
@@ -163,7 +167,7 @@ impl Body {
             };
             let factors = self.varied(&parts, stiffness)?;
             check_stiffness(&self.settings.material, factors.as_ref())?;
-            let has_not_moved = density != 1.0 && self.shape.placement.spin != [0.0; 3] && self.is_at_start();
+            let has_not_moved = density != 1.0 && self.has_initial_motion();
             self.change_factors(parts, factors);
             if has_not_moved {
                 let Self { shape: Shape { masses, placement, .. }, pipeline, state, .. } = self;
@@ -174,6 +178,17 @@ impl Body {
             self.inflation.get_or_insert_default().add_zone(ratio.clone(), shares);
         }
         Ok(())
+    }
+
+    /// Returns whether the body has not moved, and spins as it is placed.
+    fn has_initial_motion(&self) -> bool {
+        let Self { shape: Shape { masses, placement, .. }, pipeline, state, .. } = self;
+        if placement.spin == [0.0; 3] || !self.is_at_start() {
+            return false;
+        }
+        let mut initial = state.clone();
+        initial.set_initial_velocities(masses, &pipeline.matching.layout, placement);
+        initial == *state
     }
 
     /// Returns the share of each vertex of the lattice before the body broke: the greatest of its copies.
@@ -231,6 +246,13 @@ fn multiplied(
     let greatest = products.iter().copied().fold(0.0, f64::max);
     in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
     Ok(Some(products))
+}
+
+/// Checks that no product of factors of density or strength is so small that masses or limits vanish.
+fn at_least(factors: Option<Vec<f64>>) -> Result<Option<Vec<f64>>, RangeError> {
+    let least = factors.iter().flatten().copied().fold(1.0, f64::min);
+    in_range("product of the factors of zones", least, least >= LEAST_FACTOR, "at least 1e-6")?;
+    Ok(factors)
 }
 
 /// Checks the number and the range of the stiffness factors of `vertices` lattice vertices.

@@ -283,6 +283,19 @@ impl Colliders {
         self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
     }
 
+    /// Returns the shape of each collider at `time` as [`at`](Self::at), in world space and scene units, and without the
+    /// thickness of shells.
+    pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = PosedShape<'_>> {
+        let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
+        self.0.iter().map(move |valid| {
+            let shape = valid.collider.shape.posed(&valid.motion.pose(time), world);
+            match &valid.animated {
+                Some(animated) => shape.with_surface(animated.surface(true)),
+                None => shape,
+            }
+        })
+    }
+
     /// Returns the shape of each collider at the start of a step, in the frame of a body.
     pub(crate) fn before(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
         self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(step.start), frame, false))

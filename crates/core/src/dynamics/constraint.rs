@@ -136,7 +136,9 @@ impl Constraint {
         let greatest = |goal: &Goal| match &self.weights {
             None => goal.greatest_frequency(1.0),
             Some(weights) => {
-                weights.iter().map(|&factor| goal.greatest_frequency(factor)).fold(0.0, f64::max)
+                // Vertices that are held are on no spring.
+                let factors = weights.iter().map(|&factor| if factor < HELD { factor } else { 1.0 });
+                factors.map(|factor| goal.greatest_frequency(factor)).fold(0.0, f64::max)
             }
         };
         self.goal.as_ref().map_or(0.0, greatest)

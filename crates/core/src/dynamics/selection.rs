@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use crate::mesh::refined_map;
+use crate::mesh::{RefinedMesh, refined_map};
 use crate::motion::direction;
 
 /// A selection of lattice vertices: a shape in world space, a list of lattice vertices, or a part of the mesh. Points on
@@ -157,7 +157,9 @@ pub enum SelectionError {
         value: f32,
     },
     /// All weights are 0, or below the least one that is used.
-    #[error("no mesh vertex has a weight of at least {least}; select another map")]
+    #[error(
+        "no lattice vertex has a weight of at least {least}, by the mean around it; paint a larger part, or select another map"
+    )]
     NoWeight {
         /// The least weight.
         least: f32,
@@ -266,13 +268,12 @@ impl Selection {
         matches!(self, Self::Map(_))
     }
 
-    /// Gives the new vertices of a refined mesh their weights. `points`: see
-    /// [`RefinedMesh::points`](crate::RefinedMesh::points).
-    pub(crate) fn refine(&mut self, points: &[([u32; 3], [f64; 3])]) {
+    /// Gives the new vertices of a refined mesh their weights, if the selection has one for each vertex of the mesh before.
+    pub fn refine(&mut self, refined: &RefinedMesh) {
         if let Self::Map(Map::Weights(weights)) = self
-            && points.iter().flat_map(|(corners, _)| corners).all(|&corner| (corner as usize) < weights.len())
+            && weights.len() + refined.points.len() == refined.mesh.vertices().len()
         {
-            *weights = refined_map(weights, points);
+            *weights = refined_map(weights, &refined.points);
         }
     }
 

@@ -172,6 +172,11 @@ impl StiffnessFactors {
         self.relative().iter().map(|&factor| (factor.clamp(LEAST, self.limit) / unit) as f32).collect()
     }
 
+    /// Returns the factors of alpha without a limit, divided by the greatest one.
+    pub(crate) fn unlimited(&self) -> Vec<f32> {
+        self.relative().iter().map(|&factor| (factor.max(LEAST) / self.greatest) as f32).collect()
+    }
+
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.specified.as_slice())

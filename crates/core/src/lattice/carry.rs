@@ -8,8 +8,8 @@ use crate::mesh::Mesh;
 
 /// Greatest distance of neighboring samples of a triangle, in cells.
 const SPACING: f64 = 0.5;
-/// Greatest number of rows of samples of a triangle.
-const MAX_ROWS: f64 = 1000.0;
+/// Greatest number of samples along the longest edge of a triangle, and of strips.
+const MAX_ROWS: f64 = 10_000.0;
 
 /// The value of each lattice vertex for a map of a mesh that the lattice covers.
 ///
@@ -70,23 +70,34 @@ fn inwards(lattice: &Lattice, mut values: Vec<Option<f64>>) -> Vec<f64> {
 
 /// Returns samples of a triangle, at most about `spacing` apart: their barycentric weights, and twice the area of each. A
 /// triangle without area has a tiny one, so that its corners count where there is nothing else.
-fn samples(corners: &[Point3<f64>; 3], spacing: f64) -> impl Iterator<Item = ([f64; 3], f64)> {
-    let [a, b, c] = *corners;
-    let longest = [b - a, c - b, a - c].map(|edge| edge.norm()).into_iter().fold(0.0, f64::max);
-    let rows = (longest / spacing).ceil().clamp(1.0, MAX_ROWS) as u32;
-    let area = (b - a).cross(&(c - a)).norm().max(f64::MIN_POSITIVE.sqrt()) / f64::from(rows * rows);
-    // The centers of rows² equal triangles: those that point like the whole, and those that point the other way.
-    let center = move |i: u32, j: u32, third: f64| {
-        let unit = 1.0 / f64::from(rows);
-        let (u, v) = ((f64::from(i) + third) * unit, (f64::from(j) + third) * unit);
-        ([1.0 - u - v, u, v], area)
-    };
-    (0..rows).flat_map(move |i| {
-        (0..rows - i).flat_map(move |j| {
-            let turned = (i + j + 1 < rows).then(|| center(i, j, 2.0 / 3.0));
-            std::iter::once(center(i, j, 1.0 / 3.0)).chain(turned)
-        })
-    })
+///
+/// Strips parallel to the longest edge have samples at the height of their centroids, so that the sums are exact for maps
+/// that are linear in the triangle.
+fn samples(corners: &[Point3<f64>; 3], spacing: f64) -> Vec<([f64; 3], f64)> {
+    let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm();
+    let first = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b))).unwrap_or(0);
+    let [a, b, c] = [0, 1, 2].map(|k| (first + k) % 3);
+    let area = (corners[b] - corners[a]).cross(&(corners[c] - corners[a])).norm();
+    let longest = length(first);
+    let count = |extent: f64| (extent / spacing).ceil().clamp(1.0, MAX_ROWS) as u32;
+    let strips = count(if longest > 0.0 { area / longest } else { 0.0 });
+    let area = area.max(f64::MIN_POSITIVE.sqrt());
+    let mut samples = Vec::new();
+    for strip in 0..strips {
+        let height = 1.0 / f64::from(strips);
+        // The widths at both sides of the strip, as shares of the longest edge.
+        let [lower, upper] = [strip, strip + 1].map(|strip| 1.0 - f64::from(strip) * height);
+        let at = 1.0 - lower + height / 3.0 * (lower + 2.0 * upper) / (lower + upper);
+        let along = count(longest * lower);
+        let part = area * height * (lower + upper) / f64::from(along);
+        for k in 0..along {
+            let share = (f64::from(k) + 0.5) / f64::from(along);
+            let mut weights = [0.0; 3];
+            (weights[a], weights[b], weights[c]) = ((1.0 - at) * (1.0 - share), (1.0 - at) * share, at);
+            samples.push((weights, part));
+        }
+    }
+    samples
 }
 
 #[cfg(test)]

@@ -39,14 +39,11 @@ impl Masses {
         Self { vertices, shares: self.shares.clone() }
     }
 
-    /// Returns the masses with another density: `factors` has the factor of the density at each vertex, and a cell has
-    /// the mean over its corners.
+    /// Returns the masses with another density: see [`dense_shares`].
     pub(crate) fn denser(&self, lattice: &Lattice, factors: &[f64]) -> Self {
-        let of_cell = |(cell, corners): (u32, &[u32; 8])| {
-            let sum: f64 = corners.iter().map(|&corner| factors[corner as usize]).sum();
-            f64::from(self.share(cell)) * sum / 8.0
-        };
-        Self::of_shares(lattice, &(0..).zip(lattice.corner_table().iter()).map(of_cell).collect::<Vec<_>>())
+        let cells = 0..lattice.cells.len() as u32;
+        let shares = cells.map(|cell| self.share(cell).into()).collect();
+        Self::of_shares(lattice, &dense_shares(lattice, shares, factors))
     }
 
     /// Returns the filled share of a cell, times the factor of its density.
@@ -73,6 +70,15 @@ impl Deref for Masses {
     fn deref(&self) -> &[f32] {
         &self.vertices
     }
+}
+
+/// Returns the shares of cells times the factors of their density: the means of `factors`, one for each vertex, over their
+/// corners.
+pub(crate) fn dense_shares(lattice: &Lattice, mut shares: Vec<f64>, factors: &[f64]) -> Vec<f64> {
+    for (share, corners) in shares.iter_mut().zip(lattice.corner_table().iter()) {
+        *share *= corners.iter().map(|&corner| factors[corner as usize]).sum::<f64>() / 8.0;
+    }
+    shares
 }
 
 /// Returns the filled share of each cell, shape `(m,)`, rounded to multiples of [`SHARE_UNIT`]: see [`shares`].

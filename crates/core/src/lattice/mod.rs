@@ -56,7 +56,7 @@ pub use embedding::Embedding;
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, LooseCell, LooseCells};
-pub(crate) use masses::{Masses, cell_shares, masses_of_shares};
+pub(crate) use masses::{Masses, cell_shares, dense_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{SlopeWeights, Slopes, Smoothing, Stencil};
 pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};

@@ -63,6 +63,11 @@ impl Curve {
         interpolation::value_at(&self.keys, (time, self.interpolation), |key| key.time, |key| key.value)
     }
 
+    /// Returns the greatest value of a keyframe.
+    pub fn greatest(&self) -> f64 {
+        self.keys.iter().map(|key| key.value).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Returns the number if it is the same at all times.
     pub fn constant(&self) -> Option<f64> {
         let first = self.keys[0].value;

@@ -7,10 +7,9 @@ use super::world::Simulation;
 use crate::contact::PosedShape;
 use crate::mesh::SurfaceTree;
 use crate::range::{RangeError, in_range};
-use crate::state::BodyFrame;
 
-/// The world as a frame.
-const WORLD: BodyFrame = BodyFrame { origin: Point3::new(0.0, 0.0, 0.0), cell_size: 1.0 };
+/// Greatest magnitude of coordinates: its square is far from the greatest number.
+const LIMIT: f64 = 1e100;
 
 /// A point of a displayed body or of a collider.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +23,7 @@ pub struct FoundPoint {
     pub distance: f64,
     /// The point, in world space.
     pub point: Point3<f64>,
-    /// Outward unit normal.
+    /// Unit normal: of a body by the winding of its faces, of a collider outward.
     pub normal: Vector3<f64>,
 }
 
@@ -59,7 +58,9 @@ impl Simulation {
         }
         for (start, direction) in rays {
             finite("origin", start)?;
-            finite("direction", direction)?;
+            for &x in direction {
+                in_range("direction", x, x.is_finite(), "finite")?;
+            }
             let length = Vector3::from(*direction).amax();
             in_range("length of the direction of a ray", length, length > 0.0, "greater than 0")?;
         }
@@ -110,7 +111,7 @@ impl Simulation {
 
     /// Returns the shapes of the colliders now.
     fn shapes(&self) -> Vec<PosedShape<'_>> {
-        self.colliders.at(self.time(), WORLD).collect()
+        self.colliders.surfaces_at(self.time()).collect()
     }
 
     /// Returns the displayed surfaces of the bodies that have any area.
@@ -182,5 +183,7 @@ fn least(points: impl Iterator<Item = FoundPoint>) -> Option<FoundPoint> {
 }
 
 fn finite(name: &'static str, numbers: &[f64; 3]) -> Result<(), RangeError> {
-    numbers.iter().try_for_each(|&x| in_range(name, x, x.is_finite(), "finite").map(drop))
+    numbers
+        .iter()
+        .try_for_each(|&x| in_range(name, x, x.abs() <= LIMIT, "finite and at most 1e100").map(drop))
 }

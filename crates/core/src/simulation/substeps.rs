@@ -186,7 +186,7 @@ fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
         return 0.0;
     }
     let (least, greatest) = body.factor_range();
-    let (density, poisson_ratio) = (body.material().density, body.material().poisson_ratio());
+    let (density, poisson_ratio) = (body.material().density, body.greatest_poisson_ratio());
     let modulus_without = modulus / (1.0 + poisson_ratio);
     let product = 1.5 * MAX_SLIP * least * modulus_without / (density * gravity * body.size());
     let half_width = half_width_of(product).floor().max(1.0);

@@ -208,13 +208,17 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
     let mut body = data.apply(builder).build().map_err(failed)?;
     let written = input.clone().scaled(data.scale)?;
     let refined = refined(data, &input, &body).map_err(|source| failed(source.into()))?;
-    for (index, zone) in data.zones.iter().enumerate() {
+    // Weights are those of the file.
+    let refine = |selection: &mut Selection| refined.iter().for_each(|refined| selection.refine(refined));
+    for (index, mut zone) in data.zones.iter().cloned().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.zone.{index}"), source };
-        body.zone(zone).map_err(failed)?;
+        refine(&mut zone.selection);
+        body.zone(&zone).map_err(failed)?;
     }
-    for (index, pin) in data.pins.iter().enumerate() {
+    for (index, mut pin) in data.pins.iter().cloned().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.pin.{index}"), source };
-        body.pin(pin).map_err(failed)?;
+        refine(&mut pin.selection);
+        body.pin(&pin).map_err(failed)?;
     }
     for (index, handle) in data.handles.iter().enumerate() {
         let key = format!("{key}.handle.{index}");
@@ -228,7 +232,8 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
                 RunError::HandleAnimation { key, path, source }
             })
         };
-        let handle = handle.handle(&mut follow)?;
+        let mut handle = handle.handle(&mut follow)?;
+        refine(&mut handle.selection);
         body.handle(&handle).map_err(|source| RunError::Body { key, source })?;
     }
     let written = match &refined {

@@ -36,11 +36,11 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 ///     Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
 /// memory_limit : int, default half of the machine's memory
 ///     Limit in bytes of the memory of the body.
-/// material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float
+/// material : "jelly", "flesh" (default), "rubber" or "firm"; or youngs_modulus : float or keyframes
 ///     What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
 ///     Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
 ///     the volume) and the gravity g, times (s/4)^(8/3) if the body is s > 4 times as long as it is wide.
-///     youngs_modulus: force per area in scene units, > 0.
+///     youngs_modulus: force per area in scene units, > 0, a number or keyframes as of inflate.
 /// half_width : 0.5 or int, default 2; or stiffness_radius : float
 ///     In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or 0.5 for
 ///     regions of one cell; or as a length, > 0. Larger regions are stiffer.
@@ -50,14 +50,14 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 ///     How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
 ///     steps), "balanced" (the least half-width with which a second of a scene takes at most 0.12 seconds, by an estimate),
 ///     or "exact" (regions of one cell: layers that are held or touched strain as the others do).
-/// poisson_ratio : float
+/// poisson_ratio : float or keyframes
 ///     In [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Default 0.45 for "jelly" and
 ///     "flesh", 0.4 for "rubber", 0.3 for "firm", otherwise 0: it keeps its width.
 ///     Steps are shorter for large ones: 2.6 times as many at 0.45.
 /// inflate : float or keyframes, default 1
 ///     Ratio of the rest volume to that of the mesh, in [0.1, 10]: a number, a list of (time, value), or a dict with the keys
 ///     keys and interpolation ("linear", "smooth" or "cubic"). The body grows or shrinks to it.
-/// damping_ratio : float; or damping_rate : float
+/// damping_ratio : float or keyframes; or damping_rate : float
 ///     Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
 ///     mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
 ///     the amplitude of every mode decays.
@@ -87,7 +87,7 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 ///     How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
 ///     continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
 ///     crushed very strongly).
-/// friction : float, default 0.5
+/// friction : float or keyframes, default 0.5
 ///     Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider,
 ///     that of the collider holds.
 /// restitution : float, default 0

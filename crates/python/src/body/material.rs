@@ -25,8 +25,11 @@ impl Body {
             let before = body.keyed().cloned().unwrap_or_default();
             body.set_keyed(before.replaced_by(keyed.clone()))
         };
-        let set = |body: &mut supple::Body| if keyed.is_empty() { set(body) } else { set_keyed(body) };
-        self.with(py, set)?.map_err(error::value)
+        let set = |body: &mut supple::Body| match keyed.is_empty() {
+            true => Ok(set(body)?),
+            false => set_keyed(body),
+        };
+        self.with(py, set)?.map_err(error::from_core)
     }
 }
 

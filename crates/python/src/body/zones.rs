@@ -69,8 +69,7 @@ impl Body {
     ///
     /// Raises ValueError for a name that the mesh does not have, a weight out of range, and a bare lattice.
     fn weights<'py>(&self, py: Python<'py>, map: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let [_, count] = self.counts(py)?;
-        let selection = Selection::Map(constraint::map(map, "map", count)?);
+        let selection = Selection::Map(constraint::map(map, "map")?);
         let weights = self.read(py, |body| body.weights(&selection))?.map_err(error::from_core)?;
         Ok(PyArray1::from_vec(py, weights.unwrap_or_default()))
     }

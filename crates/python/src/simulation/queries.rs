@@ -42,7 +42,7 @@ impl Simulation {
     /// distance : float64
     ///     Distance along the ray; infinity where it meets nothing. 0 for a ray that starts in a solid collider.
     /// point, normal : (3,) float64
-    ///     The point, and the outward unit normal; zeros where a ray meets nothing.
+    ///     The point, and the unit normal, of bodies by the winding of their faces; zeros where a ray meets nothing.
     ///
     /// A call evaluates the surfaces of all bodies and builds a tree of each, about as much work as a step; a ray takes a
     /// microsecond more. So many rays in one call are fast. Raises ValueError for a direction of length 0.

@@ -5,6 +5,7 @@ use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::dynamics::KeyedMaterial;
 use crate::error::StateError;
+use crate::range::Range;
 
 /// Sets the numbers of the material that have keyframes to those at the end of the step.
 pub(super) struct KeyMaterial;
@@ -34,16 +35,22 @@ impl Stage for KeyMaterial {
     fn save(&self, body: &Body, snapshot: &mut BodySnapshot) {
         snapshot.keyed = body.keyed.as_deref().cloned();
         snapshot.modulus_share = body.settings.modulus_share;
+        let friction = body.keyed.as_ref().and_then(|keyed| keyed.friction.as_ref());
+        snapshot.friction = friction.map(|_| body.settings.touching.friction);
     }
 
     fn check(&self, body: &Body, snapshot: &BodySnapshot, _vertices: usize) -> Result<(), StateError> {
         let share = snapshot.modulus_share;
         let is_valid = snapshot.keyed.as_ref().is_none_or(KeyedMaterial::is_valid);
-        check_owner(body, "keyed material", is_valid && share > 0.0 && share <= 1.0)
+        let friction = snapshot.friction.is_none_or(|friction| Range::NOT_NEGATIVE.contains(friction));
+        check_owner(body, "keyed material", is_valid && friction && share > 0.0 && share <= 1.0)
     }
 
     fn restore(&self, body: &mut Body, snapshot: &BodySnapshot) {
         body.keyed = snapshot.keyed.clone().map(Box::new);
         body.settings.modulus_share = snapshot.modulus_share;
+        if let Some(friction) = snapshot.friction {
+            body.settings.touching.friction = friction;
+        }
     }
 }

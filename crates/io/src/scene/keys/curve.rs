@@ -111,17 +111,12 @@ curves! {
     friction: NOT_NEGATIVE by "not_negative";
 }
 
-/// Returns the greatest value of a curve.
-fn greatest(curve: &Curve) -> f64 {
-    curve.keys().iter().map(|key| key.value).fold(f64::NEG_INFINITY, f64::max)
-}
-
 /// Defines for each number of a material a module that reads and writes its keyframes, if they differ, and a function that
 /// reads the greatest value.
 macro_rules! changing {
     ($($module:ident, $greatest:ident by $keys:ident;)*) => {$(
         pub(in crate::scene) fn $greatest<'de, D: Deserializer<'de>, T: From<f64>>(value: D) -> Result<T, D::Error> {
-            $keys::deserialize(value).map(|curve| greatest(&curve).into())
+            $keys::deserialize(value).map(|curve| curve.greatest().into())
         }
 
         mod $module {
