@@ -299,6 +299,9 @@ fn keyframes_of_the_material_are_read_beside_its_numbers() {
         ..KeyedMaterial::default()
     };
     assert_eq!(body.keyed, expected);
+    // A factor of 1 is a factor.
+    let zone = parse(&format!("{SMALL}[[body.zone]]\nvertices = [0]\ndensity_factor = 1\n")).unwrap();
+    assert_eq!(zone.bodies[0].zones, [Zone::new(Selection::MeshVertices(vec![0]), 1.0)]);
     let constant = parse(&format!("{SMALL}youngs_modulus = [{{ time = 0, value = 5 }}]\n")).unwrap();
     assert!(constant.bodies[0].keyed.is_empty());
 }

@@ -39,8 +39,8 @@ impl Simulation {
     /// Returns what each ray meets first: a displayed surface from either side, or a collider. `None` where a ray meets
     /// nothing. A ray that starts in a solid collider meets it there.
     ///
-    /// A call evaluates the surfaces of all bodies and builds a tree of each, about as much work as a step; a ray takes a
-    /// microsecond more. So many rays in one call are fast.
+    /// A call evaluates the surfaces of all bodies and builds a tree of each, which takes about 10 ms for 10,000 faces; a
+    /// ray takes about a microsecond more. So many rays in one call are fast.
     ///
     /// * `rays`: start and direction of each ray; a direction may have any length but 0.
     /// * `limit`: greatest distance, >= 0; it may be infinite.

@@ -44,8 +44,8 @@ impl Simulation {
     /// point, normal : (3,) float64
     ///     The point, and the unit normal, of bodies by the winding of their faces; zeros where a ray meets nothing.
     ///
-    /// A call evaluates the surfaces of all bodies and builds a tree of each, about as much work as a step; a ray takes a
-    /// microsecond more. So many rays in one call are fast. Raises ValueError for a direction of length 0.
+    /// A call evaluates the surfaces of all bodies and builds a tree of each, which takes about 10 ms for 10,000 faces; a
+    /// ray takes about a microsecond more. So many rays in one call are fast. Raises ValueError for a direction of length 0.
     #[pyo3(signature = (origins, directions, max_distance=None))]
     #[pyo3(text_signature = "($self, origins, directions, max_distance=None)")]
     fn raycast<'py>(

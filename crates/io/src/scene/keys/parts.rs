@@ -52,10 +52,10 @@ struct ZoneKeys {
     factor: f64,
     #[serde(default, with = "optional_inflate", skip_serializing_if = "Option::is_none")]
     inflate: Option<Curve>,
-    #[serde(default = "one", rename = "density_factor", deserialize_with = "stiffness_factor")]
+    #[serde(default = "missing", rename = "density_factor", deserialize_with = "stiffness_factor")]
     #[serde(skip_serializing_if = "is_one")]
     density: f64,
-    #[serde(default = "one", rename = "strength_factor", deserialize_with = "stiffness_factor")]
+    #[serde(default = "missing", rename = "strength_factor", deserialize_with = "stiffness_factor")]
     #[serde(skip_serializing_if = "is_one")]
     strength: f64,
 }
@@ -80,8 +80,9 @@ struct KeyframeKeys {
     rotate: [f64; 3],
 }
 
-fn one() -> f64 {
-    1.0
+/// The number of a key that is missing, until the list of zones is complete.
+fn missing() -> f64 {
+    f64::NAN
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
@@ -124,8 +125,14 @@ lists! {
     fields: Field by "FieldKeys", |_| Ok(());
     links: Link by "LinkKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |list| {
-        let changes = |zone: &Zone| zone.inflate.is_some() || zone.density != 1.0 || zone.strength != 1.0;
-        list.iter_mut().filter(|zone| zone.factor == 0.0 && changes(zone)).for_each(|zone| zone.factor = 1.0);
+        for zone in list {
+            let Zone { factor, density, strength, inflate, .. } = zone;
+            let is_given = inflate.is_some() || !density.is_nan() || !strength.is_nan();
+            if *factor == 0.0 && is_given {
+                *factor = 1.0;
+            }
+            [density, strength].into_iter().filter(|number| number.is_nan()).for_each(|number| *number = 1.0);
+        }
         Ok(())
     };
     keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
