@@ -60,8 +60,8 @@ impl Body {
     /// Weights of the lattice vertices for a map of the mesh: (n,) float64.
     ///
     /// A vertex of a cell that the surface meets has the mean of the map over the surface around it, with the area and the
-    /// trilinear weight of the vertex in its cell; in a face the map is linear. From there the weights go inwards layer by
-    /// layer: another vertex has the mean of its neighbors that have weights. So they depend on neither the size nor the
+    /// trilinear weight of the vertex in its cell; in a face the map is linear. Any other vertex has the mean of its
+    /// neighbors, so that a map that is linear in space stays linear inside. The weights depend on neither the size nor the
     /// order of the faces. The vertices of the map are those of the mesh of the body before it broke.
     ///
     /// map : (m,) float in [0, 1], (m,) bool, or str
