@@ -247,8 +247,8 @@ impl Body {
             let mut matching = Matching::new(&lattice, masses, matching.regions.half_width());
             // With keyframes, those of the greatest values, whichever are in force.
             let factors = stiffness_factors.as_ref().map(|factors| match &self.keyed {
-                None => factors.in_force(greatest),
-                Some(_) => factors.unlimited(),
+                None => factors.parts_of(greatest),
+                Some(_) => factors.parts_of(factors.range().1),
             });
             let bulk = bulk_of(self.greatest_poisson_ratio()) as f32;
             matching.set_factors(factors.as_ref().map(|factors| &factors[..lattice.len()]));

@@ -104,7 +104,7 @@ impl Body {
 
     /// As [`apply_stiffness_factors`](Self::apply_stiffness_factors), for the same factors in a new shape matching.
     pub(super) fn pass_stiffness_factors(&mut self) {
-        let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force(1.0));
+        let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force());
         self.pipeline.matching.set_factors(in_force.as_deref());
     }
 

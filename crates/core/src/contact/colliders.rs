@@ -65,7 +65,11 @@ impl ValidCollider {
 
     /// Returns the shape in a pose, with the surface of an animated mesh before or after the step.
     fn posed(&self, pose: &Pose, frame: BodyFrame, is_after: bool) -> PosedShape<'_> {
-        let shape = self.collider.shape.posed(pose, frame).with_shell();
+        self.with_animation(self.collider.shape.posed(pose, frame).with_shell(), is_after)
+    }
+
+    /// Replaces the surface of an animated mesh by that before or after the step.
+    fn with_animation<'a>(&'a self, shape: PosedShape<'a>, is_after: bool) -> PosedShape<'a> {
         match &self.animated {
             Some(animated) => shape.with_surface(animated.surface(is_after)),
             None => shape,
@@ -286,13 +290,9 @@ impl Colliders {
     /// Returns the shape of each collider at `time` as [`at`](Self::at), in world space and scene units, and without the
     /// thickness of shells.
     pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = PosedShape<'_>> {
-        let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         self.0.iter().map(move |valid| {
-            let shape = valid.collider.shape.posed(&valid.motion.pose(time), world);
-            match &valid.animated {
-                Some(animated) => shape.with_surface(animated.surface(true)),
-                None => shape,
-            }
+            let pose = valid.motion.pose(time);
+            valid.with_animation(valid.collider.shape.posed(&pose, BodyFrame::WORLD), true)
         })
     }
 

@@ -56,9 +56,8 @@ mod tests {
     use crate::state::BodyFrame;
 
     fn cast(shape: &Shape, start: [f64; 3], direction: [f64; 3], limit: f64) -> Option<(f64, Vector3<f64>)> {
-        let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         let direction = Vector3::from(direction).normalize();
-        shape.posed(&Pose::identity(), world).cast(&start.into(), &direction, limit)
+        shape.posed(&Pose::identity(), BodyFrame::WORLD).cast(&start.into(), &direction, limit)
     }
 
     #[test]

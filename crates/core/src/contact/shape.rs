@@ -101,8 +101,7 @@ impl Shape {
     /// Returns the signed distance of a world-space point from the shape at time 0. For an open mesh it is not
     /// negative.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
-        let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
-        self.posed(&Pose::identity(), world).signed_distance(&Point3::from(point))
+        self.posed(&Pose::identity(), BodyFrame::WORLD).signed_distance(&Point3::from(point))
     }
 
     /// Moves the shape by `pose` about its center, and returns it in the local frame of a body.

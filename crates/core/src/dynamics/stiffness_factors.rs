@@ -167,14 +167,18 @@ impl StiffnessFactors {
         self.limit
     }
 
-    /// Returns the factors of alpha in force, divided by `unit`.
-    pub(crate) fn in_force(&self, unit: f64) -> Vec<f32> {
-        self.relative().iter().map(|&factor| (factor.clamp(LEAST, self.limit) / unit) as f32).collect()
+    /// Returns the factors of alpha in force.
+    pub(crate) fn in_force(&self) -> Vec<f32> {
+        self.limited(self.limit, 1.0)
     }
 
-    /// Returns the factors of alpha without a limit, divided by the greatest one.
-    pub(crate) fn unlimited(&self) -> Vec<f32> {
-        self.relative().iter().map(|&factor| (factor.max(LEAST) / self.greatest) as f32).collect()
+    /// Returns the factors of alpha that a limit leaves, as parts of that limit.
+    pub(crate) fn parts_of(&self, limit: f64) -> Vec<f32> {
+        self.limited(limit, limit)
+    }
+
+    fn limited(&self, limit: f64, unit: f64) -> Vec<f32> {
+        self.relative().iter().map(|&factor| (factor.clamp(LEAST, limit) / unit) as f32).collect()
     }
 
     /// Returns the memory in bytes.

@@ -85,6 +85,9 @@ pub struct BodyFrame {
 }
 
 impl BodyFrame {
+    /// World space itself: local coordinates are world coordinates, in scene units.
+    pub(crate) const WORLD: Self = Self { origin: Point3::new(0.0, 0.0, 0.0), cell_size: 1.0 };
+
     /// Converts a local position to world space.
     #[inline]
     pub fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
