@@ -934,6 +934,9 @@ class Body:
         inflate: _Curve | None = None,
         density_factor: float = 1.0,
         strength_factor: float = 1.0,
+        damping_factor: float = 1.0,
+        friction_factor: float = 1.0,
+        yield_factor: float = 1.0,
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
@@ -943,8 +946,8 @@ class Body:
         map: ArrayLike | str | None = None,
         at: Literal["now", "start"] = "now",
     ) -> None:
-        """Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or its density or strength
-        by a factor, from the next step on.
+        """Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or another quantity by a
+        factor, from the next step on.
 
         Around a shape the logarithms of all decrease linearly to 0 over the length of a cell. With a map, a factor f counts as
         f^w at the weight w. The factors of overlapping zones multiply.
@@ -953,12 +956,15 @@ class Body:
             In (0, 100], and so are the products of overlapping zones.
         inflate : float, or keyframes
             As of Body; the products of overlapping zones are limited to [0.1, 10].
-        density_factor, strength_factor : float, default 1
-            In (0, 100], and so are the products: of the density, and of the limit at which the body breaks (fracture).
+        density_factor, strength_factor, damping_factor, friction_factor, yield_factor : float, default 1
+            In (0, 100], and so are the products: of the density, of the limit at which the body breaks (fracture), of the rate
+            of damping_ratio or damping_rate, of the coefficient of friction at colliders and bodies, and of the yield strain
+            (plastic).
         box, sphere, plane, vertices, mesh_vertices, group, map, at :
             As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
 
-        Raises ValueError if the shape contains no lattice vertex, and for a strength_factor of a body without fracture.
+        Raises ValueError if the shape contains no lattice vertex, for a strength_factor of a body without fracture, and for a
+        yield_factor of a body that is not plastic.
         """
     @property
     def stiffness_factors(self) -> NDArray[np.float64] | None:
@@ -1484,7 +1490,7 @@ class Simulation:
             Pins and handles that were added after the state was saved no longer exist. A body must still have the
             handles that follow an animation, or others with the same selection and animation.
 
-        contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
+        fields and contacts() are those of the state. Raises ValueError for the state of another simulation, of another
         version of supple, and for damaged data; the simulation is then unchanged.
         """
     def plan(self) -> str:

@@ -118,3 +118,26 @@ def test_a_map_of_a_broken_body_has_the_vertices_of_the_whole_mesh(bar):
 def test_a_map_has_no_pose(bar):
     with pytest.raises(TypeError, match="map selects the same in any pose"):
         supple.Body(bar, lattice_vertices=600).pin(map=along(bar), at="now")
+
+
+def test_zones_take_maps_of_damping_friction_and_yield_strain(bar):
+    weights = along(bar)
+    body = supple.Body(bar, lattice_vertices=600, youngs_modulus=1e5, plastic={"yield": 0.02})
+    body.zone(damping_factor=8.0, friction_factor=0.1, yield_factor=3.0, map=weights)
+    assert body.stiffness_factors is None or (body.stiffness_factors == 1).all()
+    sim = supple.Simulation([body], fps=30, colliders=supple.Plane((0, -2, 0), (0, 1, 0)))
+    sim.advance(10)
+    state, before = sim.save_state(), body.positions
+    sim.advance(5)
+    after, contacts = body.positions, sim.contacts()
+    assert len(contacts) > 0
+    sim.restore_state(state)
+    assert np.array_equal(body.positions, before)
+    sim.advance(5)
+    assert np.array_equal(body.positions, after)
+    with pytest.raises(TypeError, match=r"zone\(\) needs factor.*friction_factor.*yield_factor"):
+        body.zone(map=weights)
+    with pytest.raises(ValueError, match=r"friction_factor.*101"):
+        body.zone(friction_factor=101, map=weights)
+    with pytest.raises(ValueError, match=r"yield_factor.*plastic"):
+        supple.Body(bar, lattice_vertices=600).zone(yield_factor=2.0, map=weights)

@@ -33,7 +33,8 @@ def _bits(sim):
 def test_a_restored_simulation_continues_with_the_same_bits():
     sim = _pile()
     sim.advance(20)
-    assert {(int(c["body"]), int(c["other"])) for c in sim.contacts()} >= {(0, 1), (1, 2)}
+    touching = sim.contacts()
+    assert {(int(c["body"]), int(c["other"])) for c in touching} >= {(0, 1), (1, 2)}
     state, before = sim.save_state(), _bits(sim)
     sim.advance(30)
     after, contacts = _bits(sim), sim.contacts()
@@ -41,7 +42,7 @@ def test_a_restored_simulation_continues_with_the_same_bits():
     for _ in range(2):
         sim.restore_state(state)
         assert _bits(sim) == before
-        assert len(sim.contacts()) == 0
+        assert np.array_equal(sim.contacts(), touching)
         sim.advance(30)
         assert _bits(sim) == after
         assert np.array_equal(sim.contacts(), contacts)

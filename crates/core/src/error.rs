@@ -65,6 +65,11 @@ pub enum Error {
         "the zone has a strength_factor, and the body does not break; give the body fracture, or leave it out"
     )]
     NoFracture,
+    /// A zone with another yield strain, of a body that is not plastic.
+    #[error(
+        "the zone has a yield_factor, and the body is not plastic; give the body plastic, or leave it out"
+    )]
+    NotPlastic,
     /// An invalid collider.
     #[error(transparent)]
     Collider(#[from] ColliderError),

@@ -15,6 +15,7 @@ mod keyed;
 mod links;
 mod lowest_mode;
 mod maps;
+mod part_factors;
 mod plasticity;
 mod poisson;
 mod quantities;

@@ -1,6 +1,6 @@
 //! States of simulations as bytes: `supple_io::saved_state`.
 
-use supple::{Body, Collider, Simulation};
+use supple::{Body, Collider, Field, FieldLaw, Simulation};
 use supple_io::saved_state::{SavedStateError, restore, save};
 
 use supple_tests::half_cells;
@@ -31,6 +31,31 @@ fn a_restored_simulation_has_the_same_bytes_and_continues_with_the_same_bits() {
         restored.advance(10);
         assert_eq!(save(restored), later);
     }
+}
+
+/// Contacts are those of the last step, also of bodies that sleep on, and fields those of the state.
+#[test]
+fn a_restored_simulation_has_its_contacts_and_fields() {
+    let mut simulation = pile(3, 1);
+    simulation.set_fields(vec![Field::new(FieldLaw::Drag(0.5))]).unwrap();
+    simulation.advance(20);
+    let (contacts, bytes) = (simulation.contacts(), save(&simulation));
+    let fields = simulation.fields().to_vec();
+    assert!(contacts.len() > 3);
+    simulation.set_fields(Vec::new()).unwrap();
+    simulation.advance(5);
+    restore(&mut simulation, &bytes).unwrap();
+    assert_eq!((simulation.contacts(), simulation.fields()), (contacts.clone(), &fields[..]));
+    simulation.step();
+    assert_ne!(simulation.contacts(), contacts);
+    while !simulation.bodies().iter().all(|body| body.is_asleep()) {
+        simulation.advance(1);
+        assert!(simulation.time() < 60.0, "the pile falls asleep");
+    }
+    let (contacts, bytes) = (simulation.contacts(), save(&simulation));
+    restore(&mut simulation, &bytes).unwrap();
+    simulation.steps(3);
+    assert_eq!(simulation.contacts(), contacts);
 }
 
 #[test]

@@ -265,6 +265,7 @@ fn a_written_scene_reads_back_the_same() {
         "friction = [{ time = 0, value = 1 }, { time = 1, value = 0 }]",
         "[[body.zone]]\nmap = \"red\"\ndensity_factor = 2.5",
         "[[body.zone]]\nmap = [0.0, 0.5]\nstrength_factor = 0.5",
+        "[[body.zone]]\nmap = [0.0, 0.5]\ndamping_factor = 0.5\nfriction_factor = 3.0\nyield_factor = 2.0",
     ] {
         let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
         let written = scene.to_toml();
@@ -461,6 +462,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "in [0, 0.47]",
         ),
         ("[[body.zone]]\nmap = \"red\"\ndensity_factor = 0", 6, "zone.0.density_factor", "0", "in (0, 100]"),
+        ("[[body.zone]]\nvertices = [0]\nyield_factor = 101", 6, "zone.0.yield_factor", "101", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
         ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (

@@ -11,7 +11,9 @@ use crate::contact::bodies::{
     BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PartVertices,
     SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
-use crate::dynamics::{Constraints, CoupledComponent, Damping, RigidBody, add_rigid};
+use crate::dynamics::{
+    Constraints, CoupledComponent, Damping, Quantity, RigidBody, VariedDamping, add_rigid,
+};
 use crate::parallel::Executor;
 use crate::state::{ContactForce, SearchedMotion, State, Touches};
 
@@ -138,7 +140,7 @@ impl Body {
         let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
         let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;
         let sizes = (self.shape.size, self.cell_mass(), self.contact_layers());
-        damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes)
+        damping.coupled((index, component), (&self.state, self.pipeline.damping_tracker()), sizes)
     }
 
     /// Returns the number of layers of vertices from the surface to the middle of a region.
@@ -149,8 +151,10 @@ impl Body {
     /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         let sizes = (self.cell_mass(), self.shape.lattice.cell_size());
-        if let Some(damping) = &mut self.pipeline.elastic_damping {
-            damping.add_change(component, &self.pipeline.momentum, sizes);
+        let Pipeline { elastic_damping, varied_damping, momentum, .. } = &mut self.pipeline;
+        if let Some(damping) = elastic_damping {
+            let tracker = varied_damping.as_ref().map_or(&*momentum, VariedDamping::tracker);
+            damping.add_change(component, tracker, sizes);
         }
     }
 
@@ -267,7 +271,7 @@ impl Body {
         let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
-        add_rigid(components, corrections, occupied, &state.positions, &mut state.velocities);
+        add_rigid(components, corrections, (occupied, None), &state.positions, &mut state.velocities);
     }
 
     /// Measures the momenta of the components if some are tracked. Returns whether some are.
@@ -346,6 +350,7 @@ impl TouchingBody for Body {
                 friction: self.settings.touching.friction,
                 restitution: self.settings.touching.restitution,
             },
+            friction_factors: self.settings.parts.of(Quantity::Friction),
             contacts: self.contact.contacts.as_ref(),
             rigid: self.rigid.as_deref().map(RigidBody::mobility),
         })

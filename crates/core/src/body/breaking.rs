@@ -14,7 +14,7 @@ use super::parts::{Pipeline, Settings, Shape};
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
 use crate::contact::Parts;
-use crate::dynamics::StiffnessFactors;
+use crate::dynamics::{Quantity, StiffnessFactors};
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, dense_shares, masses_of_shares};
@@ -33,7 +33,7 @@ impl Body {
     /// the density. `whole` is the lattice before the body broke.
     fn breaking_shares(&self, whole: &Lattice) -> Vec<f64> {
         let shares = cell_shares(whole, self.whole_mesh());
-        match &self.settings.parts.density {
+        match self.settings.parts.of(Quantity::Density) {
             Some(factors) => dense_shares(whole, shares, factors),
             None => shares,
         }
@@ -44,7 +44,7 @@ impl Body {
     pub(super) fn update_masses(&mut self) {
         let whole = self.whole().0;
         let shares = self.breaking.is_some().then(|| self.breaking_shares(&whole));
-        let masses = match (&shares, &self.settings.parts.density) {
+        let masses = match (&shares, self.settings.parts.of(Quantity::Density)) {
             (Some(shares), _) => Masses::of_shares(&whole, shares),
             (None, Some(factors)) => Masses::new(&whole, self.mesh()).denser(&whole, factors),
             (None, None) => Masses::new(&whole, self.mesh()),
@@ -210,7 +210,7 @@ impl Body {
     /// Returns the greatest Young's modulus in force in steps of `dt` seconds, and the least factor of the limits.
     pub(super) fn weakest(&self, dt: f64) -> (f64, f64) {
         let greatest = self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_of_modulus);
-        (self.modulus_in_force(dt) * greatest, self.settings.parts.least_strength())
+        (self.modulus_in_force(dt) * greatest, self.settings.parts.least(Quantity::Strength))
     }
 
     /// Finds the joints that break in this step.
@@ -245,7 +245,7 @@ impl Body {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
         let factors = stiffness_factors.as_ref().map(|factors| |vertex: u32| factors.of_modulus(vertex));
-        let strengths = parts.strength.as_ref();
+        let strengths = parts.of(Quantity::Strength);
         let strengths = strengths.map(|strengths| |vertex: u32| strengths[lattice.source(vertex) as usize]);
         let deformation = Deformation {
             lattice,

@@ -7,8 +7,8 @@ use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
-    Accuracy, Damping, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionSize,
-    Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
+    Accuracy, Damping, DampingRates, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper,
+    RegionSize, Stiffness, StiffnessFactors, VariedDamping, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching, bulk_of};
@@ -262,8 +262,8 @@ impl Body {
         (eigenvalue * greatest * self.alpha(dt)).sqrt() / dt
     }
 
-    /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
-    fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
+    /// Returns the rates at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
+    pub(super) fn damping_rates(&self, dt: f64, executor: &Executor) -> DampingRates {
         let rate = match self.settings.material.damping() {
             Damping::Rate(rate) => rate,
             Damping::Ratio(0.0) => 0.0,
@@ -271,12 +271,14 @@ impl Body {
         };
         // At the greatest angular frequency of a mode, √alpha/dt, no mode oscillates. A higher rate would keep the
         // elastic forces from carrying the body, or its softest part.
-        rate.min((self.alpha(dt) * self.factor_range().0).min(1.0).sqrt() / dt)
+        let most = (self.alpha(dt) * self.factor_range().0).min(1.0).sqrt() / dt;
+        DampingRates { rate, most, dt }
     }
 
-    /// Returns the fraction of the elastic velocities that damping keeps in a step of `dt` seconds, exp(-2 c dt).
-    pub(super) fn kept_fraction(&self, dt: f64, executor: &Executor) -> f64 {
-        (-2.0 * self.decay_rate(dt, executor) * dt).exp()
+    /// Returns the fraction of the elastic velocities that damping keeps in a step at these rates, exp(-2 c dt) with the
+    /// greatest rate c of the body.
+    pub(super) fn kept_fraction(&self, rates: DampingRates) -> f64 {
+        rates.kept(self.pipeline.varied_damping.as_ref().map_or(1.0, VariedDamping::greatest))
     }
 }
 

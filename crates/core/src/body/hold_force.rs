@@ -111,7 +111,7 @@ impl Body {
     /// freely, which pins, handles and colliders absorb.
     fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, Point3<f64>)) {
         let Self {
-            pipeline: Pipeline { elastic_damping: Some(damper), matching, .. },
+            pipeline: Pipeline { elastic_damping: Some(damper), varied_damping, matching, .. },
             constraints: Some(constraints),
             state,
             ..
@@ -139,13 +139,15 @@ impl Body {
             let [own, all] = held.get(component).copied().unwrap_or_default();
             if own > 0.0 && !is_held[vertex as usize] {
                 let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
-                let change = damped.change(component, state.local(slot), velocity);
+                let share = varied_damping.as_ref().map_or(1.0, |varied| varied.shares().get(slot)[0]);
+                let change = damped.change(component, state.local(slot), velocity) * f64::from(share);
                 let force = self.mass_of(vertex) * self.shape.lattice.cell_size() / dt * own / all * change;
                 add(force, state.frame.to_world(state.local(slot)));
             }
         }
         // The impulses after the contacts, without the part of the colliders.
-        for ((component, state), [own, all]) in (0..).zip(self.pipeline.momentum.states()).zip(&held) {
+        for ((component, state), [own, all]) in (0..).zip(self.pipeline.damping_tracker().states()).zip(&held)
+        {
             if *own > 0.0 {
                 let force =
                     damper.taken_from_surroundings(component) * (self.impulse_unit() / dt * own / all);

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{Colliders, Contacts, Pressure, RestSurface, SampleCells};
+use crate::dynamics::Quantity;
 
 impl Body {
     /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more
@@ -24,8 +25,15 @@ impl Body {
         }
         let spacing = colliders.sample_spacing(self.shape.lattice.cell_size());
         if self.contact.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
-            self.contact.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
+            self.contact.contacts = Some(self.create_contacts(spacing));
         }
+    }
+
+    /// Creates the contact stage with samples at most `spacing` cells apart.
+    pub(super) fn create_contacts(&self, spacing: f64) -> Contacts {
+        let mut contacts = Contacts::within(spacing, self.create_samples(spacing));
+        contacts.set_friction_factors(self.factors_of(Quantity::Friction));
+        contacts
     }
 
     /// Returns the contacts with colliders of the last step, and the force of each in a step of `dt` seconds: pressure,

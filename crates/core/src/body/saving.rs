@@ -159,9 +159,7 @@ impl Body {
         let factors = factors.map(|factors| checked_factors(factors, vertices)).transpose()?;
         check_stiffness(&material, factors.as_ref())?;
         let expected = self.whole().1.len();
-        if !snapshot.parts.check(expected)? {
-            let count =
-                snapshot.parts.density.as_ref().or(snapshot.parts.strength.as_ref()).map_or(0, Vec::len);
+        if let Some(count) = snapshot.parts.check(expected)? {
             return Err(ArrayError::Length { name: "zones", count, expected }.into());
         }
         if let Some(modulus) = youngs_modulus {

@@ -183,7 +183,7 @@ impl Body {
         if self.is_rigid() {
             return speed;
         }
-        let keep = self.kept_fraction(dt, executor);
+        let keep = self.damping_rates(dt, executor).kept(1.0);
         let rounding = f64::from(f32::EPSILON) * self.shape.extent as f64 / 2.0;
         let noise = NOISE * self.alpha_of_stiffest(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
         speed.max(noise.min(GREATEST_NOISE * speed))

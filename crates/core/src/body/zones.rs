@@ -1,16 +1,16 @@
 //! Stiffness that varies over a body: zones, and one factor per lattice vertex.
 
-use super::parts::Shape;
+use super::parts::{Settings, Shape};
 use super::soft_body::Body;
 use crate::dynamics::{
-    Elasticity, Inflation, Material, PartFactors, Selection, SelectionError, SelectionPose, Stiffness,
-    StiffnessFactors, Zone,
+    Elasticity, Inflation, Material, PartFactors, Quantity, Selection, SelectionError, SelectionPose,
+    Stiffness, StiffnessFactors, Zone,
 };
 use crate::error::Error;
 use crate::range::{Range, RangeError, in_range};
 use crate::state::ArrayError;
 
-/// Least product of the factors of density or strength of overlapping zones.
+/// Least product of the factors of overlapping zones, other than the stiffness.
 const LEAST_FACTOR: f64 = 1e-6;
 
 impl Body {
@@ -61,8 +61,7 @@ impl Body {
     ) -> Result<Option<StiffnessFactors>, RangeError> {
         let lattice = &self.shape.lattice;
         let density = parts
-            .density
-            .as_ref()
+            .of(Quantity::Density)
             .map(|density| (0..lattice.len() as u32).map(|vertex| density[lattice.source(vertex) as usize]));
         // With another density alone, the regions have factors too.
         let varies = stiffness.is_some() || density.is_some();
@@ -70,12 +69,33 @@ impl Body {
         specified.map(|specified| StiffnessFactors::new(specified, density)).transpose()
     }
 
+    /// Returns a function that returns the factor of a quantity at a vertex; `None` if all are 1.
+    pub(super) fn factors_of(&self, quantity: Quantity) -> Option<impl Fn(u32) -> f64> {
+        let lattice = &self.shape.lattice;
+        let factors = self.settings.parts.of(quantity)?;
+        Some(move |vertex: u32| factors[lattice.source(vertex) as usize])
+    }
+
     /// Replaces the factors by valid ones.
     pub(super) fn replace_factors(&mut self, parts: PartFactors, factors: Option<StiffnessFactors>) {
         self.stiffness_factors = factors;
         let before = std::mem::replace(&mut self.settings.parts, parts);
-        if before.density != self.settings.parts.density {
+        let has_changed = |quantity| before.of(quantity) != self.settings.parts.of(quantity);
+        let [masses, friction, yields, damping] =
+            [Quantity::Density, Quantity::Friction, Quantity::YieldStrain, Quantity::Damping]
+                .map(has_changed);
+        if masses {
             self.update_masses();
+        }
+        if friction && let Some(mut contacts) = self.contact.contacts.take() {
+            contacts.set_friction_factors(self.factors_of(Quantity::Friction));
+            self.contact.contacts = Some(contacts);
+        }
+        if damping {
+            self.update_elastic_damping();
+        }
+        if yields {
+            self.pass_yield_factors();
         }
         self.apply_stiffness_factors();
     }
@@ -106,6 +126,14 @@ impl Body {
     pub(super) fn pass_stiffness_factors(&mut self) {
         let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force());
         self.pipeline.matching.set_factors(in_force.as_deref());
+    }
+
+    /// Passes the factors of the yield strain to the shape matching.
+    pub(super) fn pass_yield_factors(&mut self) {
+        let Self { shape: Shape { lattice, .. }, settings: Settings { parts, .. }, pipeline, .. } = self;
+        let factors = parts.of(Quantity::YieldStrain);
+        let factor = factors.map(|factors| |vertex| factors[lattice.source(vertex as u32) as usize]);
+        pipeline.matching.set_yield_factors(factor);
     }
 
     /// Returns the least and the greatest stiffness factor.
@@ -141,33 +169,35 @@ impl Body {
     /// An empty or invalid selection, a factor, a product of factors or a ratio out of range, or a stiffness alpha
     /// per step whose product with the greatest factor exceeds 1. The body is then unchanged.
     pub fn zone_at(&mut self, zone: &Zone, pose: SelectionPose) -> Result<(), Error> {
-        let Zone { factor, density, strength, .. } = *zone;
-        for (name, factor) in [("factor", factor), ("density_factor", density), ("strength_factor", strength)]
-        {
+        let (factor, others) = (zone.factor, zone.part_factors());
+        for (name, factor) in others.into_iter().chain([("factor", factor)]) {
             Range::STIFFNESS_FACTOR.check(name, factor)?;
         }
         zone.inflate.iter().try_for_each(Inflation::validate)?;
-        if strength != 1.0 && self.fracture().is_none() {
+        if zone.strength != 1.0 && self.fracture().is_none() {
             return Err(Error::NoFracture);
         }
+        if zone.yield_strain != 1.0 && self.settings.material.plastic.is_none() {
+            return Err(Error::NotPlastic);
+        }
         let shares = self.zone_shares(&zone.selection, pose)?;
-        let of_stiffness = factor != 1.0 || (zone.inflate.is_none() && density == 1.0 && strength == 1.0);
-        if of_stiffness || density != 1.0 || strength != 1.0 {
+        let has_others = others.iter().any(|(_, factor)| *factor != 1.0);
+        let of_stiffness = factor != 1.0 || (zone.inflate.is_none() && !has_others);
+        if of_stiffness || has_others {
             self.check_deforms("a stiffness factor")?;
-            let before = &self.settings.parts;
+            let mut parts = self.settings.parts.clone();
             let of_whole = self.shares_of_whole(&shares);
-            let parts = PartFactors {
-                density: at_least(multiplied(before.density.as_ref(), density, &of_whole)?)?,
-                strength: at_least(multiplied(before.strength.as_ref(), strength, &of_whole)?)?,
-            };
-            let stiffness = self.stiffness_factors().map(<[f64]>::to_vec);
-            let stiffness = match multiplied(stiffness.as_ref(), factor, &shares)? {
+            for (quantity, (_, factor)) in Quantity::ALL.into_iter().zip(others) {
+                let factors = at_least(multiplied(parts.of(quantity), factor, &of_whole)?)?;
+                parts.set(quantity, factors);
+            }
+            let stiffness = match multiplied(self.stiffness_factors(), factor, &shares)? {
                 None if of_stiffness => Some(vec![1.0; shares.len()]),
                 stiffness => stiffness,
             };
             let factors = self.varied(&parts, stiffness)?;
             check_stiffness(&self.settings.material, factors.as_ref())?;
-            let has_not_moved = density != 1.0 && self.has_initial_motion();
+            let has_not_moved = zone.density != 1.0 && self.has_initial_motion();
             self.change_factors(parts, factors);
             if has_not_moved {
                 let Self { shape: Shape { masses, placement, .. }, pipeline, state, .. } = self;
@@ -231,15 +261,11 @@ impl Body {
 }
 
 /// Returns factors times a factor in a zone with a share of each vertex. `None`: all are 1.
-fn multiplied(
-    factors: Option<&Vec<f64>>,
-    factor: f64,
-    shares: &[f64],
-) -> Result<Option<Vec<f64>>, RangeError> {
+fn multiplied(factors: Option<&[f64]>, factor: f64, shares: &[f64]) -> Result<Option<Vec<f64>>, RangeError> {
     if factor == 1.0 {
-        return Ok(factors.cloned());
+        return Ok(factors.map(<[f64]>::to_vec));
     }
-    let mut products = factors.map_or_else(|| vec![1.0; shares.len()], Clone::clone);
+    let mut products = factors.map_or_else(|| vec![1.0; shares.len()], <[f64]>::to_vec);
     for (value, &share) in products.iter_mut().zip(shares).filter(|(_, share)| **share > 0.0) {
         *value *= factor.powf(share);
     }
@@ -248,7 +274,7 @@ fn multiplied(
     Ok(Some(products))
 }
 
-/// Checks that no product of factors of density or strength is so small that masses or limits vanish.
+/// Checks that no product of factors is so small that masses or limits vanish.
 fn at_least(factors: Option<Vec<f64>>) -> Result<Option<Vec<f64>>, RangeError> {
     let least = factors.iter().flatten().copied().fold(1.0, f64::min);
     in_range("product of the factors of zones", least, least >= LEAST_FACTOR, "at least 1e-6")?;

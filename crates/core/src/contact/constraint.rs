@@ -40,6 +40,8 @@ pub(super) struct SurfacePoint {
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
     pub(super) velocity_before: Vec4,
+    /// Factor of the coefficient of friction.
+    pub(super) friction_factor: f64,
     /// The surface, if it is not the one nearest to `position`.
     pub(super) side: Option<PatchSide>,
 }
@@ -150,7 +152,7 @@ impl SurfacePoint {
             distance_before,
             velocity,
             velocity_before,
-            friction,
+            friction: friction * self.friction_factor,
             restitution,
             min_bounce,
         };
@@ -173,6 +175,15 @@ impl SurfacePoint {
 /// * `vector`: returns the vector of a row.
 pub(super) fn mean(vertices: impl Iterator<Item = (u32, f32)>, vector: impl Fn(usize) -> Vec4) -> Vec4 {
     vertices.fold(Vec4::zeros(), |sum, (row, weight)| sum + vector(row as usize) * weight)
+}
+
+/// Returns the weighted mean of the factors of some vertices: 1 if the list of factors of the rows is empty. `vertices`: see
+/// [`mean`].
+pub(super) fn mean_factor(vertices: impl Iterator<Item = (u32, f32)>, factors: &[f32]) -> f64 {
+    if factors.is_empty() {
+        return 1.0;
+    }
+    vertices.map(|(row, weight)| factors[row as usize] * weight).sum::<f32>().into()
 }
 
 /// Returns the weighted mean of the positions of some vertices. `vertices`: see [`mean`].

@@ -13,6 +13,8 @@ pub(crate) struct Pressure {
     pub(crate) vertex: u32,
     /// Normal impulse, 0 if the contact does not press on the body.
     pub(crate) impulse: f64,
+    /// Factor of the coefficient of friction: see `Contacts::set_friction_factors`.
+    pub(crate) friction_factor: f64,
     /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
     pub(crate) friction: Vector3<f64>,
     /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact
@@ -42,8 +44,8 @@ impl Pressure {
 
     /// Returns the contact as a support of a component.
     pub(crate) fn support_of(&self, component: u32) -> SupportingContact {
-        let Self { collider, impulse, point, normal, velocity, spin, friction, .. } = *self;
-        let contact = PressingContact { impulse, friction, point, normal };
+        let Self { collider, impulse, friction_factor, point, normal, velocity, spin, friction, .. } = *self;
+        let contact = PressingContact { impulse, friction_factor, friction, point, normal };
         SupportingContact { component, collider, contact, velocity, spin }
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::colliders::Colliders;
-use super::constraint::{SOFT_DEPTH, SurfacePoint, mean, mean_position};
+use super::constraint::{SOFT_DEPTH, SurfacePoint, mean, mean_factor, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::memory::buffer_bytes;
 use super::patch::Patch;
@@ -45,6 +45,8 @@ pub struct Contacts {
     velocities: Vec<Vec4>,
     pub(super) detection: Detection,
     pub(super) solver: Solver,
+    /// Factor of the coefficient of friction at the vertex of each row; empty if all are 1.
+    friction_factors: Vec<f32>,
     /// Rows of the components that leave colliders. They have no contacts.
     pub(super) leaving: Vec<u32>,
     /// The contacts of the last step.
@@ -81,6 +83,7 @@ impl Contacts {
             velocities: vec![Vec4::zeros(); rows],
             detection: Detection::new(rows),
             solver: Solver::new(rows),
+            friction_factors: Vec::new(),
             leaving: Vec::new(),
             pressures: Vec::new(),
             begin: Vec::new(),
@@ -112,7 +115,8 @@ impl Contacts {
             velocities + self.detection.bytes() + self.solver.bytes() + buffer_bytes(&self.pressures);
         let lists = buffer_bytes(&self.leaving) + buffer_bytes(&self.touched) + buffer_bytes(&self.begin);
         let rigid = buffer_bytes(&self.rigid_totals);
-        self.samples.bytes() + scratch + lists + buffer_bytes(&self.displacements) + rigid
+        let rows = buffer_bytes(&self.displacements) + buffer_bytes(&self.friction_factors);
+        self.samples.bytes() + scratch + lists + rows + rigid
     }
 
     /// Returns false only if no sample is in the shape. May return true in this case as well.
@@ -126,6 +130,14 @@ impl Contacts {
         let rows = (0..).zip(&self.samples.vertices).filter(|(_, vertex)| is_leaving(**vertex));
         self.leaving.clear();
         self.leaving.extend(rows.map(|(row, _)| row));
+    }
+
+    /// Sets the factor of the coefficient of friction of each lattice vertex; `None` for 1.
+    pub(crate) fn set_friction_factors(&mut self, factor: Option<impl Fn(u32) -> f64>) {
+        self.friction_factors.clear();
+        if let Some(factor) = factor {
+            self.friction_factors.extend(self.samples.vertices.iter().map(|&vertex| factor(vertex) as f32));
+        }
     }
 
     /// Stores the velocities before the step. Called first in each step, before the shape matching.
@@ -184,7 +196,7 @@ impl Contacts {
         gravity: [f64; 3],
     ) -> ContactReport {
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
-        let (leaving, rigid) = (&self.leaving, self.rigid.as_ref());
+        let (leaving, rigid, friction_factors) = (&self.leaving, self.rigid.as_ref(), &self.friction_factors);
         pressures.clear();
         touched.clear();
         solver.clear();
@@ -212,6 +224,7 @@ impl Contacts {
                     deepest: patch.deepest,
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
+                    friction_factor: mean_factor(patch.vertices(), friction_factors),
                 };
                 let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
@@ -219,6 +232,7 @@ impl Contacts {
                     collider: index as u32,
                     vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
+                    friction_factor: point.friction_factor,
                     friction: Vector3::zeros(),
                     depth: patch.deepest,
                     point: position.coords,

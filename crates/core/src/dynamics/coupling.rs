@@ -210,6 +210,7 @@ mod tests {
         let (point, normal) = ([x, 0.2, 0.1], [1.0, 0.0, 0.0]);
         let pressing = Pressing {
             impulse: 1.0,
+            grip: 1.0,
             point,
             normal,
             squared_radius: 1.0,

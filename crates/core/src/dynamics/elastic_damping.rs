@@ -21,7 +21,8 @@
 //! towards its projection on the motion of the constrained vertices: this keeps the momenta of free components. After the
 //! contacts the velocities get the difference to the reference motion that also meets the conditions of the supports,
 //! times the same fraction. It is a rigid motion, by impulses of the supports, whose limits follow from the contacts of the
-//! step: see [`reaction`](super::reaction).
+//! step: see [`reaction`](super::reaction). Where zones change the rate, the body is damped in the metric of other masses: see
+//! [`varied_damping`](super::varied_damping).
 
 use nalgebra::{Vector3, Vector6};
 
@@ -80,7 +81,7 @@ pub(crate) struct Damped {
 }
 
 impl Damped {
-    /// Returns the change of the velocity of a vertex of a component, in cells/s. `position` and `velocity` are in
+    /// Returns the change of the velocity of a vertex of a component, in cells/s, if its share is 1. `position` and `velocity` are in
     /// cells and cells/s from the origin of the body.
     pub(crate) fn change(
         &self,
@@ -201,19 +202,21 @@ impl ElasticDamper {
     }
 
     /// Completes the damping of a step: returns the velocities that the supports add to the components, or `None` if
-    /// they add none. Adds them to the momenta that are tracked.
+    /// they add none. Adds them to the momenta that are tracked, about `centers`, the centers of mass of the components.
     pub(crate) fn finish_supports(
         &mut self,
         momenta: &mut [Option<Momentum>],
         tracker: &MomentumTracker,
+        centers: impl Fn(usize) -> Vector3<f64>,
     ) -> Option<&[RigidVelocity]> {
         let Self { motions, added, fraction, .. } = self;
         added.clear();
-        for ((rigid, moved), tracked) in tracker.states().iter().zip(motions).zip(momenta) {
+        let moved = tracker.states().iter().zip(motions).zip(momenta);
+        for (component, ((rigid, moved), tracked)) in moved.enumerate() {
             let change = (moved.reference - moved.free) * *fraction + moved.rolling;
             moved.given = change.linear * rigid.mass;
             if let Some(tracked) = tracked {
-                tracked.add(rigid.momentum_of(change));
+                tracked.add(rigid.momentum_about(centers(component), change));
             }
             added.push(change.about_origin(rigid.center));
         }

@@ -29,6 +29,8 @@ pub(crate) struct Accelerate<'a> {
     /// Damping of the velocities before the step, with the connected components and, for each block, the bit mask of
     /// the lanes with a vertex. `None` without damping.
     pub(crate) damping: Option<(&'a Damped, &'a Components, &'a [u8])>,
+    /// Share of each vertex in the damping; `None` if all are 1.
+    pub(crate) shares: Option<&'a Lanes<1>>,
     /// h a, the velocity change of all vertices by the acceleration a, in cells/s.
     pub(crate) velocity_change: [f32; 3],
     /// Connected components whose momenta are summed after the update. If `None`, no momenta are summed.
@@ -52,7 +54,8 @@ impl VertexUpdate for Accelerate<'_> {
         if let Some((Damped { keep, rigid }, components, occupied)) = self.damping {
             let positions = &self.positions.blocks()[blocks.clone()];
             for (at, (x, v)) in positions.iter().zip(&mut *velocities).enumerate() {
-                correct(simd, *keep, (first + at, occupied[first + at]), (components, rigid), x, v);
+                let (block, rigid) = (first + at, (components, &rigid[..]));
+                correct(simd, *keep, (block, occupied[block]), rigid, (x, v, self.shares));
             }
         }
         let (weights, positions) = (&self.weights.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
@@ -114,7 +117,7 @@ impl Advance<'_> {
                 for (at, ((x, low), v)) in positions.iter_mut().zip(compensation).zip(velocities).enumerate() {
                     let occupied = self.occupied[first + at];
                     let rigid = (self.components, self.corrections);
-                    correct(simd, 1.0, (first + at, occupied), rigid, x, v);
+                    correct(simd, 1.0, (first + at, occupied), rigid, (x, v, None));
                     advance(simd, self.dt, x, low, v);
                 }
             });
@@ -123,32 +126,31 @@ impl Advance<'_> {
 }
 
 /// Adds to the field `velocities` the rigid velocity of the component of each vertex. `occupied` has, for each block,
-/// the bit mask of the lanes with a vertex.
+/// the bit mask of the lanes with a vertex, and `shares` the share of each vertex in the velocity; `None` if all are 1.
 pub(crate) fn add_rigid(
     components: &Components,
     rigid: &[RigidVelocity],
-    occupied: &[u8],
+    (occupied, shares): (&[u8], Option<&Lanes<1>>),
     positions: &Lanes<3>,
     velocities: &mut Lanes<3>,
 ) {
     let blocks = positions.blocks().iter().zip(velocities.blocks_mut()).zip(occupied).enumerate();
     dispatch!(level(), simd => {
         for (block, ((x, v), &occupied)) in blocks {
-            correct(simd, 1.0, (block, occupied), (components, rigid), x, v);
+            correct(simd, 1.0, (block, occupied), (components, rigid), (x, v, shares));
         }
     });
 }
 
 /// Multiplies the velocities of a block by `keep`, and adds the rigid velocity of the component of each vertex.
-/// `occupied` is the bit mask of the lanes with a vertex.
+/// `occupied` is the bit mask of the lanes with a vertex. With `shares`, each velocity changes by its share of this.
 #[inline(always)]
 fn correct<S: Simd>(
     simd: S,
     keep: f32,
     (block, occupied): (usize, u8),
     (components, rigid): (&Components, &[RigidVelocity]),
-    positions: &Block<3>,
-    velocities: &mut Block<3>,
+    (positions, velocities, shares): (&Block<3>, &mut Block<3>, Option<&Lanes<1>>),
 ) {
     let zero = f32x8::splat(simd, 0.0);
     let occupied = mask32x8::from_bitmask(simd, u64::from(occupied));
@@ -172,10 +174,12 @@ fn correct<S: Simd>(
     };
     let x: [f32x8<S>; 3] = load(simd, positions);
     let mut v: [f32x8<S>; 3] = load(simd, velocities);
+    let share = shares.map(|shares| load(simd, &shares.blocks()[block])).map(|[share]: [f32x8<S>; 1]| share);
     for c in 0..3 {
         let (next, last) = ((c + 1) % 3, (c + 2) % 3);
         let rotational = omega[next] * x[last] - omega[last] * x[next];
-        v[c] = v[c].mul_add(keep, occupied.select(linear[c] + rotational, zero));
+        let corrected = v[c].mul_add(keep, occupied.select(linear[c] + rotational, zero));
+        v[c] = share.map_or(corrected, |share| share.mul_add(corrected - v[c], v[c]));
     }
     store(v, velocities);
 }

@@ -50,7 +50,7 @@ pub(crate) fn lowest_eigenvalue(
     let mut remove_rigid = |field: &mut Lanes<3>| {
         tracker.measure(executor, cascade.task_blocks(), weights, &positions, field);
         let (components, corrections) = tracker.corrections(&rest);
-        add_rigid(components, corrections, layout.occupied(), &positions, field);
+        add_rigid(components, corrections, (layout.occupied(), None), &positions, field);
     };
     let mut current = random_field(slots, blocks);
     remove_rigid(&mut current);

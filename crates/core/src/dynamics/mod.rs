@@ -5,7 +5,8 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `plasticity` | yield strain, creep and greatest plastic strain |
 //! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
-//! | `stiffness_factors` | zones, and the factors with which the material varies over a body |
+//! | `zone` | zones, and the factors of their quantities |
+//! | `stiffness_factors` | the factors with which the stiffness varies over a body |
 //! | `inflation` | rest volumes that change over time |
 //! | `goal` | soft goals: springs in place of prescribed positions |
 //! | `handle` | descriptions of pins and handles |
@@ -22,6 +23,7 @@
 //! | `keyed` | numbers of the material that change along keyframes |
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
 //! | `elastic_damping` | damping of the elastic modes |
+//! | `varied_damping` | damping at rates that vary over a body, for `elastic_damping` |
 //! | `deflection` | deflections of the supports of a body, for `elastic_damping` |
 //! | `reaction` | the conditions of supports and their limits, for `elastic_damping` |
 //! | `rolling` | rolling resistance, for `elastic_damping` |
@@ -61,6 +63,8 @@ mod rigid;
 mod rolling;
 mod selection;
 mod stiffness_factors;
+mod varied_damping;
+mod zone;
 
 pub use constraint::Constraint;
 pub use constraint_error::ConstraintError;
@@ -93,5 +97,7 @@ pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
 pub(crate) use rolling::rolling_resistance;
 pub use selection::{Map, Selection, SelectionError, SelectionPose};
 pub(crate) use selection::{distinct, valid_weights};
-pub use stiffness_factors::Zone;
-pub(crate) use stiffness_factors::{PartFactors, StiffnessFactors};
+pub(crate) use stiffness_factors::StiffnessFactors;
+pub(crate) use varied_damping::{DampingRates, VariedDamping};
+pub use zone::Zone;
+pub(crate) use zone::{PartFactors, Quantity};

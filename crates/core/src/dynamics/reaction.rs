@@ -196,15 +196,15 @@ impl SupportLimits {
     /// Lengths are in the unit of `cell_size`. A grip, whose normals all around cancel each other, has only the limits of
     /// friction and of the tilt.
     pub(super) fn new(pressing: &Pressing, friction: f64, (cell_size, layers): (f64, f64)) -> Self {
-        let &Pressing { impulse: pressure, aligned, .. } = pressing;
+        let &Pressing { impulse: pressure, grip, aligned, .. } = pressing;
         let radius = pressing.radius(cell_size);
         let rubbed = Vector3::from(pressing.friction).norm();
         Self {
             pressing: layers * pressure,
             relieving: pressure * aligned,
-            sliding: (friction * pressure - rubbed).max(0.0),
+            sliding: (friction * grip - rubbed).max(0.0),
             tilt: pressure * radius,
-            twist: friction * pressure * radius,
+            twist: friction * grip * radius,
         }
     }
 }

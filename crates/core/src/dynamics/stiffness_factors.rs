@@ -1,81 +1,9 @@
-//! Zones, and the factors with which the material varies over a body.
+//! The factors with which the stiffness varies over a body.
 
-use super::selection::Selection;
-use crate::motion::Curve;
 use crate::range::{Range, RangeError};
 
 /// Least factor in force. The sums of the factors of regions are in f32.
 const LEAST: f64 = 1e-6;
-
-/// A part of a body with another stiffness, rest volume, density or strength.
-///
-/// The part is a selection: the lattice vertices inside a shape, a list of vertices, a group or a map. Around a shape, the
-/// logarithms of all factors decrease linearly to 0 over the length of a cell; a map is the share of them at each vertex,
-/// so that a factor f counts as f^w at the weight w. Lists and groups have no border. The factors of overlapping zones
-/// multiply.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Zone {
-    /// The part.
-    pub selection: Selection,
-    /// Factor of Young's modulus, in (0, 100]. The products of overlapping zones have the same range.
-    pub factor: f64,
-    /// Ratio of the rest volume of the part to its volume in the mesh, in [0.1, 10], over time; default 1. It
-    /// multiplies the ratios of the body and of overlapping zones; the products are limited to the same range.
-    pub inflate: Option<Curve>,
-    /// Factor of the density, in (0, 100]; default 1. Young's modulus stays as it is.
-    pub density: f64,
-    /// Factor in (0, 100] of the limit at which the body breaks, see [`FractureOptions`](crate::FractureOptions);
-    /// default 1.
-    pub strength: f64,
-}
-
-impl Zone {
-    /// Creates a zone.
-    pub fn new(selection: Selection, factor: f64) -> Self {
-        Self { selection, factor, inflate: None, density: 1.0, strength: 1.0 }
-    }
-
-    /// Returns the zone with another ratio of the rest volume.
-    #[must_use]
-    pub fn inflated(self, ratio: impl Into<Curve>) -> Self {
-        Self { inflate: Some(ratio.into()), ..self }
-    }
-}
-
-/// The factors that vary over a body, beside those of the stiffness: one for each vertex of the lattice before the body
-/// broke. `None` where all are 1.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct PartFactors {
-    pub(crate) density: Option<Vec<f64>>,
-    pub(crate) strength: Option<Vec<f64>>,
-}
-
-impl PartFactors {
-    /// Checks the numbers of a lattice of `vertices` vertices. Returns whether their count fits.
-    ///
-    /// # Errors
-    ///
-    /// A factor out of range.
-    pub(crate) fn check(&self, vertices: usize) -> Result<bool, RangeError> {
-        for (name, factors) in [("density factor", &self.density), ("strength factor", &self.strength)] {
-            for &factor in factors.iter().flatten() {
-                Range::STIFFNESS_FACTOR.check(name, factor)?;
-            }
-        }
-        Ok([&self.density, &self.strength].into_iter().flatten().all(|factors| factors.len() == vertices))
-    }
-
-    /// Returns the least factor of the strength.
-    pub(crate) fn least_strength(&self) -> f64 {
-        self.strength.iter().flatten().copied().fold(f64::INFINITY, f64::min).min(1.0)
-    }
-
-    /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
-        [&self.density, &self.strength].into_iter().flatten().map(|list| size_of_val(list.as_slice())).sum()
-    }
-}
 
 /// The stiffness factor of the region around each vertex.
 #[derive(Clone, Debug, PartialEq)]

@@ -56,17 +56,23 @@ impl<S: Simd> Strain<S> {
 
     /// Returns the lanes in which |D| is above `limit`. A strain that is not a number is not.
     #[inline(always)]
-    pub(super) fn exceeds(&self, simd: S, limit: f32) -> mask32x16<S> {
-        let limit = self.stretch * f32x16::splat(simd, limit);
+    pub(super) fn exceeds(&self, limit: f32x16<S>) -> mask32x16<S> {
+        let limit = self.stretch * limit;
         self.squared.simd_gt(limit * limit)
     }
 
-    /// Returns T of the plastic shapes after a step of flow, in the lanes in which the regions yield.
+    /// Returns T of the plastic shapes after a step of flow, in the lanes in which the regions yield. `limit`: the yield
+    /// strain of each region.
     #[inline(always)]
-    pub(super) fn flow(&self, simd: S, t: [f32x16<S>; 6], flow: Flow) -> [f32x16<S>; 6] {
+    pub(super) fn flow(
+        &self,
+        simd: S,
+        t: [f32x16<S>; 6],
+        (flow, limit): (Flow, f32x16<S>),
+    ) -> [f32x16<S>; 6] {
         let norm = self.squared.sqrt();
         // |k D| = fraction (|D| - yield), and H is half of k D = |k D| (E - e)/(e |D|), with e |D| = |E - e|.
-        let excess = norm - self.stretch * flow.yield_strain;
+        let excess = norm - self.stretch * limit;
         let change = (excess * flow.fraction).min(self.stretch * GREATEST_CHANGE);
         let scale = change * 0.5 / (norm * self.stretch);
         let mut h = self.deviator;

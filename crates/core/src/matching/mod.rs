@@ -159,6 +159,11 @@ impl Matching {
         self.regions.set_factors(&self.layout, regions);
     }
 
+    /// Sets the factor of the yield strain around each lattice vertex. `None` removes the factors.
+    pub(crate) fn set_yield_factors(&mut self, factor: Option<impl Fn(usize) -> f64>) {
+        self.regions.set_yield_factors(&self.layout, factor);
+    }
+
     /// Returns whether the regions have their rest covariances: see [`Matching::set_covariances`].
     pub(crate) fn has_covariances(&self) -> bool {
         self.regions.inverse_covariances.is_some()
@@ -242,7 +247,8 @@ impl Matching {
                 self.forward(parallel, positions, (&fit, quaternions), gradients, purpose);
             }
             (Shapes::Flowing(strains, flow), Some(volumes)) => {
-                let fit = FitFlowing { fit, volumes, flow };
+                let yield_factors = self.regions.yield_factors.as_ref();
+                let fit = FitFlowing { fit, volumes, flow, yield_factors };
                 let memory = (quaternions, strains.blocks_mut());
                 self.forward(parallel, positions, (&fit, memory), gradients, purpose);
             }

@@ -9,7 +9,7 @@
 //! C = M⁻¹ Σ m/n y yᵀ is the rest covariance of a region, and F = A C⁻¹ its deformation gradient, the matrix for
 //! which F y is closest to x - c. F S⁻¹ is its elastic part, and E = sym(Rᵀ F S⁻¹) the stretch of this part. The
 //! strain is the deviatoric part D of E, relative to the mean stretch e = tr E/3. Without it, |D| is zero, also for a
-//! region that is only compressed or expanded. Where |D| exceeds the yield strain, S moves towards the present shape:
+//! region that is only compressed or expanded. Where |D| exceeds the yield strain, which may vary over the regions, S moves towards the present shape:
 //!
 //! ```text
 //! k = c (1 - yield/|D|)      H = k D/2      S ← (1 + H) S (1 + H)
@@ -50,6 +50,8 @@ pub(super) struct FitFlowing<'a> {
     pub(super) fit: FitRotations<'a>,
     pub(super) volumes: RestVolumes<'a>,
     pub(super) flow: Flow,
+    /// Factor of the yield strain of each region; `None` if all are 1.
+    pub(super) yield_factors: Option<&'a Lanes<1>>,
 }
 
 impl RegionTransform<&mut [Block<4>]> for FitPlastic<'_> {
@@ -105,13 +107,18 @@ impl FitFlowing<'_> {
     ) {
         let regions = (&self.fit, self.volumes);
         let fitted = fit::<S, IS_SHAPED>(simd, regions, pair, t, sums, quaternions);
-        if !fitted.may_yield::<IS_SHAPED>(simd, t, self.flow.yield_strain) {
+        let mut limit = f32x16::splat(simd, self.flow.yield_strain);
+        if let Some(factors) = self.yield_factors {
+            let [factor] = load_two(simd, pair.blocks.map(|block| &factors.blocks()[block]));
+            limit *= factor;
+        }
+        if !fitted.may_yield::<IS_SHAPED>(simd, t, limit) {
             return;
         }
         let strain = Strain::new(simd, fitted.elastic_stretch(simd, t));
-        let yields = strain.exceeds(simd, self.flow.yield_strain);
+        let yields = strain.exceeds(limit);
         if yields.any_true() {
-            let flowed = strain.flow(simd, t, self.flow);
+            let flowed = strain.flow(simd, t, (self.flow, limit));
             let mut new = t;
             for i in 0..6 {
                 new[i] = yields.select(flowed[i], t[i]);
@@ -207,7 +214,7 @@ impl<S: Simd> Fitted<S> {
     /// The greatest eigenvalue v of S⁻¹ meets v⁻² + 2 v <= |S|², because the determinant of S is 1. So v is at most |S|²/2,
     /// and, because the left side is convex, at most the tangent at v = 1.25.
     #[inline(always)]
-    fn may_yield<const IS_SHAPED: bool>(&self, simd: S, t: [f32x16<S>; 6], limit: f32) -> bool {
+    fn may_yield<const IS_SHAPED: bool>(&self, simd: S, t: [f32x16<S>; 6], limit: f32x16<S>) -> bool {
         let (f, g) = (&self.gradient, &self.g);
         let (mut squared, mut product) = (f[0] * f[0], f[0] * g[0]);
         for i in 1..9 {
@@ -224,7 +231,7 @@ impl<S: Simd> Fitted<S> {
         // b <= limit (c - b/√3), times |G|² and squared.
         let product_squared = product * product;
         let misfit = squared.mul_sub(size * (1.0 + ROUNDING), product_squared);
-        let limit = limit / (1.0 + limit / 3.0_f32.sqrt());
+        let limit = limit / (limit / 3.0_f32.sqrt() + 1.0);
         let exceeds = (scale * misfit).simd_gt(product_squared * (limit * limit));
         (exceeds | product.simd_lt(0.0)).any_true()
     }
@@ -272,6 +279,7 @@ mod tests {
         dispatch!(level(), simd => {
             let fitted = Fitted { gradient: lanes(simd, gradient), r: lanes(simd, r), g: lanes(simd, &g) };
             let t = t.map(|number| f32x16::splat(simd, number));
+            let limit = f32x16::splat(simd, limit);
             if is_any(t) { fitted.may_yield::<true>(simd, t, limit) } else { fitted.may_yield::<false>(simd, t, limit) }
         })
     }

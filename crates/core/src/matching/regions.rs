@@ -33,6 +33,8 @@ pub(crate) struct Regions {
     factors: Option<Factors>,
     /// `None` unless the regions are cells.
     cells: Option<Cells>,
+    /// Factor of the yield strain of each region, 1 in lanes without a region; `None` if all are 1.
+    pub(super) yield_factors: Option<Lanes<1>>,
     /// `None` if the body is neither plastic nor can break, and has no volume term.
     pub(crate) inverse_covariances: Option<InverseCovariances>,
     /// k of the [volume term](super::bulk); 0 without one.
@@ -111,6 +113,7 @@ impl Regions {
             constants: Lanes::zeros(layout.blocks()),
             factors: None,
             cells: None,
+            yield_factors: None,
             inverse_covariances: None,
             bulk: 0.0,
             inflation: None,
@@ -124,8 +127,10 @@ impl Regions {
         if self.cells.is_some() {
             return;
         }
-        let (factors, inflation) = (self.factors.take(), self.inflation.take());
-        *self = Self { factors, inflation, ..Self::of_windows(masses, layout, self.half_width) };
+        let Self { factors, inflation, yield_factors, .. } = self;
+        let (factors, inflation, yield_factors) = (factors.take(), inflation.take(), yield_factors.take());
+        *self =
+            Self { factors, inflation, yield_factors, ..Self::of_windows(masses, layout, self.half_width) };
     }
 
     /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; the factor of a cell is
@@ -156,24 +161,43 @@ impl Regions {
         match ratios {
             VolumeRatios::Uniform(ratio) => sigma.blocks_mut().fill([Row::all(ratio.cbrt() as f32)]),
             VolumeRatios::Vertices(ratio) => {
-                sigma.blocks_mut().fill([Row::ZERO]);
-                for (vertex, &slot) in layout.slots().iter().enumerate() {
-                    let ratio = ratio(vertex) as f32;
-                    match self.cells {
-                        None => sigma.set(slot, [ratio]),
-                        Some(_) => {
-                            for cell in self.cells_around(layout, slot) {
-                                sigma.set(cell, [sigma.get(cell)[0] + ratio / 8.0]);
-                            }
-                        }
-                    }
-                }
+                self.set_means(layout, &mut sigma, ratio);
                 for sigma in sigma.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
                     *sigma = if *sigma > 0.0 { sigma.cbrt() } else { 1.0 };
                 }
             }
         }
         self.inflation = Some(sigma);
+    }
+
+    /// Sets the factor of the yield strain around each vertex; that of a cell is the mean over its corners. `None` removes
+    /// the factors.
+    pub(super) fn set_yield_factors(&mut self, layout: &Layout, factor: Option<impl Fn(usize) -> f64>) {
+        self.yield_factors = factor.map(|factor| {
+            let mut factors = Lanes::zeros(layout.blocks());
+            self.set_means(layout, &mut factors, factor);
+            for factor in factors.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
+                *factor = if *factor > 0.0 { *factor } else { 1.0 };
+            }
+            factors
+        });
+    }
+
+    /// Sets the number of each region: that of its center vertex, or of a cell the mean over its corners. 0 in lanes
+    /// without a region.
+    fn set_means(&self, layout: &Layout, means: &mut Lanes<1>, number: impl Fn(usize) -> f64) {
+        means.blocks_mut().fill([Row::ZERO]);
+        for (vertex, &slot) in layout.slots().iter().enumerate() {
+            let number = number(vertex) as f32;
+            match self.cells {
+                None => means.set(slot, [number]),
+                Some(_) => {
+                    for cell in self.cells_around(layout, slot) {
+                        means.set(cell, [means.get(cell)[0] + number / 8.0]);
+                    }
+                }
+            }
+        }
     }
 
     /// Returns the constants of the volume term and of inflation, if the regions have rest covariances.
@@ -294,7 +318,8 @@ impl Regions {
             + self.cells.as_ref().map_or(0, |cells| cells.shares.bytes() + cells.occupied.len());
         let inverse_covariances = self.inverse_covariances.as_ref().map_or(0, InverseCovariances::bytes);
         let inflation = self.inflation.as_ref().map_or(0, Lanes::bytes);
-        self.weights.bytes() + self.constants.bytes() + factors + inverse_covariances + inflation
+        let yields = self.yield_factors.as_ref().map_or(0, Lanes::bytes);
+        self.weights.bytes() + self.constants.bytes() + factors + inverse_covariances + inflation + yields
     }
 
     /// Returns the half-width of the regions.

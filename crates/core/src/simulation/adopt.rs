@@ -18,7 +18,7 @@ impl SimulationState {
 }
 
 impl Simulation {
-    /// Takes gravity, the steps per frame and settings of the bodies from the state `built` of a simulation that was
+    /// Takes gravity, fields, the steps per frame and settings of the bodies from the state `built` of a simulation that was
     /// built from the same meshes or lattices with other settings, from the next step on. For a simulation that is built
     /// with other settings and then continues the state of an earlier one: save its state when it is built, restore the
     /// earlier one, and adopt the settings of the saved one.
@@ -36,6 +36,9 @@ impl Simulation {
         }
         if built.gravity != self.gravity() {
             self.set_gravity(built.gravity)?;
+        }
+        if built.fields != self.fields {
+            self.set_fields(built.fields.clone())?;
         }
         if let Ok(steps) = u32::try_from(built.substeps)
             && built.substeps != self.substeps

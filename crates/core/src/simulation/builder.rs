@@ -177,6 +177,7 @@ impl SimulationBuilder {
             contacts,
             contact: self.contact,
             pair_supports: PairSupports::default(),
+            restored_contacts: Vec::new(),
             groups: Groups::default(),
             gravity,
             clock: Clock::new(dt),

@@ -12,7 +12,13 @@ pub(super) fn store_supports(bodies: &[Body], contacts: &BodyContacts, supports:
     let pressing = contacts.contacts().filter_map(|pair| {
         let (sides, normal, point) = (pair.sides(), pair.normal, pair.point.coords);
         let impulse = pair.pressure();
-        let contact = PressingContact { impulse, friction: pair.impulse - normal * impulse, point, normal };
+        let contact = PressingContact {
+            impulse,
+            friction_factor: pair.friction_factor,
+            friction: pair.impulse - normal * impulse,
+            point,
+            normal,
+        };
         (impulse > 0.0 && sides[0] != sides[1]).then_some((sides, contact))
     });
     supports.set(|support| support.sides.iter().any(is_awake), pressing);

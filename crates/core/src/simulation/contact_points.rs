@@ -1,41 +1,11 @@
 //! Reports the contacts of the last step.
 
-use nalgebra::{Point3, Vector3};
-
+use super::contact_point::{ContactPoint, Touched};
 use super::world::Simulation;
-
-/// The body or collider that a body touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Touched {
-    /// The body with this index; the body itself in self-contact.
-    Body(usize),
-    /// The collider with this index.
-    Collider(usize),
-}
-
-/// A contact of the last step, in scene units. The surface samples of a body that are near the same lattice vertex, or
-/// the same point of a grid of half the cell size between two bodies, are one contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct ContactPoint {
-    /// Index of the body; the lesser one of two bodies.
-    pub body: usize,
-    /// The other body or the collider.
-    pub other: Touched,
-    /// Position of the contact.
-    pub point: Point3<f64>,
-    /// Unit normal, from the other towards the body.
-    pub normal: Vector3<f64>,
-    /// Greatest depth at which the surfaces overlap at the end of the step, if all of the contact moved like its point;
-    /// negative for a gap.
-    pub depth: f64,
-    /// Force on the body during the step: pressure, friction, and what the elastic damping takes from the contact.
-    pub force: Vector3<f64>,
-}
 
 impl Simulation {
     /// Returns the contacts of the last step: those with colliders, by body, then those between bodies. A sleeping body
-    /// has the contacts with which it fell asleep. Empty after [`restore`](Self::restore).
+    /// has the contacts with which it fell asleep. After [`restore`](Self::restore) they are those of the state.
     pub fn contacts(&self) -> Vec<ContactPoint> {
         let dt = self.dt();
         let with_colliders = self.bodies.iter().enumerate().flat_map(|(index, body)| {
@@ -63,6 +33,32 @@ impl Simulation {
                 force: force * sign,
             }
         });
-        with_colliders.chain(between).collect()
+        let mut contacts: Vec<_> = with_colliders.chain(between).collect();
+        if !self.restored_contacts.is_empty() {
+            contacts.extend(&self.restored_contacts);
+            contacts.sort_by_key(|contact| match contact.other {
+                Touched::Collider(_) => (0, contact.body),
+                Touched::Body(_) => (1, 0),
+            });
+        }
+        contacts
+    }
+
+    /// Removes the restored contacts of bodies that are awake.
+    pub(super) fn forget_restored_contacts(&mut self) {
+        let Self { restored_contacts, bodies, .. } = self;
+        restored_contacts.retain(|contact| match contact.other {
+            Touched::Body(other) => bodies[contact.body].is_asleep() && bodies[other].is_asleep(),
+            Touched::Collider(_) => bodies[contact.body].is_asleep(),
+        });
+    }
+
+    /// Returns whether the bodies and the collider of a contact exist.
+    pub(super) fn has_touched(&self, contact: &ContactPoint) -> bool {
+        contact.body < self.bodies.len()
+            && match contact.other {
+                Touched::Body(other) => other < self.bodies.len(),
+                Touched::Collider(other) => other < self.colliders.len(),
+            }
     }
 }

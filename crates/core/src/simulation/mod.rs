@@ -13,6 +13,7 @@
 //! | `contact` | contact between bodies in a step |
 //! | `step` | the step |
 //! | `queries` | what a ray meets, and what is nearest to a point |
+//! | `contact_point` | a contact of the last step |
 //! | `contact_points` | reports of the contacts |
 //! | `state` | saves and restores the state |
 //! | `reset` | sets the bodies back to frame 0 |
@@ -23,6 +24,7 @@ mod builder;
 mod clock;
 mod collider;
 mod contact;
+mod contact_point;
 mod contact_points;
 mod groups;
 mod links;
@@ -37,7 +39,7 @@ mod world;
 
 pub use builder::SimulationBuilder;
 pub use collider::{ColliderMut, ColliderRef};
-pub use contact_points::{ContactPoint, Touched};
+pub use contact_point::{ContactPoint, Touched};
 pub use links::LinkRef;
 pub use queries::FoundPoint;
 pub use state::SimulationState;

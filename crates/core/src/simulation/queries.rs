@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::contact_points::Touched;
+use super::contact_point::Touched;
 use super::world::Simulation;
 use crate::contact::PosedShape;
 use crate::mesh::SurfaceTree;

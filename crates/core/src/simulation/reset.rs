@@ -22,10 +22,12 @@ impl Simulation {
             substeps: self.substeps,
             choose_at_next_step: is_automatic,
             gravity: self.gravity.into(),
+            fields: self.fields.clone(),
             bodies: self.bodies.iter().map(Body::initial_snapshot).collect(),
             driven: Vec::new(),
             pair_supports: PairSupports::default(),
             broken_links: Vec::new(),
+            contacts: Vec::new(),
         };
         self.restore(&state).expect("the state is made of these bodies");
         // As when the simulation is built, but without the regions that are replaced at once.

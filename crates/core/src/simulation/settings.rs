@@ -122,6 +122,7 @@ impl Simulation {
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
         self.colliders.animate_to(self.clock.time());
+        self.restored_contacts.clear();
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
             body.search_escapes();

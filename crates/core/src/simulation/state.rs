@@ -1,17 +1,20 @@
 //! Saves and restores the state of a simulation. A restored simulation continues bit-identically.
 
 use super::clock::Clock;
+use super::contact_point::ContactPoint;
+use super::settings::check_fields;
 use super::world::Simulation;
 use crate::body::BodySnapshot;
 use crate::contact::DrivenCollider;
+use crate::dynamics::Field;
 use crate::error::{Error, StateError};
 use crate::state::PairSupports;
 
-/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which
-/// bodies rest on each other, which links are broken and, for each body, a [`BodySnapshot`] with positions, velocities, rotations, origin,
-/// momenta, forces, pins and handles with their captured poses, and the settings that can change between steps.
-/// Descriptions of colliders, fields and links are not included. A state can be restored in any simulation that was built with the same
-/// bodies and colliders.
+/// The saved state of a simulation: time, step length, steps per frame, gravity, fields, the motions of driven colliders,
+/// which bodies rest on each other, the contacts of the last step, which links are broken and, for each body, a
+/// [`BodySnapshot`] with positions, velocities, rotations, origin, momenta, forces, pins and handles with their captured
+/// poses, and the settings that can change between steps. Descriptions of colliders and links are not included. A state
+/// can be restored in any simulation that was built with the same bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
@@ -20,12 +23,15 @@ pub struct SimulationState {
     /// Whether the next step chooses the number of steps per frame.
     pub(super) choose_at_next_step: bool,
     pub(super) gravity: [f64; 3],
+    pub(super) fields: Vec<Field>,
     pub(super) bodies: Vec<BodySnapshot>,
     pub(super) driven: Vec<DrivenCollider>,
     /// The supports of the bodies by each other.
     pub(super) pair_supports: PairSupports,
     /// Which links are broken.
     pub(super) broken_links: Vec<bool>,
+    /// The contacts of the last step.
+    pub(super) contacts: Vec<ContactPoint>,
 }
 
 impl SimulationState {
@@ -43,10 +49,12 @@ impl Simulation {
             substeps: self.substeps,
             choose_at_next_step: self.choose_at_next_step,
             gravity: self.gravity.into(),
+            fields: self.fields.clone(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
             pair_supports: self.pair_supports.clone(),
             broken_links: self.links.broken(),
+            contacts: self.contacts(),
         }
     }
 
@@ -63,6 +71,7 @@ impl Simulation {
         if !state.clock.is_valid() || state.substeps == 0 {
             return Err(StateError::Time.into());
         }
+        check_fields(&state.fields, &self.bodies)?;
         if !state.pair_supports.is_valid() {
             return Err(StateError::Supports.into());
         }
@@ -79,6 +88,7 @@ impl Simulation {
             }
         }
         self.set_gravity(state.gravity)?;
+        self.fields.clone_from(&state.fields);
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_cracks(snapshot);
         }
@@ -95,6 +105,9 @@ impl Simulation {
         if let Some(contacts) = &mut self.contacts {
             contacts.clear_records();
         }
+        // The colliders may be others than when the state was saved.
+        let contacts = state.contacts.iter().filter(|contact| self.has_touched(contact));
+        self.restored_contacts = contacts.copied().collect();
         self.clock = state.clock;
         self.colliders.animate_to(self.clock.time());
         self.substeps = state.substeps;

@@ -115,6 +115,7 @@ impl Simulation {
         }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
+        self.forget_restored_contacts();
         self.update_pieces();
     }
 

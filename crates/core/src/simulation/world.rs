@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::clock::Clock;
 use super::collider::{ColliderMut, ColliderRef};
+use super::contact_point::ContactPoint;
 use super::groups::{ContactSettings, Groups};
 use super::links::{LinkRef, Links};
 use super::substeps::ChosenSubsteps;
@@ -31,6 +32,8 @@ pub struct Simulation {
     pub(super) contacts: Option<BodyContacts>,
     pub(super) contact: ContactSettings,
     pub(super) pair_supports: PairSupports,
+    /// The contacts of a restored state: all until the next step, then those of bodies that have slept since.
+    pub(super) restored_contacts: Vec<ContactPoint>,
     pub(super) groups: Groups,
     /// Frames per second, if they were given in place of the step length.
     pub(super) fps: Option<f64>,

@@ -9,6 +9,8 @@ use nalgebra::Vector3;
 pub(crate) struct Pressing {
     /// Sum of the normal impulses.
     pub(crate) impulse: f64,
+    /// Sum of the normal impulses times the factors of friction.
+    pub(crate) grip: f64,
     /// Sum of the friction impulses.
     pub(crate) friction: [f64; 3],
     /// Center of pressure.
@@ -41,6 +43,8 @@ pub(crate) struct Deflection {
 pub(crate) struct PressingContact {
     /// Normal impulse, > 0.
     pub(crate) impulse: f64,
+    /// Factor of the coefficient of friction.
+    pub(crate) friction_factor: f64,
     pub(crate) friction: Vector3<f64>,
     pub(crate) point: Vector3<f64>,
     /// A unit vector.
@@ -56,8 +60,9 @@ impl Pressing {
 
     /// Adds a contact to the sums of impulses, and of points and normals times the impulses.
     pub(super) fn add(&mut self, contact: &PressingContact) {
-        let &PressingContact { impulse, friction, point, normal } = contact;
+        let &PressingContact { impulse, friction_factor, friction, point, normal } = contact;
         self.impulse += impulse;
+        self.grip += impulse * friction_factor;
         self.squared_radius += impulse * point.norm_squared();
         for c in 0..3 {
             self.friction[c] += friction[c];
@@ -81,7 +86,7 @@ impl Pressing {
     /// Returns whether all numbers are finite.
     pub(super) fn is_valid(&self) -> bool {
         let vectors = self.point.iter().chain(&self.normal).chain(&self.friction);
-        vectors.chain([&self.impulse, &self.squared_radius, &self.aligned]).all(|x| x.is_finite())
+        vectors.chain([&self.impulse, &self.grip, &self.squared_radius, &self.aligned]).all(|x| x.is_finite())
     }
 
     /// Returns the radius of the contact. `cell_size`: lattices resolve no smaller radius than half of it.

@@ -14,8 +14,8 @@ use crate::{constraint, error};
 
 #[pymethods]
 impl Body {
-    /// Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or its density or strength
-    /// by a factor, from the next step on.
+    /// Multiply the Young's modulus of a part of the body by a factor, its rest volume by a ratio, or another quantity by a
+    /// factor, from the next step on.
     ///
     /// Around a shape the logarithms of all decrease linearly to 0 over the length of a cell. With a map, a factor f counts as
     /// f^w at the weight w. The factors of overlapping zones multiply.
@@ -24,15 +24,18 @@ impl Body {
     ///     In (0, 100], and so are the products of overlapping zones.
     /// inflate : float, or keyframes
     ///     As of Body; the products of overlapping zones are limited to [0.1, 10].
-    /// density_factor, strength_factor : float, default 1
-    ///     In (0, 100], and so are the products: of the density, and of the limit at which the body breaks (fracture).
+    /// density_factor, strength_factor, damping_factor, friction_factor, yield_factor : float, default 1
+    ///     In (0, 100], and so are the products: of the density, of the limit at which the body breaks (fracture), of the rate
+    ///     of damping_ratio or damping_rate, of the coefficient of friction at colliders and bodies, and of the yield strain
+    ///     (plastic).
     /// box, sphere, plane, vertices, mesh_vertices, group, map, at :
     ///     As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
     ///
-    /// Raises ValueError if the shape contains no lattice vertex, and for a strength_factor of a body without fracture.
+    /// Raises ValueError if the shape contains no lattice vertex, for a strength_factor of a body without fracture, and for a
+    /// yield_factor of a body that is not plastic.
     #[pyo3(
         signature = (factor=None, **options),
-        text_signature = "($self, factor=1.0, *, inflate=None, density_factor=1.0, strength_factor=1.0, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now')"
+        text_signature = "($self, factor=1.0, *, inflate=None, density_factor=1.0, strength_factor=1.0, damping_factor=1.0, friction_factor=1.0, yield_factor=1.0, box=None, sphere=None, plane=None, vertices=None, mesh_vertices=None, group=None, map=None, at='now')"
     )]
     fn zone(
         &self,
@@ -40,20 +43,27 @@ impl Body {
         factor: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let keys = [&constraint::SELECTION[..], &["inflate", "density_factor", "strength_factor"]].concat();
+        let mut zone = Zone::new(Selection::Vertices(Vec::new()), 1.0);
+        let names = zone.part_factors().map(|(key, _)| key);
+        let keys = [&constraint::SELECTION[..], &["inflate"], &names].concat();
         let settings = Settings::from_call(options, "zone()", &keys, &constraint::SHAPES)?;
         let pose = constraint::pose(&settings, "zone()")?.unwrap_or(SelectionPose::Now);
-        let selection = constraint::selection(&settings, "zone()", self.counts(py)?)?;
-        let inflate = settings.read("inflate", |ratio, key| scene_key(key, ratio))?.map(|data| data.inflate);
-        let (density, strength) = (settings.number("density_factor")?, settings.number("strength_factor")?);
-        if factor.is_none() && inflate.is_none() && density.or(strength).is_none() {
-            let message = "zone() needs a factor of Young's modulus, inflate, a ratio of the rest volume, density_factor or \
-                           strength_factor";
+        zone.selection = constraint::selection(&settings, "zone()", self.counts(py)?)?;
+        zone.inflate = settings.read("inflate", |ratio, key| scene_key(key, ratio))?.map(|data| data.inflate);
+        let mut is_given = factor.is_some() || zone.inflate.is_some();
+        for (key, part) in zone.part_factors_mut() {
+            if let Some(number) = settings.number(key)? {
+                (*part, is_given) = (number, true);
+            }
+        }
+        if !is_given {
+            let names = names.join(", ");
+            let message = format!(
+                "zone() needs factor, of Young's modulus, inflate, the ratio of the rest volume, or one of {names}"
+            );
             return Err(PyTypeError::new_err(message));
         }
-        let factor = factor.map_or(Ok(1.0), |factor| number(factor, "factor"))?;
-        let (density, strength) = (density.unwrap_or(1.0), strength.unwrap_or(1.0));
-        let zone = Zone { inflate, density, strength, ..Zone::new(selection, factor) };
+        zone.factor = factor.map_or(Ok(1.0), |factor| number(factor, "factor"))?;
         self.with(py, |body| body.zone_at(&zone, pose))?.map_err(error::from_core)
     }
 

@@ -30,7 +30,7 @@ impl Simulation {
     ///     Pins and handles that were added after the state was saved no longer exist. A body must still have the
     ///     handles that follow an animation, or others with the same selection and animation.
     ///
-    /// contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
+    /// fields and contacts() are those of the state. Raises ValueError for the state of another simulation, of another
     /// version of supple, and for damaged data; the simulation is then unchanged.
     fn restore_state(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let py = state.py();

@@ -188,7 +188,7 @@ impl Body {
             return;
         }
         matching.set_masses(&fit_masses);
-        momentum.set_masses(matching.layout.slots(), &fit_masses);
+        momentum.set_masses(matching.layout.slots(), fit_masses.iter().copied());
         if let Some(damper) = region_damping {
             *damper = RegionDamper::new(matching);
         }

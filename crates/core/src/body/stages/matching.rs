@@ -7,7 +7,7 @@ use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
-use crate::dynamics::{Accelerate, EnergyLimiter};
+use crate::dynamics::{Accelerate, EnergyLimiter, VariedDamping};
 use crate::matching::{Purpose, RegionFit, Shapes, Workspace, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 
@@ -47,6 +47,7 @@ impl Stage for MatchShapes {
         }
         (body.pipeline.energy, body.state.energy_limit) = (None, None);
         body.pass_stiffness_factors();
+        body.pass_yield_factors();
     }
 
     fn follow(&self, body: &mut Body, parents: &Parents) {
@@ -85,7 +86,7 @@ impl Body {
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let weakest = self.is_armed().then(|| self.weakest(dt));
         let Self {
-            pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, .. },
+            pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, varied_damping, .. },
             shape: Shape { lattice, .. },
             settings: Settings { material, .. },
             state,
@@ -143,6 +144,7 @@ impl Body {
             damping: elastic_damping
                 .as_ref()
                 .map(|damping| (damping.damped(), components, matching.layout.occupied())),
+            shares: varied_damping.as_ref().map(VariedDamping::shares),
             components: sums_momenta.then_some(components),
         };
         let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());

@@ -84,6 +84,8 @@ pub(crate) struct PairContact {
     pub(crate) point: Point3<f64>,
     /// Unit normal, to the outside of the other body.
     pub(crate) normal: Vector3<f64>,
+    /// Factor of the coefficient of friction.
+    pub(crate) friction_factor: f64,
     /// Greatest depth of a sample at the end of the step in scene units, negative outside.
     pub(crate) depth: f64,
     /// Impulse on the body of the samples, in scene units.

@@ -100,6 +100,9 @@ impl Island {
         let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
         let before =
             mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
+        let frictions = [body.properties.friction, other.properties.friction];
+        let friction_factor =
+            mean_friction([body.friction_factor(&links[0]), other.friction_factor(&links[1])]);
         let end_gap = gap + past * velocity.dot(&normal);
         let gap_before = end_gap - dt * velocity.dot(&normal);
         let touched = TouchedSurface {
@@ -107,7 +110,7 @@ impl Island {
             distance_before: gap_before,
             velocity,
             velocity_before: before,
-            friction: mean_friction([body.properties.friction, other.properties.friction]),
+            friction: mean_friction(frictions) * friction_factor,
             restitution: body.properties.restitution.max(other.properties.restitution),
             min_bounce: MIN_BOUNCE_STEPS * gravity * dt,
         };
@@ -139,6 +142,7 @@ impl Island {
             key,
             point,
             normal,
+            friction_factor,
             // Without the impulses, until they are known.
             depth: depth - past * velocity.dot(&normal),
             impulse: Vector3::zeros(),
@@ -157,6 +161,15 @@ impl BodyView<'_> {
     fn free_weight(&self, links: &[(u32, f64)]) -> f64 {
         let free = links.iter().filter(|(vertex, _)| !self.is_constrained(*vertex));
         free.map(|(_, weight)| weight).sum()
+    }
+
+    /// Returns the factor of the coefficient of friction at a contact.
+    fn friction_factor(&self, links: &[(u32, f64)]) -> f64 {
+        let factor = |factors: &[f64], vertex| factors[self.lattice.source(vertex) as usize];
+        self.friction_factors.map_or(1.0, |factors| {
+            let total: f64 = links.iter().map(|(_, weight)| weight).sum();
+            links.iter().map(|&(vertex, weight)| factor(factors, vertex) * weight).sum::<f64>() / total
+        })
     }
 
     /// Returns the inverse mass of a vertex; zero if it is constrained.

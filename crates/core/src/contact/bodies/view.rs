@@ -131,6 +131,8 @@ pub(crate) struct BodyView<'a> {
     pub(crate) state: &'a State,
     pub(crate) contact: &'a BodyContact,
     pub(crate) properties: SurfaceProperties,
+    /// Factor of the coefficient of friction of each vertex of the lattice before the body broke; `None` if all are 1.
+    pub(crate) friction_factors: Option<&'a [f64]>,
     /// The contacts with colliders, whose constraints are part of the problem of an island.
     pub(crate) contacts: Option<&'a Contacts>,
     /// The mobility of a rigid body; `None` if the body is not rigid.

@@ -9,6 +9,7 @@ use crate::state::Interval;
 
 /// The acceleration of a field. Accelerations and rates are multiplied by the strength of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldLaw {
     /// The same acceleration everywhere, in length/s^2, besides the gravity of the simulation.
     Gravity([f64; 3]),
@@ -25,6 +26,7 @@ pub enum FieldLaw {
 /// Air that turns about an axis like a rigid body within a radius, and slower outside, like the inverse of the distance
 /// (Rankine 1858). It accelerates bodies like a [`Wind`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vortex {
     /// A point of the axis; default the origin.
     pub center: [f64; 3],
@@ -47,6 +49,7 @@ impl Default for Vortex {
 /// An acceleration towards a point: `acceleration` (radius/r)^`power` at the distance r, and within the radius linear in
 /// r, so that it is 0 at the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attraction {
     /// The point; default the origin.
     pub center: [f64; 3],

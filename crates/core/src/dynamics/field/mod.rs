@@ -44,6 +44,7 @@ pub enum FieldError {
 /// # assert!(field.validate().is_ok());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Field {
     /// The acceleration.
     pub law: FieldLaw,

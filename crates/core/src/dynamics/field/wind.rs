@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Air with a velocity u, which accelerates bodies by drag (u - v).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wind {
     /// Mean velocity of the air, in length/s, each component at most 1e12.
     pub velocity: [f64; 3],

@@ -74,10 +74,10 @@ impl MomentumTracker {
         }
     }
 
-    /// Sets the masses of the components from the masses of the vertices in the fits of the regions.
-    pub(crate) fn set_masses(&mut self, slots: &[u32], vertex_masses: &[f32]) {
+    /// Sets the masses of the components from the masses of the vertices in the fits of the regions, or in the damping.
+    pub(crate) fn set_masses(&mut self, slots: &[u32], vertex_masses: impl Iterator<Item = f32>) {
         self.masses.fill(0.0);
-        for (&slot, &mass) in slots.iter().zip(vertex_masses) {
+        for (&slot, mass) in slots.iter().zip(vertex_masses) {
             self.masses[self.components.of_slot(slot)] += f64::from(mass);
         }
     }

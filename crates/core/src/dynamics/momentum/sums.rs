@@ -175,6 +175,14 @@ impl RigidState {
         Momentum { linear: linear.into(), angular: angular.into() }
     }
 
+    /// Computes the momenta of a rigid motion, the angular momentum about a point.
+    pub(in crate::dynamics) fn momentum_about(&self, point: Vector3<f64>, motion: RigidMotion) -> Momentum {
+        let mut momentum = self.momentum_of(motion);
+        let moment = (self.center - point).cross(&Vector3::from(momentum.linear));
+        momentum.angular = (Vector3::from(momentum.angular) + moment).into();
+        momentum
+    }
+
     /// Returns the greatest part of a change, from 0 to 1, with which the energy of a rigid motion is at most `limit`. The
     /// energy without the change is not greater.
     pub(in crate::dynamics) fn part_within(

@@ -58,6 +58,15 @@ struct ZoneKeys {
     #[serde(default = "missing", rename = "strength_factor", deserialize_with = "stiffness_factor")]
     #[serde(skip_serializing_if = "is_one")]
     strength: f64,
+    #[serde(default = "missing", rename = "damping_factor", deserialize_with = "stiffness_factor")]
+    #[serde(skip_serializing_if = "is_one")]
+    damping: f64,
+    #[serde(default = "missing", rename = "friction_factor", deserialize_with = "stiffness_factor")]
+    #[serde(skip_serializing_if = "is_one")]
+    friction: f64,
+    #[serde(default = "missing", rename = "yield_factor", deserialize_with = "stiffness_factor")]
+    #[serde(skip_serializing_if = "is_one")]
+    yield_strain: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -126,12 +135,12 @@ lists! {
     links: Link by "LinkKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |list| {
         for zone in list {
-            let Zone { factor, density, strength, inflate, .. } = zone;
-            let is_given = inflate.is_some() || !density.is_nan() || !strength.is_nan();
-            if *factor == 0.0 && is_given {
-                *factor = 1.0;
+            let is_given = zone.inflate.is_some() || zone.part_factors().iter().any(|(_, number)| !number.is_nan());
+            if zone.factor == 0.0 && is_given {
+                zone.factor = 1.0;
             }
-            [density, strength].into_iter().filter(|number| number.is_nan()).for_each(|number| *number = 1.0);
+            let missing = zone.part_factors_mut().into_iter().filter(|(_, number)| number.is_nan());
+            missing.for_each(|(_, number)| *number = 1.0);
         }
         Ok(())
     };
