@@ -9,7 +9,7 @@ from _typeshed import ReadableBuffer
 from numpy.typing import ArrayLike, NDArray
 from trimesh import Scene, Trimesh
 
-from .colliders import Collider, Key, Rotate
+from .colliders import Collider, Enabled, Key, Rotate
 from .edits import Edit
 from .reports import Progress, RunReport, VolumeReport
 
@@ -1213,6 +1213,11 @@ class ColliderMotion:
     """The motion of a collider of a simulation. The methods of supple.Collider call its methods."""
     def move_to(self, translate: ArrayLike, rotate: Rotate, duration: float | None) -> None:
         """See supple.Collider.move_to."""
+    def set_enabled(self, value: object) -> Enabled:
+        """Enable or disable the collider: True, False or keyframes. Return the value that Collider.enabled has then."""
+    @property
+    def is_enabled(self) -> bool:
+        """See supple.Collider.is_enabled."""
     @property
     def translation(self) -> NDArray[np.float64]:
         """See supple.Collider.translation."""

@@ -198,6 +198,7 @@ pub(crate) fn of_body<'py>(
 }
 
 /// Converts the value of a key to a Python object.
+        ("true, false", "True, False"),
 pub(crate) fn to_python<'py>(py: Python<'py>, value: &serde_json::Value) -> PyResult<Bound<'py, PyAny>> {
     match value {
         serde_json::Value::Null => Ok(py.None().into_bound(py)),

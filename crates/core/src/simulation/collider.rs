@@ -2,16 +2,17 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::clock::Clock;
+use super::world::Simulation;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
-use crate::motion::EulerPose;
+use crate::motion::{EulerPose, Switch};
 use crate::state::Interval;
 
 /// A collider of a simulation, with its current pose: see [`Simulation::collider`](super::Simulation::collider).
 #[derive(Clone, Copy, Debug)]
 pub struct ColliderRef<'a> {
     description: &'a Collider,
+    is_enabled: bool,
     /// Poses before and after the next step.
     poses: [EulerPose; 2],
     dt: f64,
@@ -20,12 +21,18 @@ pub struct ColliderRef<'a> {
 impl<'a> ColliderRef<'a> {
     pub(super) fn new(colliders: &'a Colliders, index: usize, next_step: Interval) -> Self {
         let poses = colliders.poses(index, next_step);
-        Self { description: colliders.description(index), poses, dt: next_step.dt }
+        let is_enabled = colliders.is_enabled(index as u32);
+        Self { description: colliders.description(index), is_enabled, poses, dt: next_step.dt }
     }
 
     /// Returns the collider that was given. Its keyframes have no effect if the collider has been driven.
     pub fn description(&self) -> &'a Collider {
         self.description
+    }
+
+    /// Returns whether the collider is enabled now, by [`Collider::enabled`].
+    pub fn is_enabled(&self) -> bool {
+        self.is_enabled
     }
 
     /// Returns the current displacement from the given position, in scene units.
@@ -59,7 +66,7 @@ impl<'a> ColliderRef<'a> {
     }
 }
 
-/// A collider of a simulation that can be driven: see
+/// A collider of a simulation that can be driven, enabled and disabled: see
 /// [`Simulation::collider_mut`](super::Simulation::collider_mut).
 ///
 /// A driven collider moves linearly from its current pose to the target, and bodies in contact feel the
@@ -78,15 +85,14 @@ impl<'a> ColliderRef<'a> {
 /// it. It is part of [`SimulationState`](super::SimulationState).
 #[derive(Debug)]
 pub struct ColliderMut<'a> {
-    colliders: &'a mut Colliders,
+    simulation: &'a mut Simulation,
     index: usize,
-    time: f64,
 }
 
 impl<'a> ColliderMut<'a> {
-    pub(super) fn new(colliders: &'a mut Colliders, index: usize, clock: &Clock) -> Self {
-        assert!(index < colliders.len(), "collider {index} of {}", colliders.len());
-        Self { colliders, index, time: clock.time() }
+    pub(super) fn new(simulation: &'a mut Simulation, index: usize) -> Self {
+        assert!(index < simulation.colliders.len(), "collider {index} of {}", simulation.colliders.len());
+        Self { simulation, index }
     }
 
     /// Moves the collider to a pose during the next step.
@@ -111,6 +117,14 @@ impl<'a> ColliderMut<'a> {
 
     fn drive(&mut self, translate: [f64; 3], rotate: [f64; 3], duration: Option<f64>) -> Result<(), Error> {
         let target = EulerPose { translate, rotate };
-        Ok(self.colliders.drive(self.index, self.time, target, duration)?)
+        let Simulation { colliders, clock, .. } = &mut *self.simulation;
+        Ok(colliders.drive(self.index, clock.time(), target, duration)?)
+    }
+
+    /// Enables or disables the collider from now on, `true` or `false`, or along keyframes: see [`Collider::enabled`]. It
+    /// is a setting, as the friction is, and no part of a state: a restored state has the colliders that the time gives.
+    pub fn set_enabled(&mut self, enabled: impl Into<Switch>) {
+        self.simulation.colliders.set_enabled(self.index, enabled.into());
+        self.simulation.switch_colliders();
     }
 }

@@ -36,7 +36,8 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
-        self.colliders.animate_to(time);
+        self.switch_colliders();
+        self.colliders.set_time(time);
         self.wake();
         Ok(())
     }
@@ -121,7 +122,7 @@ impl Simulation {
     /// An invalid collider. The colliders are then unchanged.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
-        self.colliders.animate_to(self.clock.time());
+        self.colliders.set_time(self.clock.time());
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
             body.search_escapes();
@@ -147,6 +148,16 @@ impl Simulation {
     /// [`Body::is_asleep`].
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
+    }
+
+    /// Enables and disables the colliders by their keyframes for the current time. Bodies follow.
+    pub(super) fn switch_colliders(&mut self) {
+        let Self { bodies, colliders, clock, gravity, .. } = self;
+        let time = clock.time();
+        if colliders.any_switches(time) {
+            bodies.iter_mut().for_each(|body| body.follow_switches(colliders, time, *gravity));
+            colliders.switch(time);
+        }
     }
 
     /// Wakes all bodies up.

@@ -96,7 +96,7 @@ impl Simulation {
             contacts.clear_records();
         }
         self.clock = state.clock;
-        self.colliders.animate_to(self.clock.time());
+        self.colliders.set_time(self.clock.time());
         self.substeps = state.substeps;
         self.choose_at_next_step = state.choose_at_next_step && self.fps.is_some();
         Ok(())

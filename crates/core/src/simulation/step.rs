@@ -1,4 +1,4 @@
-//! The step: all bodies, then the driven colliders and the clock.
+//! The step: all bodies, then the driven colliders, the clock, and the colliders that are enabled or disabled.
 
 use super::contact::store_supports;
 use super::groups;
@@ -115,6 +115,7 @@ impl Simulation {
         }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
+        self.switch_colliders();
         self.update_pieces();
     }
 

@@ -120,13 +120,13 @@ impl Simulation {
         ColliderRef::new(&self.colliders, index, self.clock.interval())
     }
 
-    /// Returns a collider to drive it: [`ColliderMut::move_to`].
+    /// Returns a collider to drive, enable or disable it: [`ColliderMut::move_to`], [`ColliderMut::set_enabled`].
     ///
     /// # Panics
     ///
     /// Panics if `index` is not the index of a collider.
     pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
-        ColliderMut::new(&mut self.colliders, index, &self.clock)
+        ColliderMut::new(self, index)
     }
 
     /// Returns the fields, in the order in which they were added.
