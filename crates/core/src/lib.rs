@@ -169,7 +169,8 @@ pub use lattice::{
 pub use matching::{HalfWidth, rotations};
 pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine, RefinedMesh, Scale};
 pub use motion::{
-    Curve, CurveKey, Interpolation, Key, MotionError, Switch, SwitchKey, euler_degrees, euler_degrees_near,
+    Curve, CurveKey, CurveValue, Interpolation, Key, MotionError, Switch, SwitchKey, euler_degrees,
+    euler_degrees_near,
 };
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};

@@ -147,7 +147,7 @@ fn every_key_is_read() {
     let scene = parse(FULL).unwrap();
     assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
-    assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
+    assert_eq!((&scene.simulation.gravity, scene.simulation.sleep), (&[0.0, 0.0, -9.81].into(), false));
     assert_eq!((scene.simulation.contact, scene.simulation.self_contact), (false, true));
     assert_eq!(scene.output.format, Format::Ply.into());
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
@@ -265,6 +265,10 @@ fn a_written_scene_reads_back_the_same() {
         "friction = [{ time = 0, value = 1 }, { time = 1, value = 0 }]",
         "[[body.zone]]\nmap = \"red\"\ndensity_factor = 2.5",
         "[[body.zone]]\nmap = [0.0, 0.5]\nstrength_factor = 0.5",
+        "[[collider]]\nsphere = { center = [0, 0, 0], radius = 1 }\nenabled = false",
+        "[[collider]]\nsphere = { center = [0, 0, 0], radius = 1 }\nenabled = [{ time = 1, value = false }, { time = 2, value = true }]",
+        "[simulation]\ngravity = [{ time = 0, value = [0, -1, 0] }, { time = 1.5, value = [2, 0, 0] }]",
+        "[simulation]\ngravity = { keys = [{ time = 0, value = [0, -1, 0] }, { time = 1, value = [0, 0, 0] }], interpolation = \"cubic\" }",
     ] {
         let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
         let written = scene.to_toml();
@@ -276,6 +280,58 @@ fn a_written_scene_reads_back_the_same() {
     }
     let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
     assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+#[test]
+fn keyframes_of_gravity_and_of_colliders_are_read_and_their_errors_name_the_key() {
+    let scene = parse(&format!(
+        "[simulation]\ngravity = [{{ time = 1, value = [0, -1, 0] }}, {{ time = 2, value = [0, 3, 0.5] }}]\n{SMALL}\
+         [[collider]]\nplane = {{ point = [0, 0, 0], normal = [0, 1, 0] }}\nenabled = [{{ time = 1, value = false }}]\n"
+    ))
+    .unwrap();
+    assert_eq!(
+        [0.0, 1.5].map(|time| scene.simulation.gravity.value(time)),
+        [[0.0, -1.0, 0.0], [0.0, 1.0, 0.25]]
+    );
+    let enabled = &scene.colliders[0].enabled;
+    assert_eq!([0.0, 0.9, 1.0, 5.0].map(|time| enabled.value(time)), [true, true, false, false]);
+    assert!(parse(FULL).unwrap().colliders.iter().all(|collider| collider.enabled.is_always_on()));
+
+    for (value, words) in [
+        (
+            "1",
+            "`simulation.gravity` must be a list of three numbers, or keyframes with `time` and `value`, not 1",
+        ),
+        ("[0, -1]", "`simulation.gravity` must be a list of three numbers"),
+        ("[]", "`simulation.gravity` must be a list of three numbers"),
+        ("[0, { time = 1, value = [0, 0, 0] }]", "`simulation.gravity` must be a list of three numbers"),
+        ("[0, inf, 0]", "`simulation.gravity.1` is inf; it must be a finite number"),
+        ("[0, \"a\", 0]", "`simulation.gravity.1` must be a number, or a keyframe with `time` and `value`"),
+        ("[{ time = 1 }]", "`simulation.gravity.0.value` is missing"),
+        ("[{ time = 1, value = 2 }]", "`simulation.gravity.0.value` must be a list of three numbers, not 2"),
+        ("[{ time = 1, value = [0, 0, 0] }, { time = 1, value = [0, 0, 0] }]", "not after key 0 at 1"),
+    ] {
+        let error = parse(&format!("[simulation]\ngravity = {value}\n{SMALL}")).unwrap_err().to_string();
+        assert!(error.starts_with("scene.toml:2: ") && error.contains(words), "{error}");
+    }
+    for (value, words) in [
+        (
+            "1",
+            "`collider.0.enabled` must be true, false, or a list of keyframes with `time` and `value`, not 1",
+        ),
+        (
+            "[]",
+            "`collider.0.enabled` is []; it must be a list of keyframes in the order of time: there are no keys",
+        ),
+        ("[{ time = 1, value = 1 }]", "`collider.0.enabled.0.value` must be true or false, not 1"),
+        ("[{ time = 1 }]", "`collider.0.enabled.0.value` is missing"),
+        ("[{ time = 2, value = true }, { time = 1, value = true }]", "not after key 0 at 2"),
+    ] {
+        let plane = "plane = { point = [0, 0, 0], normal = [0, 1, 0] }";
+        let error =
+            parse(&format!("{SMALL}[[collider]]\n{plane}\nenabled = {value}\n")).unwrap_err().to_string();
+        assert!(error.starts_with("scene.toml:6: ") && error.contains(words), "{error}");
+    }
 }
 
 /// Keyframes set the greatest value as the number of the material, by which regions and steps are chosen.

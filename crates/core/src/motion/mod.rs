@@ -18,7 +18,7 @@ mod switch;
 
 pub(crate) use angles::{direction, sin_cos_degrees};
 pub use angles::{euler_degrees, euler_degrees_near};
-pub use curve::{Curve, CurveKey};
+pub use curve::{Curve, CurveKey, CurveValue};
 pub(crate) use drive::Drive;
 pub use interpolation::Interpolation;
 pub(crate) use keyframes::{EulerPose, Pose};

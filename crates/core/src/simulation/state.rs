@@ -5,6 +5,7 @@ use super::world::Simulation;
 use crate::body::BodySnapshot;
 use crate::contact::DrivenCollider;
 use crate::error::{Error, StateError};
+use crate::motion::Curve;
 use crate::state::PairSupports;
 
 /// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which
@@ -19,7 +20,7 @@ pub struct SimulationState {
     pub(super) substeps: u64,
     /// Whether the next step chooses the number of steps per frame.
     pub(super) choose_at_next_step: bool,
-    pub(super) gravity: [f64; 3],
+    pub(super) gravity: Curve<[f64; 3]>,
     pub(super) bodies: Vec<BodySnapshot>,
     pub(super) driven: Vec<DrivenCollider>,
     /// The supports of the bodies by each other.
@@ -42,7 +43,7 @@ impl Simulation {
             clock: self.clock,
             substeps: self.substeps,
             choose_at_next_step: self.choose_at_next_step,
-            gravity: self.gravity.into(),
+            gravity: self.gravity_curve.clone(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
             pair_supports: self.pair_supports.clone(),
@@ -59,6 +60,9 @@ impl Simulation {
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Error> {
         if state.bodies.len() != self.bodies.len() {
             return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
+        }
+        if !state.gravity.is_valid() {
+            return Err(StateError::Gravity.into());
         }
         if !state.clock.is_valid() || state.substeps == 0 {
             return Err(StateError::Time.into());
@@ -78,7 +82,7 @@ impl Simulation {
                 return Err(StateError::Drive { index }.into());
             }
         }
-        self.set_gravity(state.gravity)?;
+        self.set_gravity(state.gravity.clone())?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_cracks(snapshot);
         }
@@ -96,6 +100,7 @@ impl Simulation {
             contacts.clear_records();
         }
         self.clock = state.clock;
+        self.gravity = self.gravity_curve.value(self.clock.time()).into();
         self.colliders.set_time(self.clock.time());
         self.substeps = state.substeps;
         self.choose_at_next_step = state.choose_at_next_step && self.fps.is_some();

@@ -1,4 +1,4 @@
-//! The step: all bodies, then the driven colliders, the clock, and the colliders that are enabled or disabled.
+//! The step: all bodies, then the driven colliders, the clock, and what follows the time.
 
 use super::contact::store_supports;
 use super::groups;
@@ -115,7 +115,7 @@ impl Simulation {
         }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
-        self.switch_colliders();
+        self.follow_time();
         self.update_pieces();
     }
 

@@ -12,6 +12,7 @@ use crate::contact::Colliders;
 use crate::contact::bodies::BodyContacts;
 use crate::dynamics::Field;
 use crate::matching::Workspaces;
+use crate::motion::Curve;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::state::PairSupports;
@@ -22,7 +23,9 @@ use crate::state::PairSupports;
 #[derive(Debug)]
 pub struct Simulation {
     pub(super) bodies: Vec<Body>,
+    /// Gravity in force: that of `gravity_curve` at the current time.
     pub(super) gravity: Vector3<f64>,
+    pub(super) gravity_curve: Curve<[f64; 3]>,
     pub(super) clock: Clock,
     pub(super) colliders: Colliders,
     pub(super) fields: Vec<Field>,
@@ -140,9 +143,15 @@ impl Simulation {
         self.links.iter()
     }
 
-    /// Returns gravity in scene units per second squared.
+    /// Returns gravity in force, in scene units per second squared: that at the current time, with which the next step
+    /// begins.
     pub fn gravity(&self) -> [f64; 3] {
         self.gravity.into()
+    }
+
+    /// Returns gravity at all times, as it was set.
+    pub fn gravity_curve(&self) -> &Curve<[f64; 3]> {
+        &self.gravity_curve
     }
 
     /// Returns whether bodies at rest fall asleep.

@@ -18,7 +18,7 @@ pub const CHECKPOINT: &str = "supple.checkpoint";
 /// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
 /// Version of the format of checkpoints and of the states in them; other versions are rejected.
-pub const CHECKPOINT_VERSION: u32 = 22;
+pub const CHECKPOINT_VERSION: u32 = 23;
 /// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 

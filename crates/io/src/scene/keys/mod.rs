@@ -55,7 +55,7 @@ use supple::{
     SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
-pub(super) use curve::{KeyedKeys, inflate, time_scale};
+pub(super) use curve::{KeyedKeys, inflate, time_scale, vector};
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub use link::LinkTable;
