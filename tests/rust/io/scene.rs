@@ -334,6 +334,88 @@ fn keyframes_of_gravity_and_of_colliders_are_read_and_their_errors_name_the_key(
     }
 }
 
+#[test]
+fn a_file_of_vertices_takes_the_place_of_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| std::fs::write(folder.path().join("rim.txt"), text).unwrap();
+    let read = |part: &str| {
+        let text = format!("{SMALL}{part}\n");
+        Scene::parse(&text, "scene.toml", folder.path(), &[])
+    };
+    let pin = "[[body.pin]]\nvertices_file = \"rim.txt\"";
+    write("# rim\n 3\n\n7 # and this\r\n0\n");
+    let expected = Selection::MeshVertices(vec![3, 7, 0]);
+    assert_eq!(read(pin).unwrap().bodies[0].pins[0].selection, expected);
+    let scene = read("[[body.zone]]\nfactor = 2\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.bodies[0].zones[0].selection, expected);
+    let scene = read("[[body.handle]]\nkeys = [{ time = 0 }]\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.bodies[0].handles[0].selection, expected);
+    let scene = read("[[link]]\nbody = \"bust\"\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.links[0].selection, expected);
+    // It is written as a list.
+    assert!(scene.to_toml().contains("vertices = [3, 7, 0]"));
+
+    let rim = folder.path().join("rim.txt").display().to_string();
+    for (text, words) in [
+        (
+            "1\ntwo\n",
+            format!(
+                "{rim}:2: \"two\" is no index of a mesh vertex; write one whole number from 0 in each line"
+            ),
+        ),
+        ("1\n2 3\n", format!("{rim}:2: \"2 3\" is no index")),
+        ("1.5\n", format!("{rim}:1: \"1.5\" is no index")),
+        (
+            "0\n\n-4\n",
+            format!(
+                "{rim}:3: `body.bust.pin.0.vertices.1` is -4; it must be a whole number from 0 to 4294967295"
+            ),
+        ),
+        (
+            "5000000000\n",
+            format!("{rim}:1: `body.bust.pin.0.vertices.0` is 5000000000; it must be a whole number"),
+        ),
+        ("# none\n", format!("{rim}:1: the file has no vertices; write one index in each line")),
+        ("\u{1b}[2J\n", "is no index of a mesh vertex".to_owned()),
+    ] {
+        write(text);
+        let error = read(pin).unwrap_err().to_string();
+        assert!(error.contains(&words) && !error.contains('\u{1b}'), "{error}");
+    }
+    for (part, words) in [
+        ("vertices_file = \"none.txt\"", "scene.toml:5: `body.0.pin.0.vertices_file`: cannot read "),
+        (
+            "vertices_file = 3",
+            "scene.toml:5: `body.0.pin.0.vertices_file` must be the path of a text file, in quotes, not 3",
+        ),
+        ("vertices_file = \"C:\\temp\"", "a path without control characters"),
+        (
+            "vertices_file = \"rim.txt\"\nvertices = [1]",
+            "`body.0.pin.0.vertices_file` and `vertices` exclude each other",
+        ),
+        ("vertices_file = \"rim.txt\"\nlattice = [1]", "exclude each other"),
+    ] {
+        write("1\n");
+        let error = read(&format!("[[body.pin]]\n{part}")).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+
+    // The number of vertices of the mesh is known when the scene is prepared. A checkpoint has the vertices.
+    std::fs::write(folder.path().join("bust.obj"), super::run_files::BLOCK).unwrap();
+    write("0\n7\n\n8 # one too many\n");
+    let error = supple_io::run::prepare(&read(pin).unwrap()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        format!("{rim}:4: body.bust.pin.0: vertex 8 is out of range: the mesh has 8 vertices, 0 to 7")
+    );
+    let fingerprint = |text: &str| {
+        write(text);
+        supple_io::run::fingerprint(&read(pin).unwrap()).unwrap()
+    };
+    assert_eq!(fingerprint("0\n7\n"), fingerprint("# the same\n0\n7\n"));
+    assert_ne!(fingerprint("0\n7\n"), fingerprint("0\n6\n"));
+}
+
 /// Keyframes set the greatest value as the number of the material, by which regions and steps are chosen.
 #[test]
 fn keyframes_of_the_material_are_read_beside_its_numbers() {

@@ -12,6 +12,7 @@ use super::handle::HandleData;
 use super::keys::{
     self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys,
 };
+use super::vertices_file::VertexFile;
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
@@ -55,6 +56,9 @@ pub struct Scene {
     /// `[[link]]`, in the order of the file: glue and springs between bodies.
     #[serde(default, rename = "link", with = "keys::links", skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<Link>,
+    /// The files of `vertices_file` that the selections have read.
+    #[serde(skip)]
+    pub(crate) vertex_files: Vec<VertexFile>,
 }
 
 /// `[simulation]`: time, gravity and threads.

@@ -20,6 +20,7 @@ mod name;
 mod overrides;
 mod read;
 mod value;
+mod vertices_file;
 mod way_out;
 mod write;
 

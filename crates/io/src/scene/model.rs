@@ -74,6 +74,7 @@ impl Scene {
             colliders: vec![ColliderData::plane(point, normal)],
             fields: Vec::new(),
             links: Vec::new(),
+            vertex_files: Vec::new(),
         }
     }
 }
