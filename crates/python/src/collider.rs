@@ -11,7 +11,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{
     Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Scale, Shape,
-    Switch, SwitchKey, Touched,
+    Switch, SwitchKey,
 };
 use supple_io::scene::EnabledTable;
 
@@ -314,12 +314,7 @@ impl ColliderMotion {
     /// See supple.Collider.force.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let force = self.with(py, |simulation| {
-            let contacts = simulation.contacts().into_iter();
-            let own = contacts.filter(|contact| contact.other == Touched::Collider(self.index));
-            own.fold([0.0; 3], |sum, contact| [0, 1, 2].map(|axis| sum[axis] - contact.force[axis]))
-        })?;
-        Ok(arrays::frozen(PyArray1::from_slice(py, &force)))
+        self.vector(py, |collider| collider.force())
     }
 
     /// See supple.Collider.spin.

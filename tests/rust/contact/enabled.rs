@@ -174,3 +174,21 @@ fn a_body_inside_a_collider_that_is_enabled_leaves_it_whole() {
         assert_eq!(bits(&simulation), expected);
     }
 }
+
+/// The force of a resting body on a collider is its weight.
+#[test]
+fn the_force_on_a_collider_is_the_opposite_of_those_of_its_contacts() {
+    let mut simulation = of([cube("a", [-0.5, 0.0, -0.5]), cube("b", [19.5, 0.0, -0.5])])
+        .collider(door(0.0, true))
+        .collider(door(20.0, true))
+        .build()
+        .unwrap();
+    simulation.steps(150);
+    assert_eq!(["a", "b", "c"].map(|name| simulation.body_index(name)), [Some(0), Some(1), None]);
+    for (index, body) in simulation.bodies().iter().enumerate() {
+        let [x, y, z] = simulation.collider(index).force();
+        let weight = 9.81 * body.mass();
+        // To the tolerance with which the contacts of a body at rest are solved.
+        assert!((y + weight).abs() < 0.02 * weight && x.hypot(z) < 0.02 * weight, "{x} {y} {z} {weight}");
+    }
+}

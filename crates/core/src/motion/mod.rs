@@ -17,7 +17,7 @@ mod keyframes;
 mod switch;
 
 pub(crate) use angles::{direction, sin_cos_degrees};
-pub use angles::{euler_degrees, euler_degrees_near};
+pub use angles::{euler_degrees, euler_degrees_near, quaternion_rotation};
 pub use curve::{Curve, CurveKey, CurveValue};
 pub(crate) use drive::Drive;
 pub use interpolation::Interpolation;

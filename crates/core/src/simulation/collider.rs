@@ -2,37 +2,57 @@
 
 use nalgebra::{Rotation3, Vector3};
 
+use super::contact_points::Touched;
 use super::world::Simulation;
-use crate::contact::{Collider, Colliders};
+use crate::contact::Collider;
 use crate::error::Error;
 use crate::motion::{EulerPose, Switch};
-use crate::state::Interval;
 
-/// A collider of a simulation, with its current pose: see [`Simulation::collider`](super::Simulation::collider).
+impl Simulation {
+    /// Returns a collider: its description, current pose and velocity.
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider(&self, index: usize) -> ColliderRef<'_> {
+        ColliderRef::new(self, index)
+    }
+
+    /// Returns a collider to drive, enable or disable it: [`ColliderMut::move_to`], [`ColliderMut::set_enabled`].
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
+        ColliderMut::new(self, index)
+    }
+}
+
+/// A collider of a simulation, with its current pose: see [`Simulation::collider`].
 #[derive(Clone, Copy, Debug)]
 pub struct ColliderRef<'a> {
-    description: &'a Collider,
-    is_enabled: bool,
+    simulation: &'a Simulation,
+    index: usize,
     /// Poses before and after the next step.
     poses: [EulerPose; 2],
     dt: f64,
 }
 
 impl<'a> ColliderRef<'a> {
-    pub(super) fn new(colliders: &'a Colliders, index: usize, next_step: Interval) -> Self {
-        let poses = colliders.poses(index, next_step);
-        let is_enabled = colliders.is_enabled(index as u32);
-        Self { description: colliders.description(index), is_enabled, poses, dt: next_step.dt }
+    pub(super) fn new(simulation: &'a Simulation, index: usize) -> Self {
+        let next_step = simulation.clock.interval();
+        let poses = simulation.colliders.poses(index, next_step);
+        Self { simulation, index, poses, dt: next_step.dt }
     }
 
     /// Returns the collider that was given. Its keyframes have no effect if the collider has been driven.
     pub fn description(&self) -> &'a Collider {
-        self.description
+        self.simulation.colliders.description(self.index)
     }
 
     /// Returns whether the collider is enabled now, by [`Collider::enabled`].
     pub fn is_enabled(&self) -> bool {
-        self.is_enabled
+        self.simulation.colliders.is_enabled(self.index as u32)
     }
 
     /// Returns the current displacement from the given position, in scene units.
@@ -53,6 +73,14 @@ impl<'a> ColliderRef<'a> {
         ((after - before) / self.dt).into()
     }
 
+    /// Returns the force of the bodies on the collider in the last step, in mass x length/s²: the opposite of the sum of
+    /// the forces of its [contacts](Simulation::contacts).
+    pub fn force(&self) -> [f64; 3] {
+        let contacts = self.simulation.contacts().into_iter();
+        let own = contacts.filter(|contact| contact.other == Touched::Collider(self.index));
+        own.fold(Vector3::zeros(), |sum, contact| sum - contact.force).into()
+    }
+
     /// Returns the angular velocity in the next step, in rad/s: the axis and angle, less than half a turn, of
     /// the rotation during the step, divided by `dt`.
     pub fn spin(&self) -> [f64; 3] {
@@ -67,7 +95,7 @@ impl<'a> ColliderRef<'a> {
 }
 
 /// A collider of a simulation that can be driven, enabled and disabled: see
-/// [`Simulation::collider_mut`](super::Simulation::collider_mut).
+/// [`Simulation::collider_mut`].
 ///
 /// A driven collider moves linearly from its current pose to the target, and bodies in contact feel the
 /// velocity and the spin of this motion. At the target it stays at rest until it is driven again. Driving
@@ -81,7 +109,7 @@ impl<'a> ColliderRef<'a> {
 /// the displacement of a point during the step divided by `dt`. A turn of half a turn or more in one step
 /// therefore acts like a smaller one.
 ///
-/// The motion counts steps of `dt`, so [`Simulation::set_time`](super::Simulation::set_time) does not change
+/// The motion counts steps of `dt`, so [`Simulation::set_time`] does not change
 /// it. It is part of [`SimulationState`](super::SimulationState).
 #[derive(Debug)]
 pub struct ColliderMut<'a> {

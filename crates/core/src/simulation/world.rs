@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::clock::Clock;
-use super::collider::{ColliderMut, ColliderRef};
 use super::groups::{ContactSettings, Groups};
 use super::links::{LinkRef, Links};
 use super::substeps::ChosenSubsteps;
@@ -114,24 +113,6 @@ impl Simulation {
         self.colliders.len()
     }
 
-    /// Returns a collider: its description, current pose and velocity.
-    ///
-    /// # Panics
-    ///
-    /// Panics if `index` is not the index of a collider.
-    pub fn collider(&self, index: usize) -> ColliderRef<'_> {
-        ColliderRef::new(&self.colliders, index, self.clock.interval())
-    }
-
-    /// Returns a collider to drive, enable or disable it: [`ColliderMut::move_to`], [`ColliderMut::set_enabled`].
-    ///
-    /// # Panics
-    ///
-    /// Panics if `index` is not the index of a collider.
-    pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
-        ColliderMut::new(self, index)
-    }
-
     /// Returns the fields, in the order in which they were added.
     pub fn fields(&self) -> &[Field] {
         &self.fields
@@ -175,6 +156,11 @@ impl Simulation {
     /// body, use [`Simulation::body`].
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// Returns the index of the first body with a name; `None` if there is none.
+    pub fn body_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name() == name)
     }
 
     /// Returns the bodies for modification.
