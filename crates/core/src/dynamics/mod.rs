@@ -91,7 +91,7 @@ pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub use rigid::RigidError;
 pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
 pub(crate) use rolling::rolling_resistance;
+pub(crate) use selection::valid_weights;
 pub use selection::{Map, Selection, SelectionError, SelectionPose};
-pub(crate) use selection::{distinct, valid_weights};
 pub use stiffness_factors::Zone;
 pub(crate) use stiffness_factors::{PartFactors, StiffnessFactors};
