@@ -9,7 +9,7 @@ from _typeshed import ReadableBuffer
 from numpy.typing import ArrayLike, NDArray
 from trimesh import Scene, Trimesh
 
-from .colliders import Collider, Key, Rotate
+from .colliders import Collider, Enabled, Key, Rotate
 from .edits import Edit
 from .reports import Progress, RunReport, VolumeReport
 
@@ -48,6 +48,7 @@ _Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
 _Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
 _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 _Curve: TypeAlias = float | Sequence[tuple[float, float] | Mapping[str, float]] | Mapping[str, Any]
+_KeyedVector: TypeAlias = Sequence[tuple[float, ArrayLike] | Mapping[str, Any]] | Mapping[str, Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 
@@ -1219,6 +1220,11 @@ class ColliderMotion:
     """The motion of a collider of a simulation. The methods of supple.Collider call its methods."""
     def move_to(self, translate: ArrayLike, rotate: Rotate, duration: float | None) -> None:
         """See supple.Collider.move_to."""
+    def set_enabled(self, value: object) -> Enabled:
+        """Enable or disable the collider: True, False or keyframes. Return the value that Collider.enabled has then."""
+    @property
+    def is_enabled(self) -> bool:
+        """See supple.Collider.is_enabled."""
     @property
     def translation(self) -> NDArray[np.float64]:
         """See supple.Collider.translation."""
@@ -1249,8 +1255,10 @@ class Simulation:
         reach their material and fast motions are resolved. It is chosen at the first step and then stays the same. The
         volume correction of the displayed surface uses the contacts and external forces of all steps since the
         frame began.
-    gravity : (3,) float, default (0, -9.81, 0)
-        In scene units per second squared, each component at most 1e12 in magnitude.
+    gravity : (3,) float, or keyframes, default (0, -9.81, 0)
+        In scene units per second squared, each component at most 1e12 in magnitude. Keyframes are a list of
+        (time, value), or a dict with keys and interpolation, as for inflate of Body. Where a material or a number of
+        steps depends on gravity, the greatest one counts.
     colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
         Default: no colliders.
     fields : list of dict, or one dict
@@ -1283,7 +1291,7 @@ class Simulation:
         dt: float | None = 0.016666666666666666,
         fps: float | None = None,
         substeps: int | Literal["auto"] | None = None,
-        gravity: ArrayLike = (0, -9.81, 0),
+        gravity: ArrayLike | _KeyedVector = (0, -9.81, 0),
         colliders: Iterable[Collider] | Collider = (),
         fields: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
         links: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
@@ -1314,9 +1322,11 @@ class Simulation:
     def time(self, value: float) -> None: ...
     @property
     def gravity(self) -> NDArray[np.float64]:
-        """Gravity in scene units per second squared: (3,) float64. Settable."""
+        """Gravity in force, that of the current time, in scene units per second squared: (3,) float64. Settable, to a vector or
+        keyframes.
+        """
     @gravity.setter
-    def gravity(self, value: ArrayLike) -> None: ...
+    def gravity(self, value: ArrayLike | _KeyedVector) -> None: ...
     @property
     def links(self) -> tuple[dict[str, Any], ...]:
         """Links between bodies: tuple of dict, with the keys of [[link]] in a scene, and force and broken.

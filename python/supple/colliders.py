@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import FrozenInstanceError, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -12,10 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
-__all__ = ["Box", "Capsule", "Collider", "Key", "MeshCollider", "Plane", "Rotate", "RotationLike", "Sphere"]
+__all__ = ["Box", "Capsule", "Collider", "Enabled", "Key", "MeshCollider", "Plane", "Rotate", "RotationLike", "Sphere"]
 
 #: A keyframe: `(time, translate, rotate)`, or a dict with these keys. In seconds, (3,) length and (3,) degrees.
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
+
+
+#: Whether something is enabled: True, False, or keyframes `(time, value)`, or dicts with these keys.
+Enabled: TypeAlias = bool | Sequence[tuple[float, bool] | Mapping[str, Any]]
 
 
 class RotationLike(Protocol):
@@ -54,13 +58,20 @@ class Collider:
     rolling_resistance : float, default None
         Coefficient of rolling resistance on the collider, >= 0, in place of that of the bodies: see the
         rolling_resistance of Body. None: that of each body.
+    enabled : bool or list of (time, value), default True
+        Whether the collider is enabled, or keyframes of it: a value holds from its time in seconds until the next one.
+        A first keyframe after the time 0 switches: before it, the collider has the other value. A disabled collider
+        touches nothing: it has no contacts, limits no displayed surface, and rays do not meet it. Bodies that sleep
+        near it wake up when it changes, and a body that is inside of it when it is enabled leaves it whole.
+
+        `sim.colliders[i].enabled = ...` changes it from now on. It is the only field that can be set.
 
     Raises ValueError for an invalid number.
 
     The items of `Simulation.colliders` are the colliders of the simulation: move_to moves them, translation, rotation,
-    velocity and spin are their current motion, and force is that of the bodies on them. On any other collider, and
-    after `Simulation.colliders` was set, these raise RuntimeError. A pickle or a copy of a collider has only the fields
-    that were given.
+    velocity and spin are their current motion, is_enabled tells whether they are enabled now, and force is that of the
+    bodies on them. On any other collider, and after `Simulation.colliders` was set, these raise RuntimeError. A pickle
+    or a copy of a collider has only the fields that were given.
     """
 
     shape: ClassVar[str]
@@ -70,11 +81,31 @@ class Collider:
     keys: Sequence[Key]
     interpolation: Literal["linear", "smooth", "cubic"]
     rolling_resistance: float | None
+    enabled: Enabled
 
     def __post_init__(self) -> None:
         """Check the numbers and replace them by plain copies."""
         for name, value in _core.check_collider(self).items():
             object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Set `enabled` of a collider of a simulation, or a field for the first time."""
+        if name == "enabled" and self._motion is not None:
+            value = self._motion.set_enabled(value)
+        elif name == "enabled" and name in vars(self):
+            raise FrozenInstanceError("enabled can be set for an item of sim.colliders only")
+        elif name in vars(self) or self._motion is not None:
+            raise FrozenInstanceError(f"cannot assign to field {name!r}; set sim.colliders to new colliders")
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        """Raise FrozenInstanceError."""
+        raise FrozenInstanceError(f"cannot delete field {name!r}")
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether the collider is enabled at the current time of the simulation."""
+        return self._in_simulation().is_enabled
 
     def move_to(self, translate: ArrayLike, rotate: Rotate = _NO_ROTATION, duration: float | None = None) -> None:
         """Move the collider of a simulation linearly from its current pose to another one, from the next step on.
@@ -148,11 +179,11 @@ class Collider:
         return {name: value for name, value in vars(self).items() if name != "_motion"}
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class Plane(Collider):
     """The half-space behind a plane.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
 
     point : (3,) float
         Any point of the plane.
@@ -168,11 +199,14 @@ class Plane(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    enabled: Enabled = True
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class Sphere(Collider):
-    """A solid sphere. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    """A solid sphere.
+
+    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -186,11 +220,14 @@ class Sphere(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    enabled: Enabled = True
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(unsafe_hash=True, init=False)
 class Box(Collider):
-    """A solid box. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    """A solid box.
+
+    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
@@ -212,6 +249,7 @@ class Box(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    enabled: Enabled = True
 
     def __init__(
         self,
@@ -223,6 +261,7 @@ class Box(Collider):
         keys: Sequence[Key] = (),
         interpolation: Literal["linear", "smooth", "cubic"] = "linear",
         rolling_resistance: float | None = None,
+        enabled: Enabled = True,
         *,
         min: ArrayLike | None = None,  # noqa: A002
         max: ArrayLike | None = None,  # noqa: A002
@@ -232,7 +271,7 @@ class Box(Collider):
             center, half_extents = _between(min, max)
         elif min is not None or max is not None or center is None or half_extents is None:
             raise TypeError("Box() needs either center and half_extents, or min= and max=")
-        values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance)
+        values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance, enabled)
         for known, value in zip(fields(self), values, strict=True):
             object.__setattr__(self, known.name, value)
         self.__post_init__()
@@ -248,11 +287,11 @@ def _between(low: ArrayLike | None, high: ArrayLike | None) -> tuple[NDArray[np.
     return (low + high) / 2, (high - low) / 2
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class Capsule(Collider):
     """All points within `radius` of the segment from `a` to `b`.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
 
     a, b : (3,) float
     radius : float, > 0
@@ -267,13 +306,14 @@ class Capsule(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    enabled: Enabled = True
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class MeshCollider(Collider):
     """A mesh: a solid if it is closed, a thin shell if it is open.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
 
     mesh : Mesh, or another mesh argument, such as that of Body
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a Mesh.
@@ -315,6 +355,7 @@ class MeshCollider(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     inside: bool = False
     rolling_resistance: float | None = None
+    enabled: Enabled = True
 
     if TYPE_CHECKING:
 
@@ -333,6 +374,7 @@ class MeshCollider(Collider):
             interpolation: Literal["linear", "smooth", "cubic"] = "linear",
             inside: bool = False,
             rolling_resistance: float | None = None,
+            enabled: Enabled = True,
         ) -> None:
             """Create the collider. The class has the arguments."""
 

@@ -363,6 +363,24 @@ test('a body at rest is inflated while the slider moves, and keeps its new volum
   assert.deepEqual(messages, []);
 });
 
+test('wind moves a body at rest, and a weak grip lags behind the pointer', async (t) => {
+  const { page, messages } = await opened(t);
+  await page.selectOption('#resolution', '250');
+  await page.waitForFunction(() => Number(document.getElementById('lattice-vertices').textContent) < 300);
+  const before = await top(page);
+  await slide(page, 'wind', 15);
+  await page.waitForFunction(
+    ([vertex, x]) => globalThis.page.picture.body.positions[3 * vertex] > x + 0.005,
+    [before.vertex, before.position[0]],
+    { timeout: 60_000 },
+  );
+  assert.equal(await text(page, 'wind + output'), '15.00');
+  await slide(page, 'wind', 0);
+  await slide(page, 'grip', 0.1);
+  assert.equal(await text(page, 'grip + output'), '0.10');
+  assert.deepEqual(messages, []);
+});
+
 test('the keyboard reaches every control, and pulls the body', async (t) => {
   const { page } = await opened(t);
   const reached = [];
@@ -380,6 +398,8 @@ test('the keyboard reaches every control, and pulls the body', async (t) => {
     'material',
     'poisson',
     'inflate',
+    'wind',
+    'grip',
     'resolution',
     'gravity',
     'volume',

@@ -353,3 +353,78 @@ def test_a_box_is_given_by_corners_or_by_its_center():
         supple.Box(min=(0, 3, 0), max=(1, 1, 1))
     with pytest.raises(ValueError, match=r"have the shapes \(2,\) and \(3,\)"):
         supple.Box(min=(0, 3), max=(1, 1, 1))
+
+
+def test_a_collider_is_enabled_and_disabled_by_keyframes_and_by_its_attribute(cube):
+    def run(enabled):
+        body = supple.Body(cube, lattice_vertices=64, material="rubber", translate=(0, 1, 0))
+        ground = supple.Box((0, -1, 0), (5, 1, 5), enabled=enabled)
+        return supple.Simulation([body], dt=1 / 120, colliders=ground)
+
+    lowest = {}
+    for enabled in (
+        True,
+        False,
+        [(1, False)],
+        [{"time": 0, "value": True}, (0.5, False), (0.75, True)],
+        ((0.5, True),),
+    ):
+        sim = run(enabled)
+        assert sim.colliders[0].is_enabled is (enabled not in (False, ((0.5, True),)))
+        sim.step(90)
+        lowest[str(enabled)] = sim.bodies[0].surface()[:, 1].min()
+    held, fallen, not_yet, caught, late = lowest.values()
+    # 0.75 s of free fall are 2.8.
+    assert held > -0.1
+    assert not_yet == held
+    assert fallen < -2.6
+    assert -0.5 < caught < -0.2
+    assert late > -1.3
+
+    sim = run(True)
+    ground = sim.colliders[0]
+    assert ground == sim.colliders[0]
+    assert ground.enabled is True
+    sim.step(150)
+    assert sim.bodies[0].is_asleep
+    ground.enabled = False
+    assert (ground.enabled, ground.is_enabled, sim.bodies[0].is_asleep) == (False, False, False)
+    assert sim.raycast((4, 5, 4), (0, -1, 0))["collider"] == -1
+    sim.step(60)
+    assert sim.bodies[0].surface()[:, 1].min() < -1
+    ground.enabled = [(9, True)]
+    assert ground.enabled == ((9, True),)
+    assert not ground.is_enabled
+    twin = pickle.loads(pickle.dumps(sim))
+    assert twin.colliders[0].enabled == ((9, True),)
+    assert not twin.colliders[0].is_enabled
+    sim.time = 9
+    assert ground.is_enabled
+
+
+def test_only_enabled_of_a_collider_of_a_simulation_can_be_set(cube):
+    ground = supple.Plane((0, 0, 0), (0, 1, 0), enabled=((1, False),))
+    sim = supple.Simulation([supple.Body(cube, lattice_vertices=64)], colliders=ground)
+    assert sim.colliders[0] == ground
+    assert hash(sim.colliders[0]) == hash(ground)
+    assert copy.deepcopy(ground) == ground
+    assert dataclasses.replace(ground, enabled=True).enabled is True
+    with pytest.raises(dataclasses.FrozenInstanceError, match=r"enabled can be set for an item of sim\.colliders only"):
+        ground.enabled = True
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'friction'"):
+        sim.colliders[0].friction = 0.1
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot delete field 'friction'"):
+        del ground.friction
+    with pytest.raises(RuntimeError, match="not a collider of a simulation"):
+        ground.is_enabled  # noqa: B018
+    for enabled, error, message in [
+        (1, TypeError, "enabled must be True, False, or a list of keyframes"),
+        ([], ValueError, "there are no keys"),
+        ([(0,)], ValueError, r"enabled\[0\] must be \(time, value\)"),
+        ([(0, 1)], TypeError, r"enabled\[0\].value must be True or False, not int"),
+        ([(1, True), (1, False)], ValueError, "not after key 0 at 1"),
+    ]:
+        with pytest.raises(error, match=message):
+            supple.Plane((0, 0, 0), (0, 1, 0), enabled=enabled)
+        with pytest.raises(error, match=message):
+            sim.colliders[0].enabled = enabled

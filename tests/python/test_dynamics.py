@@ -1,6 +1,7 @@
 """Motion: free fall, placement, setters, changes between steps."""
 
 import gc
+import pickle
 import re
 import weakref
 
@@ -336,3 +337,42 @@ def test_repr_and_plan(block, cube):
     # The total also has the lattice and the state, which are not stages.
     kilobytes = [float(re.search(r"([\d.]+) kB$", line)[1]) for line in lines]
     assert 0 < sum(kilobytes) < 1000 * float(re.search(r"([\d.]+) MB$", total)[1])
+
+
+def test_gravity_takes_keyframes_and_reads_the_value_in_force(block):
+    keys = [(0, (0, -8, 0)), {"time": 1, "value": [4, 0, 0]}]
+    for gravity in (keys, {"keys": keys, "interpolation": "linear"}):
+        sim = supple.Simulation([supple.Body(block)], dt=1 / 128, gravity=gravity)
+        np.testing.assert_array_equal(sim.gravity, [0, -8, 0])
+        sim.step(64)
+        np.testing.assert_array_equal(sim.gravity, [2, -4, 0])
+    body = sim.bodies[0]
+    # The sum of the gravity at the starts of the steps: the mean of the first and the last one times 1/2 s.
+    expected = np.mean([[0, -8, 0], [2 * 63 / 64, -8 + 4 * 63 / 64, 0]], axis=0) / 2
+    np.testing.assert_allclose(body.linear_momentum / body.mass, expected, atol=1e-5)
+    state = sim.save_state()
+    sim.gravity = (1, 2, 3)
+    np.testing.assert_array_equal(sim.gravity, [1, 2, 3])
+    sim.restore_state(state)
+    np.testing.assert_array_equal(sim.gravity, [2, -4, 0])
+    sim.gravity = [(0.25, (0, 1, 0)), (0.75, (0, 3, 0))]
+    np.testing.assert_array_equal(sim.gravity, [0, 2, 0])
+    twin = pickle.loads(pickle.dumps(sim))
+    sim.step(64)
+    twin.step(64)
+    np.testing.assert_array_equal(twin.gravity, [0, 3, 0])
+    np.testing.assert_array_equal(twin.bodies[0].positions, body.positions)
+    for gravity, error, message in [
+        ([(0, (0, 1))], TypeError, r"gravity\[0\].value must be a list of three numbers"),
+        ([(0, 1)], TypeError, r"gravity\[0\].value must be a list of three numbers, not int"),
+        ([(0,)], ValueError, r"gravity\[0\] must be \(time, value\)"),
+        ([(1, (0, 0, 0)), (1, (0, 0, 0))], ValueError, "not after key 0 at 1"),
+        ([(0, (0, 2e12, 0))], ValueError, "gravity = 2000000000000"),
+        ({"key": 1}, ValueError, 'gravity has no key "key"'),
+        ((0, 1), ValueError, "gravity"),
+        ((0, np.nan, 1), ValueError, "gravity"),
+    ]:
+        with pytest.raises(error, match=message):
+            sim.gravity = gravity
+        with pytest.raises(error, match=message):
+            supple.Simulation([supple.Body(block)], gravity=gravity)

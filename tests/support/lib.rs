@@ -10,7 +10,8 @@ mod shapes;
 pub use correction::{UNROTATED, apply, apply_in, enclosed_volume, of_mesh, posed, surface_volume};
 pub use files::{bust, data, example, root};
 pub use measures::{
-    coordinates, momentum, points, rest, rigid_fit, rms, tolerance, volumes_of_pieces, within, worst,
+    coordinates, greatest_distance, momentum, points, rest, rigid_fit, rms, tolerance, volumes_of_pieces,
+    within, worst,
 };
 pub use random::Random;
 pub use shapes::{

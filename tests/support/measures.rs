@@ -45,6 +45,11 @@ pub fn worst(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
 }
 
+/// Returns the greatest distance of a point from the one with its index.
+pub fn greatest_distance(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
 /// Returns the largest permitted difference of positions from the reference, in cells of edge 1: 1e-5, or 4
 /// ulp of the largest coordinate `extent` if that is more.
 pub fn tolerance(extent: f64) -> f64 {

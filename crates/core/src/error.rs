@@ -93,6 +93,9 @@ pub enum StateError {
     /// An invalid time or step length.
     #[error("the state has an invalid time or step length")]
     Time,
+    /// Invalid keyframes of gravity.
+    #[error("the state has invalid keyframes of gravity")]
+    Gravity,
     /// A driven collider that the simulation does not have.
     #[error("the simulation has {colliders} colliders, but in the state collider {index} is driven")]
     Collider {

@@ -147,6 +147,9 @@ mod state;
 mod volume;
 mod voxel;
 
+/// The crate whose vectors and points the functions take and return.
+pub use nalgebra;
+
 pub use body::{
     AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened,
     TouchingOptions,
@@ -168,7 +171,10 @@ pub use lattice::{
 };
 pub use matching::{HalfWidth, rotations};
 pub use mesh::{AnimationError, Interior, Mesh, MeshAnimation, MeshError, Refine, RefinedMesh, Scale};
-pub use motion::{Curve, CurveKey, Interpolation, Key, MotionError, euler_degrees, euler_degrees_near};
+pub use motion::{
+    Curve, CurveKey, CurveValue, Interpolation, Key, MotionError, Switch, SwitchKey, euler_degrees,
+    euler_degrees_near, quaternion_rotation,
+};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::{Range, RangeError};

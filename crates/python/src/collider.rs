@@ -4,21 +4,23 @@
 use std::sync::Arc;
 
 use numpy::PyArray1;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{
     Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Scale, Shape,
-    Touched,
+    Switch, SwitchKey,
 };
+use supple_io::scene::EnabledTable;
 
 use crate::argument::{choice, conversion_error, number, wrong_type};
 use crate::arrays::{self, vector};
 use crate::body::{SharedSimulation, scene_key};
 use crate::mesh::Mesh;
 use crate::rotation::rotate_once;
-use crate::{animation, constraint, error, rotation};
+use crate::{animation, constraint, error, keys, rotation};
 
 /// Reads the `colliders` argument, a list or one collider, and returns the Python objects as a tuple.
 pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
@@ -110,7 +112,26 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         true => None,
         false => Some(number(&rolling_resistance, "rolling_resistance")?),
     };
-    Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation })
+    let enabled = enabled(&collider.getattr("enabled")?)?;
+    Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation, enabled })
+}
+
+/// Reads whether a collider is enabled: a boolean, or keyframes.
+fn enabled(value: &Bound<'_, PyAny>) -> PyResult<Switch> {
+    let arguments = [("enabled".to_owned(), value.clone())];
+    keys::read::<EnabledTable>(arguments, |key, value| keys::curve(value, key).map(Some))
+        .map(|table| table.enabled)
+}
+
+/// Returns a switch as the argument that [`enabled`] reads.
+fn switch<'py>(py: Python<'py>, switch: &Switch) -> PyResult<Bound<'py, PyAny>> {
+    match switch.constant() {
+        Some(value) => value.into_bound_py_any(py),
+        None => {
+            let pairs = switch.keys().iter().map(|&SwitchKey { time, value }| (time, value));
+            Ok(PyTuple::new(py, pairs)?.into_any())
+        }
+    }
 }
 
 /// Returns the mesh of a `MeshCollider`. The search tree of a rigid mesh is built once, and stored in the `Mesh`.
@@ -174,6 +195,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
     fields.set_item("rolling_resistance", collider.rolling_resistance)?;
+    fields.set_item("enabled", switch(py, &collider.enabled)?)?;
     Ok((class, fields))
 }
 
@@ -257,6 +279,20 @@ impl ColliderMotion {
         moved.map_err(error::from_core)
     }
 
+    /// Enable or disable the collider: True, False or keyframes. Return the value that Collider.enabled has then.
+    fn set_enabled<'py>(&self, py: Python<'py>, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let enabled = enabled(value)?;
+        let set = enabled.clone();
+        self.with(py, |simulation| simulation.collider_mut(self.index).set_enabled(set))?;
+        switch(py, &enabled)
+    }
+
+    /// See supple.Collider.is_enabled.
+    #[getter]
+    fn is_enabled(&self, py: Python<'_>) -> PyResult<bool> {
+        self.with(py, |simulation| simulation.collider(self.index).is_enabled())
+    }
+
     /// See supple.Collider.translation.
     #[getter]
     fn translation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -278,12 +314,7 @@ impl ColliderMotion {
     /// See supple.Collider.force.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let force = self.with(py, |simulation| {
-            let contacts = simulation.contacts().into_iter();
-            let own = contacts.filter(|contact| contact.other == Touched::Collider(self.index));
-            own.fold([0.0; 3], |sum, contact| [0, 1, 2].map(|axis| sum[axis] - contact.force[axis]))
-        })?;
-        Ok(arrays::frozen(PyArray1::from_slice(py, &force)))
+        self.vector(py, |collider| collider.force())
     }
 
     /// See supple.Collider.spin.

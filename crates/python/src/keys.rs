@@ -7,11 +7,12 @@ use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use serde::de::DeserializeOwned;
 use supple_io::scene::{BodyData, Data, Place, SceneError, Table, Value, read_table};
 
 use crate::argument::{is_from_python, owned, type_name};
+use crate::arrays;
 use crate::error::Exception;
 
 /// Reads arguments as the keys of a table of a scene. `convert` returns the value of a key; `None` if a scene does not
@@ -91,6 +92,20 @@ pub(crate) fn curve(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         key.data = Data::Table(["time", "value"].map(str::to_owned).into_iter().zip(pair).collect());
     }
     Ok(curve)
+}
+
+/// Converts a vector, or keyframes of one as [`curve`] takes them.
+pub(crate) fn keyed_vector(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    let is_list = |object: &Bound<'_, PyAny>| {
+        object.is_instance_of::<PyList>()
+            || object.is_instance_of::<PyTuple>()
+            || object.is_instance_of::<PyDict>()
+    };
+    let has_keys = || object.get_item(0).is_ok_and(|first| is_list(&first));
+    match object.is_instance_of::<PyDict>() || (is_list(object) && has_keys()) {
+        true => curve(object, name),
+        false => Ok(vector(arrays::vector(object, name)?)),
+    }
 }
 
 /// Converts a number; `None` for another object.
@@ -183,6 +198,7 @@ fn in_python(description: &str) -> String {
         ("`", "\""),
         ("a table", "a dict"),
         ("true or false", "True or False"),
+        ("true, false", "True, False"),
         ("a string in quotes", "a string"),
     ];
     words.iter().fold(description.to_owned(), |text, (scene, python)| text.replace(scene, python))

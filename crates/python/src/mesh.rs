@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::{PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{Element, PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -78,6 +78,20 @@ impl Mesh {
     }
 }
 
+/// Returns lists of values by name: dict of name to a read-only array.
+fn by_name<'py, T: Copy, N: Element>(
+    py: Python<'py>,
+    lists: &[(String, Vec<T>)],
+    number: impl Fn(T) -> N,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, values) in lists {
+        let values = values.iter().map(|&value| number(value)).collect();
+        dict.set_item(name, arrays::frozen(PyArray1::from_vec(py, values)))?;
+    }
+    Ok(dict)
+}
+
 #[pymethods]
 impl Mesh {
     #[new]
@@ -129,12 +143,7 @@ impl Mesh {
     /// objects, groups and materials of the file. Body.pin(group=...) and its like select by them.
     #[getter]
     fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        for (name, vertices) in self.mesh.groups() {
-            let vertices = vertices.iter().map(|&vertex| i64::from(vertex)).collect();
-            dict.set_item(name, arrays::frozen(PyArray1::from_vec(py, vertices)))?;
-        }
-        Ok(dict)
+        by_name(py, self.mesh.groups(), i64::from)
     }
 
     /// Numbers of the vertices by name: dict of name to (n,) float64 array. A mesh from a file has the colors of its vertices
@@ -142,12 +151,7 @@ impl Mesh {
     /// them as weights.
     #[getter]
     fn maps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        for (name, values) in self.mesh.maps() {
-            let values = values.iter().map(|&value| f64::from(value)).collect();
-            dict.set_item(name, arrays::frozen(PyArray1::from_vec(py, values)))?;
-        }
-        Ok(dict)
+        by_name(py, self.mesh.maps(), f64::from)
     }
 
     /// Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners.

@@ -1,9 +1,9 @@
 //! Reads rotations: Euler angles in degrees, quaternions, matrices, and `scipy.spatial.transform.Rotation`.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+use nalgebra::Matrix3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use supple::euler_degrees_near;
+use supple::{euler_degrees_near, quaternion_rotation};
 
 use crate::arrays::{self, Axis};
 
@@ -56,13 +56,8 @@ fn shape(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<usize>>> {
 /// Reads a quaternion x, y, z, w of any length except zero.
 fn read_quaternion(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64>> {
     let numbers = arrays::numbers(value, name, Axis::Is(4))?;
-    let greatest = numbers.iter().fold(0.0_f64, |greatest, x| greatest.max(x.abs()));
-    if greatest == 0.0 {
-        return Err(PyValueError::new_err(format!("{name} is the quaternion zero, which is no rotation")));
-    }
-    // The squares of numbers of at most 1 do not overflow.
-    let [x, y, z, w] = [0, 1, 2, 3].map(|c| numbers[c] / greatest);
-    Ok(UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner())
+    quaternion_rotation([0, 1, 2, 3].map(|c| numbers[c]))
+        .ok_or_else(|| PyValueError::new_err(format!("{name} is the quaternion zero, which is no rotation")))
 }
 
 /// Reads a rotation matrix.

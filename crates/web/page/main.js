@@ -20,7 +20,7 @@ const SHAPES = [
 ];
 
 // Settings with a slider.
-const SLIDERS = ["poisson", "inflate"];
+const SLIDERS = ["poisson", "inflate", "wind", "grip"];
 
 // Longest time between two pictures that counts, in seconds: a page in the background is not drawn.
 const LONGEST = 0.25;
@@ -65,6 +65,8 @@ class Page {
       material: at("material").value,
       poisson: this.poisson,
       inflate: Number(at("inflate").value),
+      wind: Number(at("wind").value),
+      grip: Number(at("grip").value),
       up: at("up").value,
       volume: isPressed("volume"),
       floor: isPressed("floor"),

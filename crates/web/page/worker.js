@@ -16,7 +16,7 @@ function read(values) {
   settings.lattice_vertices = values.resolution;
   settings.gravity = values.gravity;
   for (const name of ["volume", "floor", "base"]) settings[name] = values[name];
-  settings.inflate = values.inflate;
+  for (const name of ["inflate", "wind", "grip"]) settings[name] = values[name];
   settings.set_material(values.material);
   // Without a number it is the one of the material.
   if (values.poisson !== null) settings.poisson_ratio = values.poisson;

@@ -1,6 +1,6 @@
 //! A part of the body that follows a pointer, and the part at its base that can be held.
 
-use supple::{Body, Handle, Key, Pin, Selection, Simulation, TimeWindow};
+use supple::{Body, Goal, Handle, Key, Pin, Selection, Simulation, TimeWindow};
 
 use crate::settings::FRAMES_PER_SECOND;
 
@@ -24,11 +24,12 @@ pub(crate) struct Grab {
 
 impl Grab {
     /// Grabs the lattice vertices around a point in the start pose, whose positions are `start`. If there are none
-    /// within the radius, grabs the nearest one.
+    /// within the radius, grabs the nearest one. `goal`: `None` to hold them, or springs.
     pub(crate) fn new(
         pointer: u32,
         simulation: &mut Simulation,
         (start, point): (&[[f64; 3]], [f64; 3]),
+        goal: Option<Goal>,
     ) -> Result<Self, supple::Error> {
         let (time, body) = (simulation.time(), simulation.body_mut(0));
         let distances = || start.iter().map(|position| distance(*position, point));
@@ -37,7 +38,7 @@ impl Grab {
         let inside = (0..).zip(distances()).filter(|(_, distance)| *distance <= radius);
         let vertices = inside.map(|(vertex, _)| vertex).collect();
         body.handle(&Handle {
-            goal: None,
+            goal,
             selection: Selection::Vertices(vertices),
             motion: vec![Key { time, ..Key::default() }].into(),
             window: TimeWindow { start: time, ..TimeWindow::default() },

@@ -100,6 +100,9 @@ impl Playground {
         if new.floor != old.floor {
             self.simulation.set_colliders(&new.colliders())?;
         }
+        if new.wind != old.wind {
+            self.simulation.set_fields(new.fields())?;
+        }
         if new.gravity != old.gravity {
             self.simulation.set_gravity(new.acceleration())?;
         }
@@ -112,10 +115,11 @@ impl Playground {
     ///
     /// # Errors
     ///
-    /// Fails if the handle cannot be built.
+    /// Fails if the handle cannot be built, as with a `grip` out of range.
     pub fn grab(&mut self, pointer: u32, x: f64, y: f64, z: f64) -> Result<(), PlaygroundError> {
         self.release(pointer)?;
-        self.grabs.push(Grab::new(pointer, &mut self.simulation, (&self.start, [x, y, z]))?);
+        let goal = self.settings.goal();
+        self.grabs.push(Grab::new(pointer, &mut self.simulation, (&self.start, [x, y, z]), goal)?);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The choices that the page offers, and the simulation that they give.
 
-use supple::{Collider, Preservation, Preset, Simulation, SkinKind, Substeps};
+use supple::{Collider, Field, FieldLaw, Goal, Preservation, Preset, Simulation, SkinKind, Substeps, Wind};
 #[cfg(target_family = "wasm")]
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -16,6 +16,12 @@ const DROP_HEIGHT: f64 = 0.2;
 /// Height above the floor of a body that is held, in m. Vertices that are held at the floor would be pushed by it
 /// without end, and the body would not come to rest.
 const HELD_HEIGHT: f64 = 0.01;
+
+/// Strength of the gusts of the wind.
+const GUST: f64 = 0.5;
+
+/// Frequency in Hz of the springs of a grip of 0.5: high enough that the small part that a pointer grabs pulls the body.
+const GRIP_FREQUENCY: f64 = 40.0;
 
 /// Memory limit of a body in bytes: browsers give a page 2 to 4 GB.
 const MEMORY_LIMIT: u64 = 1 << 30;
@@ -38,6 +44,11 @@ pub struct Settings {
     pub poisson_ratio: f64,
     /// Ratio of the rest volume of the body to that of the model, in [0.1, 10]; default 1.
     pub inflate: f64,
+    /// Speed of a wind with gusts along +x, in m/s, at least 0; default 0: none.
+    pub wind: f64,
+    /// Weight of the parts that pointers grab from now on, in (0, 1]; default 1: they are where the pointers are. With
+    /// less, springs pull them there.
+    pub grip: f64,
     pub(crate) material: Preset,
     pub(crate) up: Up,
 }
@@ -52,6 +63,8 @@ impl Default for Settings {
             base: true,
             poisson_ratio: Preset::Flesh.poisson_ratio(),
             inflate: 1.0,
+            wind: 0.0,
+            grip: 1.0,
             material: Preset::Flesh,
             up: Up::default(),
         }
@@ -101,6 +114,7 @@ impl Settings {
             .memory_limit(MEMORY_LIMIT)
             .build()?;
         let builder = Simulation::builder().body(body).contact(false).gravity(self.acceleration());
+        let builder = self.fields().into_iter().fold(builder, |builder, field| builder.field(field));
         let builder = builder.fps(FRAMES_PER_SECOND).substeps(Substeps::Auto);
         self.colliders().into_iter().fold(builder, |builder, collider| builder.collider(collider)).build()
     }
@@ -111,6 +125,20 @@ impl Settings {
 
     pub(crate) fn acceleration(&self) -> [f64; 3] {
         [0.0, -self.gravity, 0.0]
+    }
+
+    /// Returns the wind, if there is any.
+    pub(crate) fn fields(&self) -> Vec<Field> {
+        let wind = || {
+            let wind = Wind { velocity: [self.wind, 0.0, 0.0], gust: GUST, ..Wind::default() };
+            Field::new(FieldLaw::Wind(wind))
+        };
+        (self.wind != 0.0).then(wind).into_iter().collect()
+    }
+
+    /// Returns how the parts that pointers grab follow them; `None`: they are there.
+    pub(crate) fn goal(&self) -> Option<Goal> {
+        (self.grip != 1.0).then(|| Goal { frequency: GRIP_FREQUENCY, ..self.grip.into() })
     }
 
     pub(crate) fn colliders(&self) -> Vec<Collider> {

@@ -218,6 +218,43 @@ fn a_body_at_rest_inflates_to_its_ratio_and_back() {
 }
 
 #[test]
+fn wind_blows_a_body_away_from_its_rest_and_a_weak_grip_lags_behind_the_pointer() {
+    let mut settings = Settings::default();
+    settings.lattice_vertices = 300;
+    let mut playground = playground(BALL, &settings);
+    playground.advance(120).unwrap();
+    playground.evaluate();
+    let top = highest(playground.surface());
+    let rest = playground.surface()[top];
+    settings.wind = 10.0;
+    playground.apply(&settings).unwrap();
+    playground.advance(120).unwrap();
+    playground.evaluate();
+    assert!(playground.surface()[top][0] > rest[0] + 0.001, "{:?} {rest:?}", playground.surface()[top]);
+    assert!(!playground.is_at_rest());
+    // Without the wind it is where it was.
+    settings.wind = 0.0;
+    playground.apply(&settings).unwrap();
+    playground.advance(600).unwrap();
+    playground.evaluate();
+    assert!(distance(playground.surface()[top], rest) < 0.001);
+
+    let reached = |grip: f64| {
+        let mut settings = settings;
+        settings.grip = grip;
+        let mut playground = self::playground(BALL, &settings);
+        let (top, place) = pull_top(&mut playground, [0.0, 0.3, 0.0]);
+        playground.surface()[top][1] - place[1]
+    };
+    let [weak, strong, held] = [0.1, 0.5, 1.0].map(reached);
+    assert!(0.0 < weak && weak < strong && strong < held && held > 0.25, "{weak} {strong} {held}");
+    settings.grip = 0.0;
+    playground.apply(&settings).unwrap();
+    let error = playground.grab(1, 0.0, 1.0, 0.0).unwrap_err().to_string();
+    assert!(error.contains("weight = 0"), "{error}");
+}
+
+#[test]
 fn errors_name_the_file_and_the_line() {
     let message = |text: &str| {
         Playground::new("broken.obj", text.into(), &Settings::default()).unwrap_err().to_string()

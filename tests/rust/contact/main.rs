@@ -6,6 +6,7 @@ mod blocks;
 mod bodies;
 mod collider;
 mod driven_collider;
+mod enabled;
 mod energy;
 mod friction;
 mod inside_colliders;

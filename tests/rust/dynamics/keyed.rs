@@ -5,7 +5,7 @@ use supple::{
     Accuracy, Body, BodyBuilder, Curve, CurveKey, Elasticity, KeyedMaterial, Pin, Selection, Simulation,
     TimeWindow, Zone,
 };
-use supple_tests::{block, lattice};
+use supple_tests::{block, greatest_distance, lattice};
 
 fn curve(keys: &[(f64, f64)]) -> Curve {
     Curve::new(keys.iter().map(|&(time, value)| CurveKey { time, value }).collect()).unwrap()
@@ -27,8 +27,7 @@ fn lowest(simulation: &Simulation) -> f64 {
 }
 
 fn distance(a: &Simulation, b: &Simulation) -> f64 {
-    let (a, b) = (a.body(0).positions(), b.body(0).positions());
-    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    greatest_distance(&a.body(0).positions(), &b.body(0).positions())
 }
 
 /// Keyframes of one value are a number: the body has no stage for them, and the same bits.

@@ -9,6 +9,7 @@ mod follow;
 mod forces;
 mod free_body;
 mod goals;
+mod gravity;
 mod hold_force;
 mod inflation;
 mod keyed;

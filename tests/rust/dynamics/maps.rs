@@ -1,11 +1,11 @@
 //! Maps: weights of the mesh vertices, which zones, pins and handles take as shares.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use supple::{
     Body, BodyBuilder, BreakLimit, FractureOptions, Goal, HalfWidth, Map, Mesh, Pin, Refine, Selection,
     Simulation, TimeWindow, Zone,
 };
-use supple_tests::{mesh_of, plain_box, points};
+use supple_tests::{greatest_distance, mesh_of, plain_box, points};
 
 /// A bar of 4 x 1 x 1 of 8 vertices.
 fn coarse_bar() -> Mesh {
@@ -166,11 +166,8 @@ fn a_denser_zone_is_heavier_and_as_stiff() {
     let (plain, dense, by_zone) = (hung(1000.0, None), hung(4000.0, None), hung(1000.0, Some(zone)));
     assert!((dense.1 - 4.0 * plain.1).abs() < 1e-3 * dense.1);
     assert!((by_zone.1 - dense.1).abs() < 1e-5 * dense.1, "{} {}", by_zone.1, dense.1);
-    let worst = |a: &[Point3<f64>], b: &[Point3<f64>]| {
-        a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-    };
-    assert!(worst(&plain.0, &dense.0) > 0.01);
-    assert!(worst(&by_zone.0, &dense.0) < 1e-3, "{}", worst(&by_zone.0, &dense.0));
+    assert!(greatest_distance(&plain.0, &dense.0) > 0.01);
+    assert!(greatest_distance(&by_zone.0, &dense.0) < 1e-3, "{}", greatest_distance(&by_zone.0, &dense.0));
 }
 
 /// A thrown bar with a heavy end turns about its center of mass, which flies straight.
@@ -281,13 +278,7 @@ fn the_pieces_of_a_body_with_a_heavy_half_have_the_masses_of_their_cells() {
             Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
         let start = simulation.body(0).positions();
         simulation.steps(120);
-        let moved = simulation
-            .body(0)
-            .positions()
-            .iter()
-            .zip(&start)
-            .map(|(a, b)| (a - b).norm())
-            .fold(0.0, f64::max);
+        let moved = greatest_distance(&simulation.body(0).positions(), &start);
         assert!(moved < 1e-3, "{moved}");
     }
 }

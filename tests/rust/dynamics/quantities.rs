@@ -53,7 +53,7 @@ fn a_thrown_body_keeps_its_momentum_and_gains_what_gravity_gives() {
     let (velocity, gravity, dt, steps) =
         (Vector3::new(2.0, 5.0, 0.0), Vector3::new(0.0, -9.81, 1.0), 0.01, 50);
     let body = builder(&half_cells()).velocity(velocity.into()).spin([0.0, 3.0, 0.0]).build().unwrap();
-    let mut sim = Simulation::builder().body(body).gravity(gravity.into()).dt(dt).build().unwrap();
+    let mut sim = Simulation::builder().body(body).gravity(<[f64; 3]>::from(gravity)).dt(dt).build().unwrap();
     let energy = |sim: &Simulation| sim.body(0).kinetic_energy() + sim.body(0).gravity_energy().unwrap();
     let (mass, spin, before) = (sim.body(0).mass(), sim.body(0).angular_momentum(), energy(&sim));
     assert!(

@@ -8,7 +8,7 @@ use supple::{
     Simulation, Substeps, TimeWindow,
 };
 
-use supple_tests::{block, mesh_of, sphere};
+use supple_tests::{block, greatest_distance, mesh_of, sphere};
 
 /// Returns a bar of 1 x 1 x 3 with its lower end at the origin, with `cells` cells per unit of length.
 fn bar(cells: i32) -> BodyBuilder {
@@ -307,13 +307,7 @@ fn a_resting_ball_is_still() {
             for _ in 0..40 {
                 let before = simulation.body(0).positions();
                 simulation.step();
-                let moved = simulation
-                    .body(0)
-                    .positions()
-                    .iter()
-                    .zip(&before)
-                    .map(|(a, b)| (a - b).norm())
-                    .fold(0.0, f64::max);
+                let moved = greatest_distance(&simulation.body(0).positions(), &before);
                 assert!(moved < 1e-4 * cell_size, "{preset:?}, {ratio}, {accuracy:?}: {}", moved / cell_size);
                 let contacts = simulation.contacts();
                 assert!(

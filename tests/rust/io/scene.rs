@@ -147,7 +147,7 @@ fn every_key_is_read() {
     let scene = parse(FULL).unwrap();
     assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
-    assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
+    assert_eq!((&scene.simulation.gravity, scene.simulation.sleep), (&[0.0, 0.0, -9.81].into(), false));
     assert_eq!((scene.simulation.contact, scene.simulation.self_contact), (false, true));
     assert_eq!(scene.output.format, Format::Ply.into());
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
@@ -266,6 +266,10 @@ fn a_written_scene_reads_back_the_same() {
         "[[body.zone]]\nmap = \"red\"\ndensity_factor = 2.5",
         "[[body.zone]]\nmap = [0.0, 0.5]\nstrength_factor = 0.5",
         "[[body.zone]]\nmap = [0.0, 0.5]\ndamping_factor = 0.5\nfriction_factor = 3.0\nyield_factor = 2.0",
+        "[[collider]]\nsphere = { center = [0, 0, 0], radius = 1 }\nenabled = false",
+        "[[collider]]\nsphere = { center = [0, 0, 0], radius = 1 }\nenabled = [{ time = 1, value = false }, { time = 2, value = true }]",
+        "[simulation]\ngravity = [{ time = 0, value = [0, -1, 0] }, { time = 1.5, value = [2, 0, 0] }]",
+        "[simulation]\ngravity = { keys = [{ time = 0, value = [0, -1, 0] }, { time = 1, value = [0, 0, 0] }], interpolation = \"cubic\" }",
     ] {
         let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
         let written = scene.to_toml();
@@ -277,6 +281,140 @@ fn a_written_scene_reads_back_the_same() {
     }
     let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
     assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+#[test]
+fn keyframes_of_gravity_and_of_colliders_are_read_and_their_errors_name_the_key() {
+    let scene = parse(&format!(
+        "[simulation]\ngravity = [{{ time = 1, value = [0, -1, 0] }}, {{ time = 2, value = [0, 3, 0.5] }}]\n{SMALL}\
+         [[collider]]\nplane = {{ point = [0, 0, 0], normal = [0, 1, 0] }}\nenabled = [{{ time = 1, value = false }}]\n"
+    ))
+    .unwrap();
+    assert_eq!(
+        [0.0, 1.5].map(|time| scene.simulation.gravity.value(time)),
+        [[0.0, -1.0, 0.0], [0.0, 1.0, 0.25]]
+    );
+    let enabled = &scene.colliders[0].enabled;
+    assert_eq!([0.0, 0.9, 1.0, 5.0].map(|time| enabled.value(time)), [true, true, false, false]);
+    assert!(parse(FULL).unwrap().colliders.iter().all(|collider| collider.enabled.is_always_on()));
+
+    for (value, words) in [
+        (
+            "1",
+            "`simulation.gravity` must be a list of three numbers, or keyframes with `time` and `value`, not 1",
+        ),
+        ("[0, -1]", "`simulation.gravity` must be a list of three numbers"),
+        ("[]", "`simulation.gravity` must be a list of three numbers"),
+        ("[0, { time = 1, value = [0, 0, 0] }]", "`simulation.gravity` must be a list of three numbers"),
+        ("[0, inf, 0]", "`simulation.gravity.1` is inf; it must be a finite number"),
+        ("[0, \"a\", 0]", "`simulation.gravity.1` must be a number, or a keyframe with `time` and `value`"),
+        ("[{ time = 1 }]", "`simulation.gravity.0.value` is missing"),
+        ("[{ time = 1, value = 2 }]", "`simulation.gravity.0.value` must be a list of three numbers, not 2"),
+        ("[{ time = 1, value = [0, 0, 0] }, { time = 1, value = [0, 0, 0] }]", "not after key 0 at 1"),
+    ] {
+        let error = parse(&format!("[simulation]\ngravity = {value}\n{SMALL}")).unwrap_err().to_string();
+        assert!(error.starts_with("scene.toml:2: ") && error.contains(words), "{error}");
+    }
+    for (value, words) in [
+        (
+            "1",
+            "`collider.0.enabled` must be true, false, or a list of keyframes with `time` and `value`, not 1",
+        ),
+        (
+            "[]",
+            "`collider.0.enabled` is []; it must be a list of keyframes in the order of time: there are no keys",
+        ),
+        ("[{ time = 1, value = 1 }]", "`collider.0.enabled.0.value` must be true or false, not 1"),
+        ("[{ time = 1 }]", "`collider.0.enabled.0.value` is missing"),
+        ("[{ time = 2, value = true }, { time = 1, value = true }]", "not after key 0 at 2"),
+    ] {
+        let plane = "plane = { point = [0, 0, 0], normal = [0, 1, 0] }";
+        let error =
+            parse(&format!("{SMALL}[[collider]]\n{plane}\nenabled = {value}\n")).unwrap_err().to_string();
+        assert!(error.starts_with("scene.toml:6: ") && error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn a_file_of_vertices_takes_the_place_of_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| std::fs::write(folder.path().join("rim.txt"), text).unwrap();
+    let read = |part: &str| {
+        let text = format!("{SMALL}{part}\n");
+        Scene::parse(&text, "scene.toml", folder.path(), &[])
+    };
+    let pin = "[[body.pin]]\nvertices_file = \"rim.txt\"";
+    write("# rim\n 3\n\n7 # and this\r\n0\n");
+    let expected = Selection::MeshVertices(vec![3, 7, 0]);
+    assert_eq!(read(pin).unwrap().bodies[0].pins[0].selection, expected);
+    let scene = read("[[body.zone]]\nfactor = 2\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.bodies[0].zones[0].selection, expected);
+    let scene = read("[[body.handle]]\nkeys = [{ time = 0 }]\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.bodies[0].handles[0].selection, expected);
+    let scene = read("[[link]]\nbody = \"bust\"\nvertices_file = \"rim.txt\"").unwrap();
+    assert_eq!(scene.links[0].selection, expected);
+    // It is written as a list.
+    assert!(scene.to_toml().contains("vertices = [3, 7, 0]"));
+
+    let rim = folder.path().join("rim.txt").display().to_string();
+    for (text, words) in [
+        (
+            "1\ntwo\n",
+            format!(
+                "{rim}:2: \"two\" is no index of a mesh vertex; write one whole number from 0 in each line"
+            ),
+        ),
+        ("1\n2 3\n", format!("{rim}:2: \"2 3\" is no index")),
+        ("1.5\n", format!("{rim}:1: \"1.5\" is no index")),
+        (
+            "0\n\n-4\n",
+            format!(
+                "{rim}:3: `body.bust.pin.0.vertices.1` is -4; it must be a whole number from 0 to 4294967295"
+            ),
+        ),
+        (
+            "5000000000\n",
+            format!("{rim}:1: `body.bust.pin.0.vertices.0` is 5000000000; it must be a whole number"),
+        ),
+        ("# none\n", format!("{rim}:1: the file has no vertices; write one index in each line")),
+        ("\u{1b}[2J\n", "is no index of a mesh vertex".to_owned()),
+    ] {
+        write(text);
+        let error = read(pin).unwrap_err().to_string();
+        assert!(error.contains(&words) && !error.contains('\u{1b}'), "{error}");
+    }
+    for (part, words) in [
+        ("vertices_file = \"none.txt\"", "scene.toml:5: `body.0.pin.0.vertices_file`: cannot read "),
+        (
+            "vertices_file = 3",
+            "scene.toml:5: `body.0.pin.0.vertices_file` must be the path of a text file, in quotes, not 3",
+        ),
+        ("vertices_file = \"C:\\temp\"", "a path without control characters"),
+        (
+            "vertices_file = \"rim.txt\"\nvertices = [1]",
+            "`body.0.pin.0.vertices_file` and `vertices` exclude each other",
+        ),
+        ("vertices_file = \"rim.txt\"\nlattice = [1]", "exclude each other"),
+    ] {
+        write("1\n");
+        let error = read(&format!("[[body.pin]]\n{part}")).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+
+    // The number of vertices of the mesh is known when the scene is prepared. A checkpoint has the vertices.
+    std::fs::write(folder.path().join("bust.obj"), super::run_files::BLOCK).unwrap();
+    write("0\n7\n\n8 # one too many\n");
+    let error = supple_io::run::prepare(&read(pin).unwrap()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        format!("{rim}:4: body.bust.pin.0: vertex 8 is out of range: the mesh has 8 vertices, 0 to 7")
+    );
+    let fingerprint = |text: &str| {
+        write(text);
+        supple_io::run::fingerprint(&read(pin).unwrap()).unwrap()
+    };
+    assert_eq!(fingerprint("0\n7\n"), fingerprint("# the same\n0\n7\n"));
+    assert_ne!(fingerprint("0\n7\n"), fingerprint("0\n6\n"));
 }
 
 /// Keyframes set the greatest value as the number of the material, by which regions and steps are chosen.

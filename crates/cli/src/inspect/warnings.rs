@@ -24,8 +24,8 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
         let placed = Placed::new(data, &body);
         let colliders =
             (0..simulation.collider_count()).map(|index| simulation.collider(index).description());
-        let overlaps =
-            colliders.enumerate().filter_map(|(index, collider)| overlap(&placed, &body, index, collider));
+        let overlaps = colliders.enumerate().filter(|(_, collider)| collider.enabled.value(0.0));
+        let overlaps = overlaps.filter_map(|(index, collider)| overlap(&placed, &body, index, collider));
         warnings.extend(overlaps);
         let softened = Softened::of(body, prepared.substeps, simulation.dt());
         warnings.extend(softened.map(|softened| format!("body {}: {softened}", data.name)));

@@ -1,7 +1,7 @@
 //! A component that begins inside colliders leaves them as a whole.
 //!
 //! The first step, and the step after positions or colliders were set, looks for components inside colliders and
-//! chooses a translation out of them (`contact::escape`). The component is translated by a quarter of a cell per
+//! chooses a translation out of them (`contact::escape`). So does the end of a step after which a collider is enabled. The component is translated by a quarter of a cell per
 //! step, or more where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor
 //! contacts act on it. A component with an active pin or handle stays, and its samples are pushed out one by one.
 
@@ -12,8 +12,7 @@ use super::leaving::Leaving;
 use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::contact::{BodyPoints, Colliders};
-use crate::state::Interval;
+use crate::contact::{BodyPoints, Colliders, PosedShape};
 
 impl Body {
     /// Lets the next step look for components inside colliders. Called when colliders were set.
@@ -32,7 +31,9 @@ impl Body {
             if let Some(contacts) = contacts {
                 contacts.set_sides(&[]);
             }
-            self.find_escapes(context.colliders, context.interval, context.gravity);
+            let frame = self.state.frame.body_frame();
+            let shapes: Vec<_> = context.colliders.before(context.interval, frame).collect();
+            self.find_escapes(&shapes, &shapes, context.gravity);
         }
         let Self {
             contact: ContactData { contacts, leaving, .. },
@@ -59,8 +60,22 @@ impl Body {
         }
     }
 
-    /// Finds the escapes of the components without active constraints that are inside colliders.
-    fn find_escapes(&mut self, colliders: &Colliders, interval: Interval, gravity: Vector3<f64>) {
+    /// Follows the colliders that are enabled or disabled next, at `time`, the current time: wakes up near them, and leaves
+    /// those that are enabled as a whole.
+    pub(crate) fn follow_switches(&mut self, colliders: &Colliders, time: f64, gravity: Vector3<f64>) {
+        let frame = self.state.frame.body_frame();
+        let (center, radius) = self.ball();
+        if colliders.switches_near(time, frame, (&center, radius)) {
+            self.wake();
+            let shapes: Vec<_> = colliders.switched(time, frame, |_| true).collect();
+            let entered: Vec<_> = colliders.switched(time, frame, |is_enabled| !is_enabled).collect();
+            self.find_escapes(&shapes, &entered, gravity);
+        }
+    }
+
+    /// Finds the escapes from `shapes` of the components without active constraints that are in a shape of `entered`, and
+    /// are not leaving colliders.
+    fn find_escapes(&mut self, shapes: &[PosedShape<'_>], entered: &[PosedShape<'_>], gravity: Vector3<f64>) {
         // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
         // inside.
         let is_solid = self.surface().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
@@ -74,8 +89,7 @@ impl Body {
         else {
             return;
         };
-        let shapes: Vec<_> = colliders.before(interval, state.frame.body_frame()).collect();
-        if !shapes.iter().any(|shape| contacts.may_touch(shape, &state.positions)) {
+        if !entered.iter().any(|shape| contacts.may_touch(shape, &state.positions)) {
             return;
         }
         let components = lattice.components();
@@ -91,10 +105,12 @@ impl Body {
         }
         let up = (-gravity).try_normalize(0.0).unwrap_or_default();
         for (component, points) in points.iter().enumerate() {
-            if momentum.is_constrained(component) {
+            let is_leaving = state.escapes.list().iter().any(|escape| escape.component as usize == component);
+            let is_in = || entered.iter().any(|shape| points.is_in(shape));
+            if is_leaving || momentum.is_constrained(component) || !is_in() {
                 continue;
             }
-            if let Some(translation) = points.escape_translation(&shapes, up) {
+            if let Some(translation) = points.escape_translation(shapes, up) {
                 state.escapes.add(component as u32, translation);
             }
         }

@@ -4,8 +4,9 @@ use nalgebra::{Point3, Vector3};
 
 use super::soft_body::Body;
 use super::surface::Surface;
-use crate::dynamics::{Map, Selection, SelectionError, SelectionPose, distinct, valid_weights};
+use crate::dynamics::{Map, Selection, SelectionError, SelectionPose, valid_weights};
 use crate::lattice::carried;
+use crate::mesh::distinct;
 
 /// Greatest distance from its start, in lengths of the lattice, of a vertex that has not moved: positions are rounded.
 const UNMOVED: f64 = 1e-6;

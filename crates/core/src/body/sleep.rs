@@ -17,7 +17,8 @@
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
 //!
-//! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
+//! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a near collider that is
+//! enabled or disabled, a pin or handle
 //! that begins or ends, a force that changes, an assigned position or velocity, and every changed setting.
 //!
 //! A force that is the same in every step lets a body sleep, as gravity does. So does one that changes by less than a
@@ -246,7 +247,7 @@ impl Body {
 
     /// Returns whether something may move a body at rest in this step.
     fn is_disturbed(&self, context: &StepContext) -> bool {
-        let Self { constraints, forces, .. } = self;
+        let Self { constraints, forces, state, .. } = self;
         let acceleration = REST_FORCE * effective_gravity(self.shape.size, context.gravity.norm());
         let tolerance = |vertex: u32| acceleration * self.mass_of(vertex);
         forces
@@ -254,6 +255,8 @@ impl Body {
             .is_some_and(|forces| forces.move_a_body_at_rest(tolerance, |vertex| self.mass_of(vertex)))
             || constraints.as_ref().is_some_and(|constraints| !constraints.is_static(context.interval))
             || self.is_near_moving_collider(context.colliders, context.interval)
+            // In a restored state, whose colliders were others.
+            || state.supports.list().iter().any(|support| !context.colliders.is_enabled(support.collider))
     }
 
     /// Returns whether a collider that moves during a step is near the body.
@@ -261,8 +264,13 @@ impl Body {
         if !colliders.any_moves() {
             return false;
         }
+        let (center, radius) = self.ball();
+        colliders.moves_near(interval, self.state.frame.body_frame(), &center, radius)
+    }
+
+    /// Returns center and radius of a ball around the body, in cells in its frame, in which colliders are near.
+    pub(super) fn ball(&self) -> (Point3<f64>, f64) {
         let (low, high) = self.local_bounds();
-        let (center, radius) = (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0);
-        colliders.moves_near(interval, self.state.frame.body_frame(), &center, radius + NEAR)
+        (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0 + NEAR)
     }
 }

@@ -46,11 +46,11 @@ struct Posed {
 }
 
 impl<'a> Obstacles<'a> {
-    /// Returns the colliders around a body; `None` if there is none.
+    /// Returns the colliders around a body; `None` if none is enabled.
     pub(super) fn around(body: BodyRef<'a>) -> Option<Self> {
         let DisplayContext { colliders, time, .. } = body.context()?;
         let body = body.get();
-        (!colliders.is_empty()).then(|| {
+        colliders.any_enabled().then(|| {
             // A body that has not yet been stepped in this simulation has no samples.
             let samples = body.contacts().map(Contacts::samples).map(Cow::Borrowed);
             let samples = samples.unwrap_or_else(|| Cow::Owned(body.create_samples(1.0)));
@@ -58,7 +58,7 @@ impl<'a> Obstacles<'a> {
         })
     }
 
-    /// Returns the shapes of the colliders in the body's frame.
+    /// Returns the shapes of the enabled colliders in the body's frame.
     fn shapes(&self) -> impl Iterator<Item = PosedShape<'_>> {
         self.colliders.at(self.time, self.frame)
     }

@@ -6,7 +6,7 @@ use super::collision_mesh::CollisionMesh;
 use super::fault::ColliderFault;
 use super::shape::Shape;
 use crate::mesh::Mesh;
-use crate::motion::{Interpolation, Key, Motion, Pose, direction};
+use crate::motion::{Interpolation, Key, Motion, Pose, Switch, direction};
 use crate::range::Range;
 
 /// Rigid obstacle that bodies cannot enter.
@@ -30,6 +30,12 @@ pub struct Collider {
     pub keys: Vec<Key>,
     /// Interpolation between the keyframes. Default: linear.
     pub interpolation: Interpolation,
+    /// Whether the collider is enabled, at all times or along keyframes. Default: always. A disabled collider touches
+    /// nothing: it has no contacts, limits no displayed surface, and rays do not meet it; it takes no time in a step. It
+    /// moves on along its keyframes, and counts in the automatic number of steps, because it may be enabled later.
+    /// Bodies that sleep near a collider wake up when it is enabled or disabled, and a body that is inside of it when it
+    /// is enabled leaves it whole.
+    pub enabled: Switch,
 }
 
 impl Collider {
@@ -42,6 +48,7 @@ impl Collider {
             rolling_resistance: None,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
+            enabled: true.into(),
         }
     }
 

@@ -3,11 +3,12 @@
 use nalgebra::Point3;
 
 use super::collider::Collider;
+use super::collider_motion::ColliderMotion;
 use super::deformation::AnimatedSurface;
 use super::fault::{ColliderError, ColliderFault};
 use super::posed_collider::{PosedCollider, SurfaceMotion};
 use super::shape::{PosedShape, Shape};
-use crate::motion::{Drive, EulerPose, Motion, Pose};
+use crate::motion::{Drive, EulerPose, Pose, Switch};
 use crate::range::RangeError;
 use crate::state::{BodyFrame, Interval};
 
@@ -31,17 +32,10 @@ pub struct Colliders(Vec<ValidCollider>);
 struct ValidCollider {
     collider: Collider,
     motion: ColliderMotion,
+    /// Whether it is enabled now: from the current time until the end of the next step.
+    is_enabled: bool,
     /// The surface of an animated mesh. In a box, so that the other colliders are not larger.
     animated: Option<Box<AnimatedSurface>>,
-}
-
-/// Motion of a collider.
-#[derive(Clone, Debug)]
-enum ColliderMotion {
-    Rest,
-    Keys(Motion),
-    /// Driven to a pose. Boxed, because `Drive` is larger than the other variants.
-    Driven(Box<Drive>),
 }
 
 /// The motion of a driven collider, as it is saved in a state.
@@ -60,7 +54,8 @@ impl ValidCollider {
             Shape::Mesh { mesh, .. } => AnimatedSurface::new(mesh).map(Box::new),
             _ => None,
         };
-        Ok(Self { collider: collider.clone(), motion, animated })
+        let is_enabled = collider.enabled.value(0.0);
+        Ok(Self { collider: collider.clone(), motion, is_enabled, animated })
     }
 
     /// Returns the shape in a pose, with the surface of an animated mesh before or after the step.
@@ -73,47 +68,6 @@ impl ValidCollider {
         match &self.animated {
             Some(animated) => shape.with_surface(animated.surface(is_after)),
             None => shape,
-        }
-    }
-}
-
-impl ColliderMotion {
-    fn driven(drive: Drive) -> Self {
-        Self::Driven(Box::new(drive))
-    }
-
-    fn from_keys(motion: Option<Motion>) -> Self {
-        motion.map_or(Self::Rest, Self::Keys)
-    }
-
-    /// Returns the poses before and after a step.
-    fn euler_poses(&self, step: Interval) -> [EulerPose; 2] {
-        match self {
-            Self::Rest => [EulerPose::default(); 2],
-            Self::Keys(motion) => [step.start, step.end].map(|time| motion.euler_pose(time)),
-            Self::Driven(drive) => [drive.current(), drive.after(step.dt)],
-        }
-    }
-
-    /// Returns the pose at `time` in seconds, which is the current time.
-    fn pose(&self, time: f64) -> Pose {
-        match self {
-            Self::Rest => Pose::identity(),
-            Self::Keys(motion) => motion.pose(time),
-            Self::Driven(drive) => drive.current().pose(),
-        }
-    }
-
-    /// Returns the poses before and after a step, and whether the collider moves. Keyframes always count as
-    /// motion.
-    fn poses(&self, step: Interval) -> ([Pose; 2], bool) {
-        match self {
-            Self::Rest => ([Pose::identity(); 2], false),
-            Self::Keys(_) => (self.euler_poses(step).map(|pose| pose.pose()), true),
-            Self::Driven(_) => {
-                let [start, end] = self.euler_poses(step);
-                ([start.pose(), end.pose()], start != end)
-            }
         }
     }
 }
@@ -152,7 +106,69 @@ impl Colliders {
     /// Returns whether any collider is not a plane. Only planes need no paths: every point behind them is nearest to
     /// the side from which it came.
     pub(super) fn any_needs_paths(&self) -> bool {
-        self.0.iter().any(|collider| !matches!(collider.collider.shape, Shape::Plane { .. }))
+        self.enabled().any(|(_, valid)| !matches!(valid.collider.shape, Shape::Plane { .. }))
+    }
+
+    /// Returns the colliders that are enabled now, with their indices.
+    fn enabled(&self) -> impl Iterator<Item = (u32, &ValidCollider)> + Clone {
+        (0..).zip(&self.0).filter(|(_, valid)| valid.is_enabled)
+    }
+
+    /// Returns whether any collider is enabled now.
+    pub(crate) fn any_enabled(&self) -> bool {
+        self.enabled().next().is_some()
+    }
+
+    /// Returns whether a collider is enabled now.
+    pub(crate) fn is_enabled(&self, collider: u32) -> bool {
+        self.0.get(collider as usize).is_some_and(|valid| valid.is_enabled)
+    }
+
+    /// Sets when a collider is enabled. [`switch`](Self::switch) lets it take effect.
+    pub(crate) fn set_enabled(&mut self, index: usize, enabled: Switch) {
+        self.0[index].collider.enabled = enabled;
+    }
+
+    /// Returns the colliders that [`switch`](Self::switch) enables or disables.
+    fn switching(&self, time: f64) -> impl Iterator<Item = &ValidCollider> {
+        self.0.iter().filter(move |valid| valid.is_enabled != valid.collider.enabled.value(time))
+    }
+
+    /// Returns whether [`switch`](Self::switch) enables or disables a collider.
+    pub(crate) fn any_switches(&self, time: f64) -> bool {
+        self.switching(time).next().is_some()
+    }
+
+    /// Returns whether [`switch`](Self::switch) enables or disables a collider that is within `distance` of a point in the
+    /// frame of a body, in cells.
+    pub(crate) fn switches_near(
+        &self,
+        time: f64,
+        frame: BodyFrame,
+        (point, distance): (&Point3<f64>, f64),
+    ) -> bool {
+        let mut shapes = self.switching(time).map(|valid| valid.posed(&valid.motion.pose(time), frame, true));
+        shapes.any(|shape| shape.signed_distance(point).distance <= distance)
+    }
+
+    /// Returns the shapes at `time` of the colliders that are enabled after [`switch`](Self::switch) and that satisfy a
+    /// condition of whether they are enabled before it, in the frame of a body.
+    pub(crate) fn switched(
+        &self,
+        time: f64,
+        frame: BodyFrame,
+        condition: impl Fn(bool) -> bool,
+    ) -> impl Iterator<Item = PosedShape<'_>> {
+        let after = self.0.iter().filter(move |valid| valid.collider.enabled.value(time));
+        let found = after.filter(move |valid| condition(valid.is_enabled));
+        found.map(move |valid| valid.posed(&valid.motion.pose(time), frame, true))
+    }
+
+    /// Enables and disables the colliders for `time`, in seconds, which is the current time.
+    pub(crate) fn switch(&mut self, time: f64) {
+        for valid in &mut self.0 {
+            valid.is_enabled = valid.collider.enabled.value(time);
+        }
     }
 
     /// Returns the greatest distance of samples, in cells, at which no collider fits between them: one cell, or less
@@ -183,11 +199,10 @@ impl Colliders {
             .any(|valid| valid.collider.rolling_resistance.is_some_and(|coefficient| coefficient > 0.0))
     }
 
-    /// Returns whether any collider may move.
+    /// Returns whether any enabled collider may move.
     pub(crate) fn any_moves(&self) -> bool {
-        self.0
-            .iter()
-            .any(|collider| collider.animated.is_some() || !matches!(collider.motion, ColliderMotion::Rest))
+        self.enabled()
+            .any(|(_, valid)| valid.animated.is_some() || !matches!(valid.motion, ColliderMotion::Rest))
     }
 
     /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
@@ -199,7 +214,7 @@ impl Colliders {
         point: &Point3<f64>,
         distance: f64,
     ) -> bool {
-        self.during(step, frame).any(|PosedCollider { shape_before, shape, .. }| {
+        self.during(step, frame).any(|(_, PosedCollider { shape_before, shape, .. })| {
             shape != shape_before
                 && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
         })
@@ -274,37 +289,43 @@ impl Colliders {
         }
     }
 
-    /// Computes the surfaces of animated meshes at a time in seconds.
-    pub(crate) fn animate_to(&mut self, time: f64) {
+    /// Enables and disables the colliders, and computes the surfaces of animated meshes, at a time in seconds.
+    pub(crate) fn set_time(&mut self, time: f64) {
+        self.switch(time);
         for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
             animated.advance([time, time]);
         }
     }
 
-    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the
+    /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the
     /// end of the last step, or at the time that was set.
     pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> + Clone {
-        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
+        self.enabled().map(move |(_, collider)| collider.posed(&collider.motion.pose(time), frame, true))
     }
 
-    /// Returns the shape of each collider at `time` as [`at`](Self::at), in world space and scene units, and without the
-    /// thickness of shells.
-    pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = PosedShape<'_>> {
-        self.0.iter().map(move |valid| {
+    /// Returns the shape of each enabled collider at `time` as [`at`](Self::at), in world space and scene units, and
+    /// without the thickness of shells, with the index of the collider.
+    pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = (usize, PosedShape<'_>)> {
+        self.enabled().map(move |(index, valid)| {
             let pose = valid.motion.pose(time);
-            valid.with_animation(valid.collider.shape.posed(&pose, BodyFrame::WORLD), true)
+            let shape = valid.collider.shape.posed(&pose, BodyFrame::WORLD);
+            (index as usize, valid.with_animation(shape, true))
         })
     }
 
-    /// Returns the shape of each collider at the start of a step, in the frame of a body.
+    /// Returns the shape of each enabled collider at the start of a step, in the frame of a body.
     pub(crate) fn before(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
-        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(step.start), frame, false))
+        self.enabled().map(move |(_, valid)| valid.posed(&valid.motion.pose(step.start), frame, false))
     }
 
-    /// Returns each collider during one step, in the frame of a body.
-    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider<'_>> {
-        self.0.iter().map(move |valid| {
-            let ValidCollider { collider, motion, animated } = valid;
+    /// Returns each enabled collider during one step, in the frame of a body, with its index.
+    pub(super) fn during(
+        &self,
+        step: Interval,
+        frame: BodyFrame,
+    ) -> impl Iterator<Item = (u32, PosedCollider<'_>)> {
+        self.enabled().map(move |(index, valid)| {
+            let ValidCollider { collider, motion, animated, .. } = valid;
             let ([start, end], is_moving) = motion.poses(step);
             let (shape_before, shape) = (valid.posed(&start, frame, false), valid.posed(&end, frame, true));
             let deformation = match (animated, shape_before, shape) {
@@ -313,7 +334,7 @@ impl Colliders {
                 }
                 _ => None,
             };
-            PosedCollider {
+            let posed = PosedCollider {
                 shape_before,
                 shape,
                 deformation,
@@ -331,7 +352,8 @@ impl Colliders {
                     translation_at_end: end.translate / frame.cell_size,
                     rate: 1.0 / step.dt,
                 }),
-            }
+            };
+            (index, posed)
         })
     }
 }
@@ -342,7 +364,7 @@ mod tests {
 
     #[test]
     fn colliders_that_are_not_driven_store_nothing_for_it() {
-        assert_eq!(size_of::<ColliderMotion>(), size_of::<Motion>());
+        assert_eq!(size_of::<ColliderMotion>(), size_of::<crate::motion::Motion>());
         let mut colliders = Colliders::new(&[Collider::plane([0.0; 3], [0.0, 1.0, 0.0])]).unwrap();
         assert!(colliders.driven().is_empty());
         assert!(!colliders.0[0].motion.poses(Interval::of_step(0, 0.1)).1);

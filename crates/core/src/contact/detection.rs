@@ -228,12 +228,12 @@ impl Detection {
         is_far
     }
 
-    /// Stores the side points of the samples after the step. `colliders`: during the step.
+    /// Stores the side points of the samples after the step. `colliders`: during the step, with their indices.
     pub(super) fn keep_sides<'a>(
         &mut self,
         state: &Lanes<3>,
         (samples, leaving): (&SampleCells, &[u32]),
-        colliders: impl Iterator<Item = PosedCollider<'a>>,
+        colliders: impl Iterator<Item = (u32, PosedCollider<'a>)>,
     ) {
         if !std::mem::take(&mut self.has_swept) {
             self.paths.clear_sides();
@@ -242,7 +242,7 @@ impl Detection {
         self.read(state, &samples.slots, leaving);
         self.update_paths();
         let mut found = self.paths.take_scratch();
-        for (index, collider) in (0..).zip(colliders) {
+        for (index, collider) in colliders {
             let Some(motion) = self.paths.motion(index, &collider, &self.positions) else { continue };
             if self.is_far(index, &collider, samples, motion) {
                 continue;

@@ -86,7 +86,9 @@ impl BodyPoints {
         samples.chain(self.inner.iter().map(|point| (point, INNER_RADIUS)))
     }
 
-    fn is_in(&self, shape: &PosedShape<'_>) -> bool {
+    /// Returns whether a sample is deeper than the greatest push-out of a step, or a vertex inside the body is near or in
+    /// the shape.
+    pub(crate) fn is_in(&self, shape: &PosedShape<'_>) -> bool {
         let depth = |point: &Point3<f64>| -shape.signed_distance(point).distance;
         self.samples.iter().any(|point| depth(point) > PUSH_LIMIT)
             || self.inner.iter().any(|point| depth(point) > -INNER_RADIUS)

@@ -12,6 +12,7 @@
 //! | `collision_mesh` | meshes as shapes: solids if they are closed, shells if they are open |
 //! | `shape` | collider shapes and their signed distances, in world space and in the frame of a body |
 //! | `collider` | description of a collider: shape, friction, restitution, keyframes |
+//! | `collider_motion` | the motion of a collider |
 //! | `colliders` | the validated colliders of a simulation, at rest, along keyframes or driven |
 //! | `posed_collider` | a collider during a step: its shapes, and the motion of its surface |
 //! | `parts` | the parts of a body that touch: a whole body, or the pieces of a broken one |
@@ -61,6 +62,7 @@
 
 pub(crate) mod bodies;
 mod collider;
+mod collider_motion;
 mod colliders;
 mod collision_mesh;
 mod constraint;

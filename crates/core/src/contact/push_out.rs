@@ -57,8 +57,8 @@ impl Contacts {
         detection.read(state.positions, &samples.slots, leaving);
         detection.update_paths();
         let mut report = ContactReport::default();
-        for (index, collider) in colliders.during(step, state.frame).enumerate() {
-            detection.find(index as u32, &collider, samples, 0.0, &mut report);
+        for (index, collider) in colliders.during(step, state.frame) {
+            detection.find(index, &collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
                 let position = || mean_position(patch.vertices(), detection.positions());
                 let (normal, distance) = match patch.side() {

@@ -201,17 +201,20 @@ impl Contacts {
         touched.clear();
         solver.clear();
         solver.begin_rigid(rigid);
+        self.begin.clear();
+        let mut report = ContactReport::default();
+        if !colliders.any_enabled() {
+            return report;
+        }
         detection.read(state.positions, &samples.slots, leaving);
         if colliders.any_needs_paths() {
             detection.begin_paths(state.velocities, &samples.slots, step.dt);
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         self.slow = min_bounce.max(SLOW / step.dt) as f32;
-        self.begin.clear();
-        let mut report = ContactReport::default();
-        for (index, collider) in colliders.during(step, state.frame).enumerate() {
+        for (index, collider) in colliders.during(step, state.frame) {
             let untouched = report.contacts == 0;
-            detection.find(index as u32, &collider, samples, SKIN, &mut report);
+            detection.find(index, &collider, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }
@@ -229,7 +232,7 @@ impl Contacts {
                 let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
-                    collider: index as u32,
+                    collider: index,
                     vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
                     friction_factor: point.friction_factor,

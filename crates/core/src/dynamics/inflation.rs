@@ -165,7 +165,7 @@ impl Inflation {
     /// Returns whether all numbers are valid for a lattice with `vertices` vertices.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         self.parts().all(|part| {
-            Curve::new(part.curve.keys().to_vec()).is_ok()
+            part.curve.is_valid()
                 && Self::validate(&part.curve).is_ok()
                 && Range::INFLATION.contains(part.in_force)
         }) && self.zones.iter().all(|(_, shares)| {

@@ -67,9 +67,8 @@ impl KeyedMaterial {
 
     /// Returns whether all keyframes are valid.
     pub(crate) fn is_valid(&self) -> bool {
-        let are_curves = self.numbers().into_iter().filter_map(|(.., curve)| curve);
-        let mut curves = are_curves.map(|curve| Curve::new(curve.keys().to_vec()));
-        curves.all(|curve| curve.is_ok()) && self.validate().is_ok()
+        let mut curves = self.numbers().into_iter().filter_map(|(.., curve)| curve);
+        curves.all(Curve::is_valid) && self.validate().is_ok()
     }
 
     /// Returns whether any number at the end of a step is another one than at its start.

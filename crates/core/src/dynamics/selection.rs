@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use crate::mesh::{RefinedMesh, refined_map};
+use crate::mesh::{RefinedMesh, distinct, refined_map};
 use crate::motion::direction;
 
 /// A selection of lattice vertices: a shape in world space, a list of lattice vertices, or a part of the mesh. Points on
@@ -365,13 +365,6 @@ impl Selection {
             Self::Map(_) => "map",
         }
     }
-}
-
-/// Returns vertices in increasing order, each once.
-pub(crate) fn distinct(mut vertices: Vec<u32>) -> Vec<u32> {
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
 }
 
 /// Checks the range of the weights of mesh vertices.

@@ -44,7 +44,7 @@ pub use description::{Component, Topology};
 pub use error::MeshError;
 pub use interior::Interior;
 pub(crate) use measure::RelativeMeasure;
-pub(crate) use named::refined_map;
+pub(crate) use named::{distinct, refined_map};
 pub(crate) use needles::flip_needles;
 pub(crate) use polygon::{Planar, distance_squared, planar_area, polygon_area, triangulate};
 pub use polygons::Mesh;

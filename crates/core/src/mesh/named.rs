@@ -6,6 +6,13 @@ use std::sync::Arc;
 use super::error::MeshError;
 use super::polygons::{Mesh, Named};
 
+/// Returns vertices in increasing order, each once.
+pub(crate) fn distinct(mut vertices: Vec<u32>) -> Vec<u32> {
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices
+}
+
 impl Mesh {
     /// Returns the mesh with named groups of vertices, such as those of objects and materials of a file, which
     /// [`Selection::Group`](crate::Selection::Group) selects. Vertices that the mesh does not have are left out. Groups
@@ -17,11 +24,8 @@ impl Mesh {
             let valid = vertices.into_iter().filter(|&vertex| (vertex as usize) < self.vertices.len());
             named.entry(name).or_default().extend(valid);
         }
-        for vertices in named.values_mut() {
-            vertices.sort_unstable();
-            vertices.dedup();
-        }
-        let named = Named { groups: named.into_iter().collect(), maps: self.named.maps.clone() };
+        let groups = named.into_iter().map(|(name, vertices)| (name, distinct(vertices)));
+        let named = Named { groups: groups.collect(), maps: self.named.maps.clone() };
         Self { named: Arc::new(named), ..self }
     }
 

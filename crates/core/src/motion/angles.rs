@@ -6,7 +6,7 @@
 //! place of 25 ns), and differ in the last place for 5 % of the angles, which would change the frames of existing
 //! scenes.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Coefficients of x³, x⁵, ... x¹⁷ in the Taylor series of the sine.
 const SIN: [f64; 8] = [
@@ -93,6 +93,18 @@ pub fn euler_degrees_near(rotation: &Matrix3<f64>, near: [f64; 3]) -> [f64; 3] {
     if distance(&second) < distance(&first) { second } else { first }
 }
 
+/// Computes the rotation matrix of a quaternion x, y, z, w of any length but zero; `None` for another one. Of the matrix,
+/// [`euler_degrees_near`] computes the angles that keyframes and shapes take.
+pub fn quaternion_rotation(quaternion: [f64; 4]) -> Option<Matrix3<f64>> {
+    let greatest = quaternion.iter().fold(0.0_f64, |greatest, x| greatest.max(x.abs()));
+    if !(greatest > 0.0 && quaternion.iter().all(|x| x.is_finite())) {
+        return None;
+    }
+    // The squares of numbers of at most 1 do not overflow.
+    let [x, y, z, w] = quaternion.map(|x| x / greatest);
+    Some(UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner())
+}
+
 /// Returns the unit vector along `v`, or `None` if `v` is zero or not finite.
 pub(crate) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
     let largest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -159,6 +171,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn quaternions_of_any_length_are_rotations_about_their_axis() {
+        let half = 35.0_f64.to_radians();
+        let angles = [0.0, 0.0, 70.0];
+        for scale in [1.0, -3.0, 1e-300, 1e300] {
+            let quaternion = [0.0, 0.0, half.sin(), half.cos()].map(|x| x * scale);
+            let rotation = quaternion_rotation(quaternion).unwrap();
+            assert!((rotation - euler_degrees(angles)).norm() < 1e-15, "{scale}: {rotation}");
+        }
+        assert_eq!(quaternion_rotation([0.0; 4]), None);
+        assert_eq!(quaternion_rotation([0.0, f64::INFINITY, 0.0, 1.0]), None);
+        assert_eq!(quaternion_rotation([0.0, f64::NAN, 0.0, 1.0]), None);
     }
 
     #[test]

@@ -34,8 +34,8 @@ impl Simulation {
         if let Some(found) = [built.bodies.len(), adopted.len()].into_iter().find(|&found| found != bodies) {
             return Err(StateError::Bodies { bodies, found }.into());
         }
-        if built.gravity != self.gravity() {
-            self.set_gravity(built.gravity)?;
+        if built.gravity != self.gravity_curve {
+            self.set_gravity(built.gravity.clone())?;
         }
         if built.fields != self.fields {
             self.set_fields(built.fields.clone())?;

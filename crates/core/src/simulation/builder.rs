@@ -13,6 +13,7 @@ use crate::contact::{Collider, Colliders};
 use crate::dynamics::{Field, Link};
 use crate::error::Error;
 use crate::matching::Workspaces;
+use crate::motion::Curve;
 use crate::parallel::Executor;
 use crate::range::Range;
 use crate::state::PairSupports;
@@ -22,7 +23,7 @@ use crate::state::PairSupports;
 #[derive(Debug)]
 pub struct SimulationBuilder {
     bodies: Vec<Body>,
-    gravity: [f64; 3],
+    gravity: Curve<[f64; 3]>,
     dt: f64,
     fps: Option<f64>,
     colliders: Vec<Collider>,
@@ -38,7 +39,7 @@ impl Default for SimulationBuilder {
     fn default() -> Self {
         Self {
             bodies: Vec::new(),
-            gravity: [0.0, -9.81, 0.0],
+            gravity: [0.0, -9.81, 0.0].into(),
             dt: 1.0 / 60.0,
             fps: None,
             colliders: Vec::new(),
@@ -67,11 +68,12 @@ impl SimulationBuilder {
         self
     }
 
-    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude. Default:
-    /// (0, -9.81, 0).
+    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude: a vector, or a [`Curve`]
+    /// of vectors. Default: (0, -9.81, 0). A step has gravity at its start. For the regions of a material and the automatic
+    /// number of steps, the greatest gravity of a keyframe counts.
     #[must_use]
-    pub fn gravity(mut self, gravity: [f64; 3]) -> Self {
-        self.gravity = gravity;
+    pub fn gravity(mut self, gravity: impl Into<Curve<[f64; 3]>>) -> Self {
+        self.gravity = gravity.into();
         self
     }
 
@@ -163,13 +165,13 @@ impl SimulationBuilder {
         }
         check_fields(&self.fields, &self.bodies)?;
         let links = Links::new(self.links.clone(), &self.bodies)?;
-        let gravity = Vector3::from(self.gravity);
+        let greatest = Vector3::from(self.gravity.longest());
         let (dt, steps) = (self.step_length(), self.fixed_substeps());
         let mut bodies = self.bodies;
         for body in &mut bodies {
             body.update_contact_stage(&colliders);
             body.search_escapes();
-            body.fix_elasticity(gravity.norm(), dt);
+            body.fix_elasticity(greatest.norm(), dt);
         }
         let contacts = groups::create(&mut bodies, self.contact);
         let mut simulation = Simulation {
@@ -179,7 +181,8 @@ impl SimulationBuilder {
             pair_supports: PairSupports::default(),
             restored_contacts: Vec::new(),
             groups: Groups::default(),
-            gravity,
+            gravity: self.gravity.value(0.0).into(),
+            gravity_curve: self.gravity,
             clock: Clock::new(dt),
             colliders,
             fields: self.fields,
@@ -227,7 +230,7 @@ impl SimulationBuilder {
         check_substeps(self.substeps, self.fps)?;
         check_dt(self.step_length())?;
         check_threads(self.threads)?;
-        check_gravity(self.gravity)?;
+        check_gravity(&self.gravity)?;
         Ok(Colliders::new(&self.colliders)?)
     }
 }

@@ -2,30 +2,57 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::clock::Clock;
-use crate::contact::{Collider, Colliders};
+use super::contact_point::Touched;
+use super::world::Simulation;
+use crate::contact::Collider;
 use crate::error::Error;
-use crate::motion::EulerPose;
-use crate::state::Interval;
+use crate::motion::{EulerPose, Switch};
 
-/// A collider of a simulation, with its current pose: see [`Simulation::collider`](super::Simulation::collider).
+impl Simulation {
+    /// Returns a collider: its description, current pose and velocity.
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider(&self, index: usize) -> ColliderRef<'_> {
+        ColliderRef::new(self, index)
+    }
+
+    /// Returns a collider to drive, enable or disable it: [`ColliderMut::move_to`], [`ColliderMut::set_enabled`].
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
+        ColliderMut::new(self, index)
+    }
+}
+
+/// A collider of a simulation, with its current pose: see [`Simulation::collider`].
 #[derive(Clone, Copy, Debug)]
 pub struct ColliderRef<'a> {
-    description: &'a Collider,
+    simulation: &'a Simulation,
+    index: usize,
     /// Poses before and after the next step.
     poses: [EulerPose; 2],
     dt: f64,
 }
 
 impl<'a> ColliderRef<'a> {
-    pub(super) fn new(colliders: &'a Colliders, index: usize, next_step: Interval) -> Self {
-        let poses = colliders.poses(index, next_step);
-        Self { description: colliders.description(index), poses, dt: next_step.dt }
+    pub(super) fn new(simulation: &'a Simulation, index: usize) -> Self {
+        let next_step = simulation.clock.interval();
+        let poses = simulation.colliders.poses(index, next_step);
+        Self { simulation, index, poses, dt: next_step.dt }
     }
 
     /// Returns the collider that was given. Its keyframes have no effect if the collider has been driven.
     pub fn description(&self) -> &'a Collider {
-        self.description
+        self.simulation.colliders.description(self.index)
+    }
+
+    /// Returns whether the collider is enabled now, by [`Collider::enabled`].
+    pub fn is_enabled(&self) -> bool {
+        self.simulation.colliders.is_enabled(self.index as u32)
     }
 
     /// Returns the current displacement from the given position, in scene units.
@@ -46,6 +73,14 @@ impl<'a> ColliderRef<'a> {
         ((after - before) / self.dt).into()
     }
 
+    /// Returns the force of the bodies on the collider in the last step, in mass x length/s²: the opposite of the sum of
+    /// the forces of its [contacts](Simulation::contacts).
+    pub fn force(&self) -> [f64; 3] {
+        let contacts = self.simulation.contacts().into_iter();
+        let own = contacts.filter(|contact| contact.other == Touched::Collider(self.index));
+        own.fold(Vector3::zeros(), |sum, contact| sum - contact.force).into()
+    }
+
     /// Returns the angular velocity in the next step, in rad/s: the axis and angle, less than half a turn, of
     /// the rotation during the step, divided by `dt`.
     pub fn spin(&self) -> [f64; 3] {
@@ -59,8 +94,8 @@ impl<'a> ColliderRef<'a> {
     }
 }
 
-/// A collider of a simulation that can be driven: see
-/// [`Simulation::collider_mut`](super::Simulation::collider_mut).
+/// A collider of a simulation that can be driven, enabled and disabled: see
+/// [`Simulation::collider_mut`].
 ///
 /// A driven collider moves linearly from its current pose to the target, and bodies in contact feel the
 /// velocity and the spin of this motion. At the target it stays at rest until it is driven again. Driving
@@ -74,19 +109,18 @@ impl<'a> ColliderRef<'a> {
 /// the displacement of a point during the step divided by `dt`. A turn of half a turn or more in one step
 /// therefore acts like a smaller one.
 ///
-/// The motion counts steps of `dt`, so [`Simulation::set_time`](super::Simulation::set_time) does not change
+/// The motion counts steps of `dt`, so [`Simulation::set_time`] does not change
 /// it. It is part of [`SimulationState`](super::SimulationState).
 #[derive(Debug)]
 pub struct ColliderMut<'a> {
-    colliders: &'a mut Colliders,
+    simulation: &'a mut Simulation,
     index: usize,
-    time: f64,
 }
 
 impl<'a> ColliderMut<'a> {
-    pub(super) fn new(colliders: &'a mut Colliders, index: usize, clock: &Clock) -> Self {
-        assert!(index < colliders.len(), "collider {index} of {}", colliders.len());
-        Self { colliders, index, time: clock.time() }
+    pub(super) fn new(simulation: &'a mut Simulation, index: usize) -> Self {
+        assert!(index < simulation.colliders.len(), "collider {index} of {}", simulation.colliders.len());
+        Self { simulation, index }
     }
 
     /// Moves the collider to a pose during the next step.
@@ -111,6 +145,14 @@ impl<'a> ColliderMut<'a> {
 
     fn drive(&mut self, translate: [f64; 3], rotate: [f64; 3], duration: Option<f64>) -> Result<(), Error> {
         let target = EulerPose { translate, rotate };
-        Ok(self.colliders.drive(self.index, self.time, target, duration)?)
+        let Simulation { colliders, clock, .. } = &mut *self.simulation;
+        Ok(colliders.drive(self.index, clock.time(), target, duration)?)
+    }
+
+    /// Enables or disables the collider from now on, `true` or `false`, or along keyframes: see [`Collider::enabled`]. It
+    /// is a setting, as the friction is, and no part of a state: a restored state has the colliders that the time gives.
+    pub fn set_enabled(&mut self, enabled: impl Into<Switch>) {
+        self.simulation.colliders.set_enabled(self.index, enabled.into());
+        self.simulation.switch_colliders();
     }
 }

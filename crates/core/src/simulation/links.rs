@@ -15,8 +15,9 @@ use std::f64::consts::FRAC_PI_3;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 use crate::body::{Anchor, Body};
-use crate::dynamics::{Link, LinkError, distinct};
+use crate::dynamics::{Link, LinkError};
 use crate::error::Error;
+use crate::mesh::distinct;
 
 /// Sweeps over the ties of glue in a step.
 const SWEEPS: usize = 8;

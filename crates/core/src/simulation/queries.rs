@@ -36,7 +36,7 @@ struct Surface {
 }
 
 impl Simulation {
-    /// Returns what each ray meets first: a displayed surface from either side, or a collider. `None` where a ray meets
+    /// Returns what each ray meets first: a displayed surface from either side, or an enabled collider. `None` where a ray meets
     /// nothing. A ray that starts in a solid collider meets it there.
     ///
     /// A call evaluates the surfaces of all bodies and builds a tree of each, which takes about 10 ms for 10,000 faces; a
@@ -70,9 +70,9 @@ impl Simulation {
             // Divided by the greatest coordinate first, so that no square overflows.
             let direction = (direction / direction.amax()).normalize();
             let of_bodies = surfaces.iter().filter_map(|surface| surface.cast(&start, &direction, limit));
-            let of_colliders = colliders.iter().enumerate().filter_map(|(index, shape)| {
+            let of_colliders = colliders.iter().filter_map(|(index, shape)| {
                 let (distance, normal) = shape.cast(&start, &direction, limit)?;
-                let (of, point) = (Touched::Collider(index), start + direction * distance);
+                let (of, point) = (Touched::Collider(*index), start + direction * distance);
                 Some(FoundPoint { of, face: None, distance, point, normal })
             });
             least(of_bodies.chain(of_colliders))
@@ -80,7 +80,7 @@ impl Simulation {
         Ok(rays.iter().map(first).collect())
     }
 
-    /// Returns what is nearest to each point: a point of a displayed surface or of a collider. `None` without any.
+    /// Returns what is nearest to each point: a point of a displayed surface or of an enabled collider. `None` without any.
     ///
     /// It costs as much as [`raycast`](Self::raycast). The distance is never negative, also inside of a body or a collider.
     ///
@@ -93,11 +93,11 @@ impl Simulation {
         let first = |&point: &[f64; 3]| {
             let point = Point3::from(point);
             let of_bodies = surfaces.iter().filter_map(|surface| surface.nearest(&point));
-            let of_colliders = colliders.iter().enumerate().map(|(index, shape)| {
+            let of_colliders = colliders.iter().map(|(index, shape)| {
                 let found = shape.signed_distance(&point);
                 let nearest = point - found.normal * found.distance;
                 FoundPoint {
-                    of: Touched::Collider(index),
+                    of: Touched::Collider(*index),
                     face: None,
                     distance: found.distance.abs(),
                     point: nearest,
@@ -109,8 +109,8 @@ impl Simulation {
         Ok(points.iter().map(first).collect())
     }
 
-    /// Returns the shapes of the colliders now.
-    fn shapes(&self) -> Vec<PosedShape<'_>> {
+    /// Returns the shapes of the colliders that are enabled now, with their indices.
+    fn shapes(&self) -> Vec<(usize, PosedShape<'_>)> {
         self.colliders.surfaces_at(self.time()).collect()
     }
 

@@ -21,7 +21,7 @@ impl Simulation {
             clock: Clock::new(self.dt()),
             substeps: self.substeps,
             choose_at_next_step: is_automatic,
-            gravity: self.gravity.into(),
+            gravity: self.gravity_curve.clone(),
             fields: self.fields.clone(),
             bodies: self.bodies.iter().map(Body::initial_snapshot).collect(),
             driven: Vec::new(),
@@ -31,7 +31,7 @@ impl Simulation {
         };
         self.restore(&state).expect("the state is made of these bodies");
         // As when the simulation is built, but without the regions that are replaced at once.
-        let gravity = self.gravity.norm();
+        let gravity = self.greatest_gravity().norm();
         let dt = match self.fps {
             Some(fps) if is_automatic => 1.0 / fps,
             _ => self.dt(),

@@ -1,5 +1,7 @@
 //! Changes and checks the settings of a simulation.
 
+use nalgebra::Vector3;
+
 use super::substeps::{self, Substeps};
 use super::world::Simulation;
 use crate::body::Body;
@@ -7,6 +9,7 @@ use crate::contact::{Collider, Colliders};
 use crate::dynamics::Field;
 use crate::error::Error;
 use crate::matching::Workspaces;
+use crate::motion::Curve;
 use crate::parallel::Executor;
 use crate::range::in_range;
 
@@ -36,7 +39,8 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
-        self.colliders.animate_to(time);
+        self.follow_time();
+        self.colliders.set_time(time);
         self.wake();
         Ok(())
     }
@@ -68,16 +72,17 @@ impl Simulation {
 
     /// Chooses the number of steps per frame, and fixes Young's moduli and regions for the step length that follows.
     pub(super) fn choose_substeps(&mut self) {
-        let Self { bodies, contacts, colliders, gravity, .. } = self;
+        let gravity = self.greatest_gravity();
+        let Self { bodies, contacts, colliders, .. } = self;
         let Some(fps) = self.fps else { return };
-        let chosen = substeps::choose(bodies, (contacts.as_ref(), colliders), *gravity, fps);
+        let chosen = substeps::choose(bodies, (contacts.as_ref(), colliders), gravity, fps);
         let dt = 1.0 / (fps * f64::from(chosen.steps));
         (self.chosen, self.substeps) = (Some(chosen), u64::from(chosen.steps));
         self.clock.begin_frame();
         if dt != self.clock.dt() {
             self.clock.set_dt(dt);
         }
-        self.bodies.iter_mut().for_each(|body| body.fix_elasticity(self.gravity.norm(), dt));
+        self.bodies.iter_mut().for_each(|body| body.fix_elasticity(gravity.norm(), dt));
     }
 
     /// Replaces the fields, from the next step on.
@@ -121,7 +126,7 @@ impl Simulation {
     /// An invalid collider. The colliders are then unchanged.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
-        self.colliders.animate_to(self.clock.time());
+        self.colliders.set_time(self.clock.time());
         self.restored_contacts.clear();
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
@@ -132,14 +137,17 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets gravity in scene units per second squared, from the next step on.
+    /// Sets gravity in scene units per second squared, from the next step on: a vector, or a [`Curve`] of vectors over the
+    /// time of the simulation.
     ///
     /// # Errors
     ///
     /// A component that is not finite or exceeds 1e12 in magnitude.
-    pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Result<(), Error> {
-        check_gravity(gravity)?;
-        self.gravity = gravity.into();
+    pub fn set_gravity(&mut self, gravity: impl Into<Curve<[f64; 3]>>) -> Result<(), Error> {
+        let gravity = gravity.into();
+        check_gravity(&gravity)?;
+        self.gravity = gravity.value(self.clock.time()).into();
+        self.gravity_curve = gravity;
         self.wake();
         Ok(())
     }
@@ -148,6 +156,34 @@ impl Simulation {
     /// [`Body::is_asleep`].
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
+    }
+
+    /// Sets what follows the time at the beginning of a step to the current time: gravity, and which colliders are
+    /// enabled. Bodies wake up to changes.
+    pub(super) fn follow_time(&mut self) {
+        if self.gravity_curve.keys().len() > 1 {
+            let gravity = Vector3::from(self.gravity_curve.value(self.clock.time()));
+            if gravity != self.gravity {
+                self.gravity = gravity;
+                self.wake();
+            }
+        }
+        self.switch_colliders();
+    }
+
+    /// Returns the greatest gravity of a keyframe.
+    pub(super) fn greatest_gravity(&self) -> Vector3<f64> {
+        self.gravity_curve.longest().into()
+    }
+
+    /// Enables and disables the colliders by their keyframes for the current time. Bodies follow.
+    pub(super) fn switch_colliders(&mut self) {
+        let Self { bodies, colliders, clock, gravity, .. } = self;
+        let time = clock.time();
+        if colliders.any_switches(time) {
+            bodies.iter_mut().for_each(|body| body.follow_switches(colliders, time, *gravity));
+            colliders.switch(time);
+        }
     }
 
     /// Wakes all bodies up.
@@ -184,8 +220,8 @@ pub(super) fn check_fields(fields: &[Field], bodies: &[Body]) -> Result<(), Erro
 }
 
 /// Checks gravity.
-pub(super) fn check_gravity(gravity: [f64; 3]) -> Result<(), Error> {
-    for g in gravity {
+pub(super) fn check_gravity(gravity: &Curve<[f64; 3]>) -> Result<(), Error> {
+    for g in gravity.keys().iter().flat_map(|key| key.value) {
         in_range("gravity", g, g.abs() <= 1e12, "at most 1e12")?;
     }
     Ok(())

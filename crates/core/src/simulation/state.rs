@@ -8,6 +8,7 @@ use crate::body::BodySnapshot;
 use crate::contact::DrivenCollider;
 use crate::dynamics::Field;
 use crate::error::{Error, StateError};
+use crate::motion::Curve;
 use crate::state::PairSupports;
 
 /// The saved state of a simulation: time, step length, steps per frame, gravity, fields, the motions of driven colliders,
@@ -22,7 +23,7 @@ pub struct SimulationState {
     pub(super) substeps: u64,
     /// Whether the next step chooses the number of steps per frame.
     pub(super) choose_at_next_step: bool,
-    pub(super) gravity: [f64; 3],
+    pub(super) gravity: Curve<[f64; 3]>,
     pub(super) fields: Vec<Field>,
     pub(super) bodies: Vec<BodySnapshot>,
     pub(super) driven: Vec<DrivenCollider>,
@@ -48,7 +49,7 @@ impl Simulation {
             clock: self.clock,
             substeps: self.substeps,
             choose_at_next_step: self.choose_at_next_step,
-            gravity: self.gravity.into(),
+            gravity: self.gravity_curve.clone(),
             fields: self.fields.clone(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
@@ -67,6 +68,9 @@ impl Simulation {
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Error> {
         if state.bodies.len() != self.bodies.len() {
             return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
+        }
+        if !state.gravity.is_valid() {
+            return Err(StateError::Gravity.into());
         }
         if !state.clock.is_valid() || state.substeps == 0 {
             return Err(StateError::Time.into());
@@ -87,7 +91,7 @@ impl Simulation {
                 return Err(StateError::Drive { index }.into());
             }
         }
-        self.set_gravity(state.gravity)?;
+        self.set_gravity(state.gravity.clone())?;
         self.fields.clone_from(&state.fields);
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_cracks(snapshot);
@@ -109,7 +113,8 @@ impl Simulation {
         let contacts = state.contacts.iter().filter(|contact| self.has_touched(contact));
         self.restored_contacts = contacts.copied().collect();
         self.clock = state.clock;
-        self.colliders.animate_to(self.clock.time());
+        self.gravity = self.gravity_curve.value(self.clock.time()).into();
+        self.colliders.set_time(self.clock.time());
         self.substeps = state.substeps;
         self.choose_at_next_step = state.choose_at_next_step && self.fps.is_some();
         Ok(())

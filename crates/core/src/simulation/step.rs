@@ -1,4 +1,4 @@
-//! The step: all bodies, then the driven colliders and the clock.
+//! The step: all bodies, then the driven colliders, the clock, and what follows the time.
 
 use super::contact::store_supports;
 use super::groups;
@@ -115,6 +115,7 @@ impl Simulation {
         }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
+        self.follow_time();
         self.forget_restored_contacts();
         self.update_pieces();
     }

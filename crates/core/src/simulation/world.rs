@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::clock::Clock;
-use super::collider::{ColliderMut, ColliderRef};
 use super::contact_point::ContactPoint;
 use super::groups::{ContactSettings, Groups};
 use super::links::{LinkRef, Links};
@@ -13,6 +12,7 @@ use crate::contact::Colliders;
 use crate::contact::bodies::BodyContacts;
 use crate::dynamics::Field;
 use crate::matching::Workspaces;
+use crate::motion::Curve;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::state::PairSupports;
@@ -23,7 +23,9 @@ use crate::state::PairSupports;
 #[derive(Debug)]
 pub struct Simulation {
     pub(super) bodies: Vec<Body>,
+    /// Gravity in force: that of `gravity_curve` at the current time.
     pub(super) gravity: Vector3<f64>,
+    pub(super) gravity_curve: Curve<[f64; 3]>,
     pub(super) clock: Clock,
     pub(super) colliders: Colliders,
     pub(super) fields: Vec<Field>,
@@ -114,24 +116,6 @@ impl Simulation {
         self.colliders.len()
     }
 
-    /// Returns a collider: its description, current pose and velocity.
-    ///
-    /// # Panics
-    ///
-    /// Panics if `index` is not the index of a collider.
-    pub fn collider(&self, index: usize) -> ColliderRef<'_> {
-        ColliderRef::new(&self.colliders, index, self.clock.interval())
-    }
-
-    /// Returns a collider to drive it: [`ColliderMut::move_to`].
-    ///
-    /// # Panics
-    ///
-    /// Panics if `index` is not the index of a collider.
-    pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
-        ColliderMut::new(&mut self.colliders, index, &self.clock)
-    }
-
     /// Returns the fields, in the order in which they were added.
     pub fn fields(&self) -> &[Field] {
         &self.fields
@@ -143,9 +127,15 @@ impl Simulation {
         self.links.iter()
     }
 
-    /// Returns gravity in scene units per second squared.
+    /// Returns gravity in force, in scene units per second squared: that at the current time, with which the next step
+    /// begins.
     pub fn gravity(&self) -> [f64; 3] {
         self.gravity.into()
+    }
+
+    /// Returns gravity at all times, as it was set.
+    pub fn gravity_curve(&self) -> &Curve<[f64; 3]> {
+        &self.gravity_curve
     }
 
     /// Returns whether bodies at rest fall asleep.
@@ -169,6 +159,11 @@ impl Simulation {
     /// body, use [`Simulation::body`].
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// Returns the index of the first body with a name; `None` if there is none.
+    pub fn body_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name() == name)
     }
 
     /// Returns the bodies for modification.

@@ -245,7 +245,8 @@ fn in_colliders(simulation: &Simulation, body: &Body) -> Vec<Caution> {
     let positions = body.positions();
     let encloses = |index: &usize| {
         let collider = simulation.collider(*index).description();
-        if !matches!(&collider.shape, Shape::Mesh { mesh, .. } if mesh.is_closed()) {
+        let is_closed = matches!(&collider.shape, Shape::Mesh { mesh, .. } if mesh.is_closed());
+        if !(is_closed && collider.enabled.value(0.0)) {
             return false;
         }
         let Ok(distance) = collider.signed_distance_at(0.0) else { return false };

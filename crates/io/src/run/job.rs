@@ -132,7 +132,7 @@ impl Job {
 
     /// Returns the coordinates of the files.
     pub(super) fn space(&self) -> FileSpace {
-        let (scene, output) = (Up::of_gravity(self.scene.simulation.gravity), &self.scene.output);
+        let (scene, output) = (Up::of_gravity(self.scene.simulation.gravity.value(0.0)), &self.scene.output);
         FileSpace::new(scene, output.up.unwrap_or(scene), output.scale)
     }
 

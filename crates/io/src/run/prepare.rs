@@ -15,8 +15,8 @@ use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{
-    Body, Collider, CollisionMesh, Map, MeshError, Refine, RefinedMesh, Scale, Selection, Simulation,
-    SimulationBuilder,
+    Body, Collider, CollisionMesh, Map, MeshError, Refine, RefinedMesh, Scale, Selection, SelectionError,
+    Simulation, SimulationBuilder,
 };
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
@@ -96,12 +96,13 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     let (mut documents, mut animations) = (HashMap::new(), Animations::new(scene));
     let mut bodies = Vec::new();
     let mut inputs = Vec::new();
-    for data in &scene.bodies {
+    for (index, data) in scene.bodies.iter().enumerate() {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
         let part = with_selected(part, &document, (scene, data));
         let input = Input { document, part };
-        let (body, input) = build(data, input, &mut animations)?;
+        let (body, input) =
+            build(data, input, &mut animations).map_err(|error| placed(scene, index, error))?;
         bodies.push(body);
         inputs.push(input);
     }
@@ -122,6 +123,20 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     let substeps = simulation.substeps() as u32;
     let cautions = Caution::all(&mut simulation);
     Ok(Prepared { simulation, substeps, inputs, cautions })
+}
+
+/// Adds the line of a `vertices_file` to the error that a vertex of the body with an index does not exist.
+fn placed(scene: &Scene, index: usize, error: RunError) -> RunError {
+    let RunError::Body { key, source } = error else { return error };
+    let table = key.replacen(&format!("body.{}", scene.bodies[index].name), &format!("body.{index}"), 1);
+    let place = match &source {
+        &supple::Error::Selection(SelectionError::MeshVertexOutOfRange { vertex, .. }) => {
+            scene.line_of_vertex(&table, vertex)
+        }
+        _ => None,
+    };
+    let key = place.map_or_else(|| key.clone(), |place| format!("{place}: {key}"));
+    RunError::Body { key, source }
 }
 
 /// Returns the part of a body with the groups, or the maps, of its file if a pin, a handle, a zone or a link selects one.

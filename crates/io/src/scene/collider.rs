@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale,
+    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale, switch,
 };
-use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape};
+use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape, Switch};
 
 /// `[[collider]]`: shape, friction, restitution and keyframes of a collider.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +45,9 @@ pub struct ColliderData {
     /// Interpolation between the keyframes.
     #[serde(default, with = "interpolation", skip_serializing_if = "Interpolation::is_linear")]
     pub interpolation: Interpolation,
+    /// Whether the collider is enabled: true, the default, or false, or keyframes. A disabled collider touches nothing.
+    #[serde(default = "enabled", with = "switch", skip_serializing_if = "Switch::is_always_on")]
+    pub enabled: Switch,
 }
 
 /// Shape of a collider of a scene: see [`Shape`].
@@ -133,8 +136,8 @@ impl ColliderData {
             }
         };
         let &Self { friction, restitution, rolling_resistance, interpolation, .. } = self;
-        let keys = self.keys.clone();
-        Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation })
+        let (keys, enabled) = (self.keys.clone(), self.enabled.clone());
+        Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation, enabled })
     }
 
     /// Returns a key that has a value although only a mesh has it.
@@ -168,6 +171,7 @@ impl ColliderData {
             rolling_resistance: None,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
+            enabled: enabled(),
         }
     }
 }
@@ -175,6 +179,11 @@ impl ColliderData {
 /// Returns the default friction of a collider.
 fn friction() -> f64 {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
+}
+
+/// Returns that a collider is enabled by default.
+fn enabled() -> Switch {
+    true.into()
 }
 
 fn is_one(scale: &Scale) -> bool {

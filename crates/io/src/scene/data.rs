@@ -12,6 +12,7 @@ use super::handle::HandleData;
 use super::keys::{
     self, FieldTable, LinkTable, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys,
 };
+use super::vertices_file::VertexFile;
 use crate::film::{Coloring, FilmOptions};
 use crate::frames::{FormatOptions, Formats, VatEncoding};
 use crate::space::Up;
@@ -55,6 +56,9 @@ pub struct Scene {
     /// `[[link]]`, in the order of the file: glue and springs between bodies.
     #[serde(default, rename = "link", with = "keys::links", skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<Link>,
+    /// The files of `vertices_file` that the selections have read.
+    #[serde(skip)]
+    pub(crate) vertex_files: Vec<VertexFile>,
 }
 
 /// `[simulation]`: time, gravity and threads.
@@ -76,8 +80,9 @@ pub struct SimulationData {
     /// Time that is simulated before frame 0, in s, in [0, 1e6], rounded up to whole frames; default 0.
     #[serde(deserialize_with = "keys::preroll")]
     pub preroll: f64,
-    /// Gravitational acceleration, length/s^2; default `[0, -9.81, 0]`.
-    pub gravity: [f64; 3],
+    /// Gravitational acceleration, length/s^2: a vector or keyframes; default `[0, -9.81, 0]`.
+    #[serde(with = "keys::vector")]
+    pub gravity: Curve<[f64; 3]>,
     /// Number of threads; 0, the default, uses all processors.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
@@ -93,7 +98,7 @@ impl SimulationData {
     /// Passes the settings to the builder of a simulation, except `frames`, `fps`, `substeps`, `time_scale`
     /// and `preroll`.
     pub fn apply(&self, builder: SimulationBuilder) -> SimulationBuilder {
-        let builder = builder.gravity(self.gravity).threads(self.threads);
+        let builder = builder.gravity(self.gravity.clone()).threads(self.threads);
         builder.contact(self.contact).self_contact(self.self_contact).sleep(self.sleep)
     }
 }
@@ -325,7 +330,7 @@ impl Default for SimulationData {
             substeps: Substeps::Auto,
             time_scale: 1.0.into(),
             preroll: 0.0,
-            gravity: [0.0, -9.81, 0.0],
+            gravity: [0.0, -9.81, 0.0].into(),
             threads: 0,
             contact: true,
             self_contact: false,

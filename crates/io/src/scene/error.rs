@@ -74,6 +74,18 @@ pub enum SceneError {
         /// Message of the parser.
         message: String,
     },
+    /// The file of a `vertices_file` cannot be read.
+    #[error("{place}: `{}`: cannot read {}: {source}", Excerpt(key), Escaped(path.display()))]
+    VertexFile {
+        /// Place of the key.
+        place: Place,
+        /// Full key.
+        key: String,
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
     /// A key is unknown.
     #[error("{place}: unknown key `{}`; {way_out}", Excerpt(key))]
     UnknownKey {

@@ -14,7 +14,7 @@ use supple::{Goal, Handle, HandleMotion, Interpolation, Key, MeshAnimation, Sele
 /// `[[body.handle]]`: a selection, a time window and a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HandleData {
-    /// Keys `box`, `sphere`, `plane`, `vertices`, `group` or `lattice`.
+    /// Keys `box`, `sphere`, `plane`, `vertices` or `vertices_file`, `group` or `lattice`.
     #[serde(rename = "@selection", with = "SelectionKeys")]
     pub selection: Selection,
     /// Keys `start` and `end`.

@@ -20,6 +20,7 @@ mod name;
 mod overrides;
 mod read;
 mod value;
+mod vertices_file;
 mod way_out;
 mod write;
 
@@ -29,7 +30,7 @@ pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Subste
 pub use error::{Place, SceneError};
 pub use field::read_table;
 pub use handle::HandleData;
-pub use keys::{FieldTable, GoalTable, LinkTable, exclusive_keys, optional_keys};
+pub use keys::{EnabledTable, FieldTable, GoalTable, LinkTable, exclusive_keys, optional_keys};
 pub(crate) use keys::{material_keys, touching_keys};
 pub use value::{Data, Table, Value};
 pub use way_out::{nearest, way_out};

@@ -68,12 +68,13 @@ impl Scene {
 
         Self {
             base: PathBuf::new(),
-            simulation: SimulationData { frames: 90, gravity, ..SimulationData::default() },
+            simulation: SimulationData { frames: 90, gravity: gravity.into(), ..SimulationData::default() },
             output: OutputData::default(),
             bodies: vec![BodyData::new(name_from(path), path)],
             colliders: vec![ColliderData::plane(point, normal)],
             fields: Vec::new(),
             links: Vec::new(),
+            vertex_files: Vec::new(),
         }
     }
 }

@@ -12,7 +12,8 @@ use super::field::Field;
 use super::keys::hint_for;
 use super::name::name_from;
 use super::value::PATHS;
-use super::{overrides, value};
+use super::vertices_file::VertexFile;
+use super::{overrides, value, vertices_file};
 use crate::file;
 use supple::{Key, Preservation, Selection, TimeWindow};
 
@@ -60,8 +61,8 @@ impl Scene {
         Self::parse(&text, &file, base, overrides)
     }
 
-    /// Reads a scene from text. Error messages name the text `file`. Paths in the scene are relative to
-    /// `base`. `overrides` are as in [`Scene::read_with`].
+    /// Reads a scene from text, and the files of `vertices_file`. Error messages name the text `file`. Paths in the scene are
+    /// relative to `base`. `overrides` are as in [`Scene::read_with`].
     ///
     /// # Errors
     ///
@@ -70,9 +71,11 @@ impl Scene {
         let file: Arc<str> = file.into();
         let mut root = value::parse(text.trim_start_matches('\u{feff}'), &file)?;
         overrides::apply(&mut root, overrides)?;
+        let vertex_files = vertices_file::read_all(&mut root, base)?;
         let root = Field::root(&root);
         let mut scene: Self = root.read()?;
         scene.base = base.to_owned();
+        scene.vertex_files = vertex_files;
         if scene.bodies.is_empty() {
             return Err(root.missing("body", "a scene needs at least one [[body]] with a `mesh`"));
         }
@@ -114,13 +117,19 @@ impl Scene {
         self.base.join(path)
     }
 
-    /// Returns the input files of the scene: meshes and animations. An absolute path is unchanged, and others are
+    /// Returns the line of a `vertices_file` with a vertex. `table`: key of the selection, with indices.
+    pub(crate) fn line_of_vertex(&self, table: &str, vertex: u32) -> Option<Place> {
+        VertexFile::place(&self.vertex_files, table, vertex)
+    }
+
+    /// Returns the input files of the scene: meshes, animations and lists of vertices. An absolute path is unchanged, and others are
     /// resolved.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let mut scene = self.clone();
         let bodies = scene.bodies.iter_mut().flat_map(BodyData::files_mut).map(|(_, path)| path);
         let colliders = scene.colliders.iter_mut().flat_map(ColliderData::files_mut).map(|(_, path)| path);
-        bodies.chain(colliders).map(|path| self.resolve(path)).collect()
+        let vertices = self.vertex_files.iter().map(|file| file.path.clone());
+        bodies.chain(colliders).map(|path| self.resolve(path)).chain(vertices).collect()
     }
 
     /// Returns the directory of the frames: the resolved `output.directory`.

@@ -49,7 +49,7 @@ use supple_io::scene::SimulationData;
 use crate::argument::{self, Settings};
 use crate::body::{Arrays, Body, Restored, SharedBody, SharedSimulation, add_fields};
 use crate::pickle::{self, decode, encode};
-use crate::{arrays, collider, error, keys};
+use crate::{collider, error, keys};
 
 /// Keyword arguments of `supple.Simulation`.
 const KEYS: [&str; 11] = [
@@ -81,8 +81,10 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 ///     reach their material and fast motions are resolved. It is chosen at the first step and then stays the same. The
 ///     volume correction of the displayed surface uses the contacts and external forces of all steps since the
 ///     frame began.
-/// gravity : (3,) float, default (0, -9.81, 0)
-///     In scene units per second squared, each component at most 1e12 in magnitude.
+/// gravity : (3,) float, or keyframes, default (0, -9.81, 0)
+///     In scene units per second squared, each component at most 1e12 in magnitude. Keyframes are a list of
+///     (time, value), or a dict with keys and interpolation, as for inflate of Body. Where a material or a number of
+///     steps depends on gravity, the greatest one counts.
 /// colliders : list of Plane, Sphere, Box, Capsule, MeshCollider, or one of them
 ///     Default: no colliders.
 /// fields : list of dict, or one dict
@@ -133,7 +135,7 @@ impl Simulation {
         settings.exclusive("dt", "fps")?;
         let data: SimulationData = keys::read(settings.iter(), |key, value| match key {
             "dt" | "substeps" | "colliders" | "fields" | "links" => Ok(None),
-            "gravity" => Ok(Some(keys::vector(arrays::vector(value, key)?))),
+            "gravity" => keys::keyed_vector(value, key).map(Some),
             _ => keys::value(value, key).map(Some),
         })?;
         let mut builder = data.apply(supple::Simulation::builder());
@@ -206,7 +208,8 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.set_time(time))?.map_err(error::from_core)
     }
 
-    /// Gravity in scene units per second squared: (3,) float64. Settable.
+    /// Gravity in force, that of the current time, in scene units per second squared: (3,) float64. Settable, to a vector or
+    /// keyframes.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_slice(py, &self.shared.with(py, |simulation| simulation.gravity())?))
@@ -214,8 +217,9 @@ impl Simulation {
 
     #[setter]
     fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
-        let gravity = arrays::vector(gravity, "gravity")?;
-        self.shared.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::from_core)
+        let given = [("gravity".to_owned(), gravity.clone())];
+        let data: SimulationData = keys::read(given, |key, value| keys::keyed_vector(value, key).map(Some))?;
+        self.shared.with(py, |simulation| simulation.set_gravity(data.gravity))?.map_err(error::from_core)
     }
 
     /// Colliders: tuple of Plane, Sphere, Box, Capsule, MeshCollider. Move one with colliders[i].move_to(translate,

@@ -46,7 +46,12 @@ impl<'a> Motion<'a> {
             let colliders = (0..simulation.collider_count()).map(|index| simulation.collider(index));
             let colliders: Vec<_> = colliders.map(|collider| collider.description().clone()).collect();
             for body in simulation.bodies() {
-                motion.naive.push(NaiveBody::new(body, (scene.simulation.gravity, &colliders), dt, regions)?);
+                motion.naive.push(NaiveBody::new(
+                    body,
+                    (scene.simulation.gravity.value(0.0), &colliders),
+                    dt,
+                    regions,
+                )?);
             }
         }
         Ok(motion)

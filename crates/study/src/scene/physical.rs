@@ -166,7 +166,7 @@ impl Physical {
     /// See [`Physical::prepare`].
     pub(super) fn prepare_free(&self, dynamics: Dynamics) -> Result<Prepared, RunError> {
         let mut free = self.clone();
-        free.scene.simulation.gravity = [0.0; 3];
+        free.scene.simulation.gravity = [0.0; 3].into();
         free.scene.colliders.clear();
         for data in &mut free.scene.bodies {
             data.pins.clear();

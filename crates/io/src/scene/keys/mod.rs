@@ -9,6 +9,7 @@
 //! | `fracture` | the keys of the fracture of a body |
 //! | `parts` | the keys of pins, handles and zones, and of keyframes |
 //! | `selection` | the keys of selections |
+//! | `switch` | what is on or off, and may have keyframes |
 //! | `ranges` | functions that read a number, vector or string and check its range |
 //!
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
@@ -43,6 +44,7 @@ mod material;
 mod parts;
 mod ranges;
 mod selection;
+pub(super) mod switch;
 
 use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
@@ -53,7 +55,7 @@ use supple::{
     SkinKind, TouchingOptions, VolumeOptions, VolumeScope,
 };
 
-pub(super) use curve::{KeyedKeys, inflate, time_scale};
+pub(super) use curve::{KeyedKeys, inflate, time_scale, vector};
 pub use field_laws::FieldTable;
 pub(super) use fracture::optional_fracture;
 pub use link::LinkTable;
@@ -65,6 +67,7 @@ pub(super) use ranges::{
     not_negative, point_cache, positive, preroll, view,
 };
 pub(super) use selection::SelectionKeys;
+pub use switch::EnabledTable;
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
