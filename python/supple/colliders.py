@@ -54,6 +54,9 @@ class Collider:
     rolling_resistance : float, default None
         Coefficient of rolling resistance on the collider, >= 0, in place of that of the bodies: see the
         rolling_resistance of Body. None: that of each body.
+    thickness : float, default 0
+        Distance outside of the surface at which bodies touch, in scene units, >= 0, added to the thickness of the body. An
+        open mesh keeps at least a distance of 0.05 cells of the body.
 
     Raises ValueError for an invalid number.
 
@@ -70,6 +73,7 @@ class Collider:
     keys: Sequence[Key]
     interpolation: Literal["linear", "smooth", "cubic"]
     rolling_resistance: float | None
+    thickness: float
 
     def __post_init__(self) -> None:
         """Check the numbers and replace them by plain copies."""
@@ -152,7 +156,7 @@ class Collider:
 class Plane(Collider):
     """The half-space behind a plane.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and thickness see Collider.
 
     point : (3,) float
         Any point of the plane.
@@ -168,11 +172,12 @@ class Plane(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
 
 
 @dataclass(frozen=True)
 class Sphere(Collider):
-    """A solid sphere. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    """A solid sphere. For friction, restitution, keys, interpolation, rolling_resistance and thickness see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -186,11 +191,12 @@ class Sphere(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
 
 
 @dataclass(frozen=True, init=False)
 class Box(Collider):
-    """A solid box. For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    """A solid box. For friction, restitution, keys, interpolation, rolling_resistance and thickness see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
@@ -212,6 +218,7 @@ class Box(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
 
     def __init__(
         self,
@@ -223,6 +230,7 @@ class Box(Collider):
         keys: Sequence[Key] = (),
         interpolation: Literal["linear", "smooth", "cubic"] = "linear",
         rolling_resistance: float | None = None,
+        thickness: float = 0.0,
         *,
         min: ArrayLike | None = None,  # noqa: A002
         max: ArrayLike | None = None,  # noqa: A002
@@ -233,7 +241,7 @@ class Box(Collider):
         elif min is not None or max is not None or center is None or half_extents is None:
             raise TypeError("Box() needs either center and half_extents, or min= and max=")
         values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance)
-        for known, value in zip(fields(self), values, strict=True):
+        for known, value in zip(fields(self), (*values, thickness), strict=True):
             object.__setattr__(self, known.name, value)
         self.__post_init__()
 
@@ -252,7 +260,7 @@ def _between(low: ArrayLike | None, high: ArrayLike | None) -> tuple[NDArray[np.
 class Capsule(Collider):
     """All points within `radius` of the segment from `a` to `b`.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and thickness see Collider.
 
     a, b : (3,) float
     radius : float, > 0
@@ -267,13 +275,14 @@ class Capsule(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
 
 
 @dataclass(frozen=True)
 class MeshCollider(Collider):
     """A mesh: a solid if it is closed, a thin shell if it is open.
 
-    For friction, restitution, keys, interpolation and rolling_resistance see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance and thickness see Collider.
 
     mesh : Mesh, or another mesh argument, such as that of Body
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a Mesh.
@@ -315,6 +324,7 @@ class MeshCollider(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     inside: bool = False
     rolling_resistance: float | None = None
+    thickness: float = 0.0
 
     if TYPE_CHECKING:
 
@@ -333,6 +343,7 @@ class MeshCollider(Collider):
             interpolation: Literal["linear", "smooth", "cubic"] = "linear",
             inside: bool = False,
             rolling_resistance: float | None = None,
+            thickness: float = 0.0,
         ) -> None:
             """Create the collider. The class has the arguments."""
 

@@ -110,7 +110,8 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         true => None,
         false => Some(number(&rolling_resistance, "rolling_resistance")?),
     };
-    Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation })
+    let thickness = read_number("thickness")?;
+    Ok(Collider { shape, friction, restitution, rolling_resistance, thickness, keys, interpolation })
 }
 
 /// Returns the mesh of a `MeshCollider`. The search tree of a rigid mesh is built once, and stored in the `Mesh`.
@@ -174,6 +175,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
     fields.set_item("rolling_resistance", collider.rolling_resistance)?;
+    fields.set_item("thickness", collider.thickness)?;
     Ok((class, fields))
 }
 

@@ -14,3 +14,4 @@ mod near_bodies;
 mod reaction;
 mod samples;
 mod swept;
+mod thickness;

@@ -345,6 +345,7 @@ impl TouchingBody for Body {
             properties: SurfaceProperties {
                 friction: self.settings.touching.friction,
                 restitution: self.settings.touching.restitution,
+                thickness: self.settings.touching.thickness,
             },
             contacts: self.contact.contacts.as_ref(),
             rigid: self.rigid.as_deref().map(RigidBody::mobility),

@@ -24,7 +24,7 @@ impl Body {
         }
         let spacing = colliders.sample_spacing(self.shape.lattice.cell_size());
         if self.contact.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
-            self.contact.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
+            self.contact.contacts = Some(self.create_contacts(spacing));
         }
     }
 
@@ -44,6 +44,11 @@ impl Body {
             (*pressure, (pressure.normal * pressure.impulse + pressure.friction + reaction) * unit)
         };
         pressures.iter().map(with_force).collect()
+    }
+
+    /// Creates the contact stage with samples at most `spacing` cells apart.
+    pub(super) fn create_contacts(&self, spacing: f64) -> Contacts {
+        Contacts::within(spacing, self.create_samples(spacing), self.settings.touching.thickness)
     }
 
     /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary

@@ -263,6 +263,8 @@ impl Body {
         }
         let (low, high) = self.local_bounds();
         let (center, radius) = (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0);
-        colliders.moves_near(interval, self.state.frame.body_frame(), &center, radius + NEAR)
+        let frame = self.state.frame.body_frame();
+        let layer = self.settings.touching.thickness / frame.cell_size;
+        colliders.moves_near(interval, frame, &center, radius + NEAR + layer)
     }
 }

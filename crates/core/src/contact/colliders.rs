@@ -63,9 +63,12 @@ impl ValidCollider {
         Ok(Self { collider: collider.clone(), motion, animated })
     }
 
-    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step.
-    fn posed(&self, pose: &Pose, frame: BodyFrame, is_after: bool) -> PosedShape<'_> {
-        self.with_animation(self.collider.shape.posed(pose, frame).with_shell(), is_after)
+    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step. `layer`: thickness of
+    /// the body in scene units, beside that of the collider; `None` for the shape without a thickness.
+    fn posed(&self, pose: &Pose, frame: BodyFrame, layer: Option<f64>, is_after: bool) -> PosedShape<'_> {
+        let thickness = layer.map_or(0.0, |layer| (self.collider.thickness + layer) / frame.cell_size);
+        let shape = self.collider.shape.posed(pose, frame).with_shell().thickened(thickness);
+        self.with_animation(shape, is_after)
     }
 
     /// Replaces the surface of an animated mesh by that before or after the step.
@@ -191,7 +194,7 @@ impl Colliders {
     }
 
     /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
-    /// in cells.
+    /// in cells, beside its thickness.
     pub(crate) fn moves_near(
         &self,
         step: Interval,
@@ -199,7 +202,7 @@ impl Colliders {
         point: &Point3<f64>,
         distance: f64,
     ) -> bool {
-        self.during(step, frame).any(|PosedCollider { shape_before, shape, .. }| {
+        self.during(step, frame, 0.0).any(|PosedCollider { shape_before, shape, .. }| {
             shape != shape_before
                 && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
         })
@@ -281,14 +284,22 @@ impl Colliders {
         }
     }
 
-    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the
-    /// end of the last step, or at the time that was set.
-    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> + Clone {
-        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
+    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body with the thickness `layer` in
+    /// scene units: with the thickness of both. Animated meshes are as at the end of the last step, or at the time that
+    /// was set.
+    pub(crate) fn at(
+        &self,
+        time: f64,
+        frame: BodyFrame,
+        layer: f64,
+    ) -> impl Iterator<Item = PosedShape<'_>> + Clone {
+        self.0
+            .iter()
+            .map(move |collider| collider.posed(&collider.motion.pose(time), frame, Some(layer), true))
     }
 
-    /// Returns the shape of each collider at `time` as [`at`](Self::at), in world space and scene units, and without the
-    /// thickness of shells.
+    /// Returns the shape of each collider at `time` as [`at`](Self::at), in world space and scene units, and without a
+    /// thickness, that of shells included.
     pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = PosedShape<'_>> {
         self.0.iter().map(move |valid| {
             let pose = valid.motion.pose(time);
@@ -296,17 +307,25 @@ impl Colliders {
         })
     }
 
-    /// Returns the shape of each collider at the start of a step, in the frame of a body.
+    /// Returns the shape of each collider at the start of a step, in the frame of a body, without a thickness.
     pub(crate) fn before(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
-        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(step.start), frame, false))
+        self.0
+            .iter()
+            .map(move |collider| collider.posed(&collider.motion.pose(step.start), frame, None, false))
     }
 
-    /// Returns each collider during one step, in the frame of a body.
-    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider<'_>> {
+    /// Returns each collider during one step, in the frame of a body with the thickness `layer` in scene units.
+    pub(super) fn during(
+        &self,
+        step: Interval,
+        frame: BodyFrame,
+        layer: f64,
+    ) -> impl Iterator<Item = PosedCollider<'_>> {
         self.0.iter().map(move |valid| {
             let ValidCollider { collider, motion, animated } = valid;
             let ([start, end], is_moving) = motion.poses(step);
-            let (shape_before, shape) = (valid.posed(&start, frame, false), valid.posed(&end, frame, true));
+            let posed = |pose, is_after| valid.posed(pose, frame, Some(layer), is_after);
+            let (shape_before, shape) = (posed(&start, false), posed(&end, true));
             let deformation = match (animated, shape_before, shape) {
                 (Some(animated), PosedShape::Mesh(before), PosedShape::Mesh(after)) => {
                     animated.deformation(before, after)

@@ -219,7 +219,7 @@ pub struct BodyData {
     /// How the mesh follows the lattice; default `"linear"`.
     #[serde(with = "keys::skin")]
     pub skin: SkinKind,
-    /// Keys `friction`, `restitution`, `rolling_resistance`, `ignore` and `self_contact`: how the body touches
+    /// Keys `friction`, `restitution`, `rolling_resistance`, `thickness`, `ignore` and `self_contact`: how the body touches
     /// colliders, other bodies and itself.
     #[serde(rename = "@touching", with = "TouchingKeys")]
     pub touching: TouchingOptions,

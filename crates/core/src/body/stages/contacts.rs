@@ -6,8 +6,8 @@ use crate::body::parts::{ContactData, Shape};
 use crate::body::snapshot::BodySnapshot;
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
+use crate::contact::Side;
 use crate::contact::bodies::BodyContactPart;
-use crate::contact::{Contacts, Side};
 use crate::error::StateError;
 use crate::plan::CONTACT_OF_BODIES;
 
@@ -96,7 +96,7 @@ impl Stage for TouchColliders {
 
     fn follow(&self, body: &mut Body, parents: &Parents) {
         if let Some(before) = body.contact.contacts.take() {
-            let mut contacts = Contacts::within(before.spacing(), body.create_samples(before.spacing()));
+            let mut contacts = body.create_contacts(before.spacing());
             contacts.continue_from(&before, &parents.first, &body.shape.lattice);
             body.contact.contacts = Some(contacts);
         }
