@@ -55,8 +55,8 @@ class Collider:
         Coefficient of rolling resistance on the collider, >= 0, in place of that of the bodies: see the
         rolling_resistance of Body. None: that of each body.
     thickness : float, default 0
-        Distance outside of the surface at which bodies touch, in scene units, >= 0, added to the thickness of the body. An
-        open mesh keeps at least a distance of 0.05 cells of the body.
+        Distance outside of the surface at which bodies touch, in scene units, >= 0, added to the thickness of the body.
+        An open mesh keeps at least a distance of 0.05 cells of the body.
 
     Raises ValueError for an invalid number.
 

@@ -14,8 +14,8 @@ const CELL: f64 = 0.125;
 const BODY: f64 = 0.02;
 const COLLIDER: f64 = 0.015;
 
-/// Greatest depth at which a body rests, in cells: deeper samples are pushed out, and shallower ones are so slowly that they
-/// stay. A gap closes within this distance too.
+/// Greatest depth at which a body rests, in cells: deeper samples are pushed out, and shallower ones are so slowly that
+/// they stay. A gap closes within this distance too.
 const SOFT_DEPTH: f64 = 0.01;
 
 fn box_mesh(extents: [f64; 3]) -> Mesh {
@@ -132,8 +132,8 @@ fn bodies_rest_on_each_other_at_the_sum_of_their_thicknesses() {
     }
 }
 
-/// Returns the least difference of the distances from the center of a sphere between the vertices of the upper sheet and
-/// the nearest ones of the lower sheet, in scene units.
+/// Returns the least difference of the distances from the center of a sphere between the vertices of the upper sheet
+/// and the nearest ones of the lower sheet, in scene units.
 fn least_gap(sim: &Simulation, center: &Point3<f64>) -> f64 {
     let [lower, upper] = [0, 1].map(|body| sim.body(body).surface().positions);
     let gap = |p: &Point3<f64>| {

@@ -5,8 +5,8 @@ use super::touching::TouchingOptions;
 use crate::motion::Curve;
 
 impl BodyBuilder {
-    /// Sets how the body touches other bodies: friction, restitution, thickness, self-contact and the bodies that it does
-    /// not touch.
+    /// Sets how the body touches other bodies: friction, restitution, thickness, self-contact and the bodies that it
+    /// does not touch.
     pub fn touching(mut self, touching: TouchingOptions) -> Self {
         (self.touching, self.keyed.friction) = (touching, None);
         self

@@ -26,8 +26,8 @@ pub struct Collider {
     /// Coefficient of rolling resistance of bodies on the collider, >= 0, in place of that of the
     /// [body](crate::TouchingOptions::rolling_resistance). Default: `None`, that of the body; 0: bodies roll freely.
     pub rolling_resistance: Option<f64>,
-    /// Distance outside of the surface at which bodies touch the collider, in scene units, >= 0; default 0. It is added to
-    /// that of the [body](crate::TouchingOptions::thickness). An open mesh keeps at least a distance of 0.05 cells.
+    /// Distance outside of the surface at which bodies touch the collider, in scene units, >= 0; default 0. It is added
+    /// to that of the [body](crate::TouchingOptions::thickness). An open mesh keeps at least a distance of 0.05 cells.
     pub thickness: f64,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,

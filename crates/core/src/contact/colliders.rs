@@ -63,8 +63,8 @@ impl ValidCollider {
         Ok(Self { collider: collider.clone(), motion, animated })
     }
 
-    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step. `layer`: thickness of
-    /// the body in scene units, beside that of the collider; `None` for the shape without a thickness.
+    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step. `layer`: thickness
+    /// of the body in scene units, beside that of the collider; `None` for the shape without a thickness.
     fn posed(&self, pose: &Pose, frame: BodyFrame, layer: Option<f64>, is_after: bool) -> PosedShape<'_> {
         let thickness = layer.map_or(0.0, |layer| (self.collider.thickness + layer) / frame.cell_size);
         let shape = self.collider.shape.posed(pose, frame).with_shell().thickened(thickness);

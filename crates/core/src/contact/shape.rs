@@ -184,8 +184,8 @@ impl<'a> PosedShape<'a> {
         }
     }
 
-    /// Returns all points within `thickness` cells of the shape: its surface moves outwards by the thickness. The side of
-    /// a sample follows from the surface without it: see `sides`.
+    /// Returns all points within `thickness` cells of the shape: its surface moves outwards by the thickness. The side
+    /// of a sample follows from the surface without it: see `sides`.
     pub(super) fn thickened(self, thickness: f64) -> Self {
         if thickness == 0.0 {
             return self;

@@ -127,8 +127,8 @@ impl PosedShape<'_> {
         Some(if is_same_side { point - near.normal * (near.distance + thickness - LIFT) } else { point })
     }
 
-    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface without the thickness: the fraction of the
-    /// segment, and the unit normal on the side of `a`.
+    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface without the thickness: the
+    /// fraction of the segment, and the unit normal on the side of `a`.
     fn first_hit(&self, a: &Point3<f64>, b: &Point3<f64>) -> Option<(f64, Vector3<f64>)> {
         if let Self::Mesh(mesh) = self {
             return mesh.first_hit(a, b);
@@ -162,7 +162,8 @@ impl PosedShape<'_> {
         }
     }
 
-    /// Returns the distance of the surface from that without the thickness, where the two differ in more than their size.
+    /// Returns the distance of the surface from that without the thickness, where the two differ in more than their
+    /// size.
     fn thickness(&self) -> f64 {
         match self {
             Self::Box { thickness, .. } => *thickness,

@@ -119,8 +119,8 @@ impl DeformedCell {
     }
 
     /// Returns the distance of a point outside the cell from the point of the cell to which the edges of the cell lead,
-    /// the local coordinates of the point, continued linearly from there, and the derivative there. `None` if the cell is
-    /// flat or inside out.
+    /// the local coordinates of the point, continued linearly from there, and the derivative there. `None` if the cell
+    /// is flat or inside out.
     pub(super) fn locate_outside(&self, point: &Point3<f64>) -> Option<(f64, [f64; 3], Gradient)> {
         let target = point - self.origin;
         let mut local = Vector3::repeat(0.5);

@@ -1,9 +1,8 @@
 //! Finds the gaps between the surfaces of a body and of the bodies around it.
 //!
-//! The volume correction moves both surfaces at a gap, so each of them may take half of it; the thicknesses of both bodies
-//! are no part of a gap. A gap is measured between
-//! samples of two surfaces, along the normal of the other one. Positions and distances are in cells of the body, from its
-//! origin.
+//! The volume correction moves both surfaces at a gap, so each of them may take half of it; the thicknesses of both
+//! bodies are no part of a gap. A gap is measured between samples of two surfaces, along the normal of the other one.
+//! Positions and distances are in cells of the body, from its origin.
 
 use std::ops::Range;
 

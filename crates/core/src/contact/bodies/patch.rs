@@ -43,8 +43,8 @@ impl Patch {
         Self { center, radius, normal, spread }
     }
 
-    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface. The lengths are the
-    /// distance up to which samples are opposite, and the sum of the thicknesses of the bodies.
+    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface. The lengths are
+    /// the distance up to which samples are opposite, and the sum of the thicknesses of the bodies.
     pub(super) fn least_clearance(&self, other: &Self, [opposite, thickness]: [f32; 2]) -> f32 {
         // The clearance of the centers, less the most by which positions and normals within the spheres change each term.
         let offset = self.center - other.center;

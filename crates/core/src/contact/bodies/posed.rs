@@ -163,9 +163,9 @@ impl PosedLattice {
         locate_within(false).or_else(|| if continued_sides.is_empty() { None } else { locate_within(true) })
     }
 
-    /// Returns the cell that is nearest to a point outside of all cells, and the local coordinates there, which continue
-    /// those of the cell linearly. `None` if no cell is within the thickness of [`pose`](Self::pose). The other arguments
-    /// are as in [`locate`](Self::locate).
+    /// Returns the cell that is nearest to a point outside of all cells, and the local coordinates there, which
+    /// continue those of the cell linearly. `None` if no cell is within the thickness of [`pose`](Self::pose). The
+    /// other arguments are as in [`locate`](Self::locate).
     pub(super) fn locate_outside(
         &self,
         point: &Point3<f64>,

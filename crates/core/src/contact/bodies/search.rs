@@ -6,8 +6,8 @@
 //! coordinates, the contact has the normal n = F⁻ᵀN/|F⁻ᵀN| and the gap n · (x - y). So contacts act at the visible
 //! surface, between the sample and the point Y of the surface.
 //!
-//! With a thickness of the bodies, a sample is also located outside of the cells, in the linear continuation of the nearest
-//! one, and the gap is less by the sum of the thicknesses.
+//! With a thickness of the bodies, a sample is also located outside of the cells, in the linear continuation of the
+//! nearest one, and the gap is less by the sum of the thicknesses.
 
 use nalgebra::{Point3, Vector3};
 
@@ -200,14 +200,9 @@ impl Pair<'_> {
         let sample = &body.contact.surface().samples[index as usize];
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
-        let accepts = |found| self.accepts(cell, found);
         let surface = other.contact.surface();
         let corners = |cell| posed.at(other.corners(cell));
-        let continued = &surface.continued_sides;
-        let located = posed.locate(&point, corners, continued, accepts, cells).or_else(|| {
-            let is_thick = thickness > 0.0;
-            is_thick.then(|| posed.locate_outside(&point, corners, continued, accepts, cells)).flatten()
-        })?;
+        let located = self.locate(cell, &point, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
@@ -233,11 +228,10 @@ impl Pair<'_> {
             self.closest(&encounter, cell_size, displacement)?;
         let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
         // A sample that was located outside of a cell of the same body may be nearest to a part that it does not touch.
-        if thickness > 0.0 && !accepts(other_cell) {
+        if thickness > 0.0 && !self.accepts(cell, other_cell) {
             return None;
         }
         let layer = self.layer((cell, own_local), &touched_rest);
-        let shell = touching_distance(is_closed, layer);
         let touched_cell = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
         // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
@@ -245,16 +239,9 @@ impl Pair<'_> {
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
         let distance = (point - touched_cell.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
-        let shell = match shell_before {
-            _ if !fit_together || !is_closed => shell,
-            Some(before) if before < 0.0 || thickness == 0.0 => {
-                remaining(before, distance / other.lattice.cell_size())
-            }
-            Some(_) => layer,
-            None if are_new && distance < 0.0 => {
-                (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0)
-            }
-            None => layer,
+        let shell = match fit_together && is_closed {
+            true => self.fitting_distance(shell_before, distance, layer, are_new),
+            false => touching_distance(is_closed, layer),
         };
         let gap = distance - shell * other.lattice.cell_size();
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
@@ -273,6 +260,31 @@ impl Pair<'_> {
         let touched =
             TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
         counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
+    }
+
+    /// Returns the cell of the other body that contains a point of a sample in `cell`, or that is nearest to it within
+    /// the thickness.
+    fn locate(&self, cell: u32, point: &Point3<f64>, cells: &mut CellCache) -> Option<Located> {
+        let Self { other, posed, thickness, .. } = *self;
+        let accepts = |found| self.accepts(cell, found);
+        let corners = |cell| posed.at(other.corners(cell));
+        let continued = &other.contact.surface().continued_sides;
+        posed.locate(point, corners, continued, accepts, cells).or_else(|| match thickness > 0.0 {
+            true => posed.locate_outside(point, corners, continued, accepts, cells),
+            false => None,
+        })
+    }
+
+    /// Returns the distance in cells at which a sample touches another part of the body, which fits together with its
+    /// own: see [`remaining`]. `before`: in the last step. `distance`: from the surface, in scene units. `layer`: the
+    /// sum of the thicknesses in cells. `are_new`: whether the parts may overlap because they have just come apart.
+    fn fitting_distance(&self, before: Option<f64>, distance: f64, layer: f64, are_new: bool) -> f64 {
+        let distance = distance / self.other.lattice.cell_size();
+        match before {
+            Some(before) if before < 0.0 || self.thickness == 0.0 => remaining(before, distance),
+            None if are_new && distance < 0.0 => distance.max(-MAX_SHELL_DEPTH),
+            _ => layer,
+        }
     }
 
     /// Returns the closest point of the surface of the other body that a sample may touch. `cell_size`: the lesser one.
@@ -314,9 +326,9 @@ impl Pair<'_> {
         closest_on_closed(surface, &query)
     }
 
-    /// Returns the distance in cells of the other body at which a sample at `local` in `cell` touches a point of the surface
-    /// at rest: the sum of the thicknesses. Within a body it is not more than the distance at rest, so that parts that are
-    /// near at rest do not push each other.
+    /// Returns the distance in cells of the other body at which a sample at `local` in `cell` touches a point of the
+    /// surface at rest: the sum of the thicknesses. Within a body it is not more than the distance at rest, so that
+    /// parts that are near at rest do not push each other.
     fn layer(&self, (cell, local): (u32, [f64; 3]), touched: &Point3<f64>) -> f64 {
         let thickness = self.thickness / self.other.lattice.cell_size();
         if !self.is_same || thickness == 0.0 {

@@ -21,8 +21,8 @@ const SIDE_RANGE: f64 = 0.6;
 /// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
 const OUTSIDE: f64 = 0.02;
 
-/// Distance at rest up to which a surface is searched, as a multiple of the distance at which a sample may touch it: the
-/// lattice may be compressed.
+/// Distance at rest up to which a surface is searched, as a multiple of the distance at which a sample may touch it:
+/// the lattice may be compressed.
 pub(super) const RANGE: f64 = 2.0;
 
 /// Greatest depth in cells below an open surface and in self-contact.
@@ -39,12 +39,12 @@ pub(super) const SAME_SIDE: f64 = 0.3;
 /// moved to find its cell.
 const INWARDS: f64 = 1e-3;
 
-/// Distance in cells from a surface with a thickness from which on the normal is the direction from the closest point: at
-/// edges and rims the layer around the surface is round.
+/// Distance in cells from a surface with a thickness from which on the normal is the direction from the closest point:
+/// at edges and rims the layer around the surface is round.
 const LEAST_OFFSET: f64 = 1e-3;
 
-/// Least product of that direction and the normal of a triangle of an open surface, at which a sample is opposite to the
-/// triangle, and not beyond the rim.
+/// Least product of that direction and the normal of a triangle of an open surface, at which a sample is opposite to
+/// the triangle, and not beyond the rim.
 const OPPOSITE: f64 = 0.5;
 
 /// The point of a surface at rest that a sample touches.
@@ -124,8 +124,8 @@ pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) 
 }
 
 /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
-/// normal of the side from which the sample came, and gets the sample's offset from the surface. `thickness`: distance in
-/// cells at which samples touch the surface.
+/// normal of the side from which the sample came, and gets the sample's offset from the surface. `thickness`: distance
+/// in cells at which samples touch the surface.
 pub(super) fn closest_on_shell(
     surface: &ContactSurface,
     (rest, cell): (&Point3<f64>, u32),
