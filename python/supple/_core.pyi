@@ -344,6 +344,9 @@ class Body:
     rolling_resistance : float
         Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
         its middle, as a fraction of the radius of the contact. Default 0.08 times the damping ratio, or 0.016 with a damping_rate above 0.
+    thickness : float, default 0
+        Distance outside of the surface at which the body touches, in scene units, from 0 to half of the longest side of
+        the body. Bodies rest at the sum of their thicknesses, and on a collider at the sum with its thickness.
     ignore : list of str, default empty
         Names of bodies that the body does not touch, whichever of the two names the other.
     self_contact : bool
@@ -392,6 +395,7 @@ class Body:
         friction: _Curve = 0.5,
         restitution: float = 0.0,
         rolling_resistance: float | None = None,
+        thickness: float = 0.0,
         ignore: Iterable[str] = (),
         self_contact: bool | None = None,
         velocity: ArrayLike = (0, 0, 0),
@@ -487,6 +491,9 @@ class Body:
         middle, as a fraction of the radius of the contact. Unless it is set, 0.08 times the damping ratio, or 0.016 with a
         damping_rate above 0.
         """
+    @property
+    def thickness(self) -> float:
+        """Distance outside of the surface at which the body touches, in scene units, >= 0."""
     @property
     def self_contact(self) -> bool | None:
         """Whether parts of the body touch each other: bool, or None if the simulation decides."""
@@ -1451,9 +1458,11 @@ class Simulation:
         other_is_collider : bool
             Whether other is the index of a collider.
         point, normal : (3,) float64
-            Position, and unit vector from the other towards the body.
+            Position, and unit vector from the other towards the body. With a thickness, contacts act where the layers
+            around both surfaces meet.
         depth : float64
-            Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap.
+            Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap. The
+            thicknesses count as part of the bodies and colliders.
         force : (3,) float64
             Force on the body during the step: pressure, friction, and what the damping takes from the contact. The force
             on the other is the opposite.

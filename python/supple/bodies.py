@@ -21,7 +21,8 @@ def RigidBody(shape: Any | Lattice, density: float = 1000.0, **arguments: Any) -
         Mass per volume, > 0.
 
     Further keyword arguments are those of Body that do not concern soft bodies alone: name, scale, rotate, translate,
-    velocity, spin, friction, restitution, rolling_resistance, ignore, lattice_vertices, cell_size, join, refine, skin.
+    velocity, spin, friction, restitution, rolling_resistance, thickness, ignore, lattice_vertices, cell_size, join,
+    refine, skin.
     Raises ValueError for keys of soft bodies, and TypeError for unknown ones.
     """
     return Body(shape, density=density, rigid=True, **arguments)

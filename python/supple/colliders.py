@@ -58,6 +58,9 @@ class Collider:
     rolling_resistance : float, default None
         Coefficient of rolling resistance on the collider, >= 0, in place of that of the bodies: see the
         rolling_resistance of Body. None: that of each body.
+    thickness : float, default 0
+        Distance outside of the surface at which bodies touch, in scene units, >= 0, added to the thickness of the body.
+        An open mesh keeps at least a distance of 0.05 cells of the body.
     enabled : bool or list of (time, value), default True
         Whether the collider is enabled, or keyframes of it: a value holds from its time in seconds until the next one.
         A first keyframe after the time 0 switches: before it, the collider has the other value. A disabled collider
@@ -81,6 +84,7 @@ class Collider:
     keys: Sequence[Key]
     interpolation: Literal["linear", "smooth", "cubic"]
     rolling_resistance: float | None
+    thickness: float
     enabled: Enabled
 
     def __post_init__(self) -> None:
@@ -183,7 +187,7 @@ class Collider:
 class Plane(Collider):
     """The half-space behind a plane.
 
-    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance, thickness and enabled see Collider.
 
     point : (3,) float
         Any point of the plane.
@@ -199,6 +203,7 @@ class Plane(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
     enabled: Enabled = True
 
 
@@ -206,7 +211,7 @@ class Plane(Collider):
 class Sphere(Collider):
     """A solid sphere.
 
-    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance, thickness and enabled see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -220,6 +225,7 @@ class Sphere(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
     enabled: Enabled = True
 
 
@@ -227,7 +233,7 @@ class Sphere(Collider):
 class Box(Collider):
     """A solid box.
 
-    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance, thickness and enabled see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
@@ -249,6 +255,7 @@ class Box(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
     enabled: Enabled = True
 
     def __init__(
@@ -261,6 +268,7 @@ class Box(Collider):
         keys: Sequence[Key] = (),
         interpolation: Literal["linear", "smooth", "cubic"] = "linear",
         rolling_resistance: float | None = None,
+        thickness: float = 0.0,
         enabled: Enabled = True,
         *,
         min: ArrayLike | None = None,  # noqa: A002
@@ -271,8 +279,8 @@ class Box(Collider):
             center, half_extents = _between(min, max)
         elif min is not None or max is not None or center is None or half_extents is None:
             raise TypeError("Box() needs either center and half_extents, or min= and max=")
-        values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance, enabled)
-        for known, value in zip(fields(self), values, strict=True):
+        values = (center, half_extents, rotate, friction, restitution, keys, interpolation, rolling_resistance)
+        for known, value in zip(fields(self), (*values, thickness, enabled), strict=True):
             object.__setattr__(self, known.name, value)
         self.__post_init__()
 
@@ -291,7 +299,7 @@ def _between(low: ArrayLike | None, high: ArrayLike | None) -> tuple[NDArray[np.
 class Capsule(Collider):
     """All points within `radius` of the segment from `a` to `b`.
 
-    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance, thickness and enabled see Collider.
 
     a, b : (3,) float
     radius : float, > 0
@@ -306,6 +314,7 @@ class Capsule(Collider):
     keys: Sequence[Key] = ()
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
+    thickness: float = 0.0
     enabled: Enabled = True
 
 
@@ -313,7 +322,7 @@ class Capsule(Collider):
 class MeshCollider(Collider):
     """A mesh: a solid if it is closed, a thin shell if it is open.
 
-    For friction, restitution, keys, interpolation, rolling_resistance and enabled see Collider.
+    For friction, restitution, keys, interpolation, rolling_resistance, thickness and enabled see Collider.
 
     mesh : Mesh, or another mesh argument, such as that of Body
         Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a Mesh.
@@ -355,6 +364,7 @@ class MeshCollider(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     inside: bool = False
     rolling_resistance: float | None = None
+    thickness: float = 0.0
     enabled: Enabled = True
 
     if TYPE_CHECKING:
@@ -374,6 +384,7 @@ class MeshCollider(Collider):
             interpolation: Literal["linear", "smooth", "cubic"] = "linear",
             inside: bool = False,
             rolling_resistance: float | None = None,
+            thickness: float = 0.0,
             enabled: Enabled = True,
         ) -> None:
             """Create the collider. The class has the arguments."""

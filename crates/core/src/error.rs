@@ -45,6 +45,17 @@ pub enum Error {
     /// A number out of range.
     #[error(transparent)]
     Range(#[from] RangeError),
+    /// A thickness of more than half of the longest side of the body.
+    #[error(
+        "thickness = {thickness} is out of range: it must be at most {limit}, half of the longest side of the body; \
+         it is a length in the units of the scene"
+    )]
+    Thickness {
+        /// The thickness.
+        thickness: f64,
+        /// Half of the longest side of the bounding box.
+        limit: f64,
+    },
     /// An array with the wrong length or an invalid value.
     #[error(transparent)]
     Array(#[from] ArrayError),

@@ -112,8 +112,9 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         true => None,
         false => Some(number(&rolling_resistance, "rolling_resistance")?),
     };
+    let thickness = read_number("thickness")?;
     let enabled = enabled(&collider.getattr("enabled")?)?;
-    Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation, enabled })
+    Ok(Collider { shape, friction, restitution, rolling_resistance, thickness, keys, interpolation, enabled })
 }
 
 /// Reads whether a collider is enabled: a boolean, or keyframes.
@@ -195,6 +196,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
     fields.set_item("rolling_resistance", collider.rolling_resistance)?;
+    fields.set_item("thickness", collider.thickness)?;
     fields.set_item("enabled", switch(py, &collider.enabled)?)?;
     Ok((class, fields))
 }

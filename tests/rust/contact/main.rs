@@ -15,3 +15,4 @@ mod near_bodies;
 mod reaction;
 mod samples;
 mod swept;
+mod thickness;

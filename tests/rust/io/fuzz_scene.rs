@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::fuzz::{Target, fuzz};
 use supple_io::scene::Scene;
 
-const WORDS: [&str; 55] = [
+const WORDS: [&str; 56] = [
     "simulation",
     "output",
     "body",
@@ -52,6 +52,7 @@ const WORDS: [&str; 55] = [
     "start",
     "end",
     "friction",
+    "thickness",
     "restitution",
     "frames",
     "fps",

@@ -47,6 +47,7 @@ spin = [4, 5, 6]
 friction = 0.25
 restitution = 0.75
 rolling_resistance = 0.1
+thickness = 0.02
 ignore = ["ball.2"]
 self_contact = false
 
@@ -89,6 +90,7 @@ box = { center = [0, 0, 0], half_extents = [1, 2, 3], rotate = [0, 45, 0] }
 friction = 0.1
 restitution = 0.9
 rolling_resistance = 0.2
+thickness = 0.01
 keys = [ { time = 1, translate = [0, -1, 0] } ]
 
 [[collider]]
@@ -179,6 +181,7 @@ fn every_key_is_read() {
         friction: 0.25,
         restitution: 0.75,
         rolling_resistance: Some(0.1),
+        thickness: 0.02,
         self_contact: Some(false),
         ignored: vec!["ball.2".to_owned()],
     };
@@ -239,6 +242,8 @@ fn every_key_is_read() {
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
     let rolling_resistance = scene.colliders.iter().map(|collider| collider.rolling_resistance);
     assert_eq!(rolling_resistance.collect::<Vec<_>>(), [None, Some(0.2), None]);
+    let thickness = scene.colliders.iter().map(|collider| collider.thickness);
+    assert_eq!(thickness.collect::<Vec<_>>(), [0.0, 0.01, 0.0]);
 }
 
 #[test]
@@ -510,6 +515,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "a number above 0, or three numbers that are not 0, of which negative ones mirror the mesh",
         ),
         ("friction = -0.1", 4, "friction", "-0.1", "a number of at least 0"),
+        ("thickness = -0.1", 4, "thickness", "-0.1", "a number of at least 0"),
         ("restitution = 1.1", 4, "restitution", "1.1", "in [0, 1]"),
         ("density = 0", 4, "density", "0", "a number above 0"),
         ("plastic = { yield = 0 }", 4, "plastic.yield", "0", "in (0, 1]"),

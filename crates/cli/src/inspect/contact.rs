@@ -33,6 +33,8 @@ pub(super) struct OverlapFacts {
 pub(super) struct TouchingFacts {
     pub(super) friction: f64,
     pub(super) restitution: f64,
+    /// Distance outside of the surface at which the body touches, in scene units.
+    pub(super) thickness: f64,
     /// Whether the body touches itself.
     pub(super) self_contact: bool,
     /// Number of samples of its surface.
@@ -73,6 +75,7 @@ pub(super) fn touching(scene: &Scene, body: &Body, plan: &BodyPlan) -> Option<To
     Some(TouchingFacts {
         friction: touching.friction,
         restitution: touching.restitution,
+        thickness: touching.thickness,
         self_contact: touching.self_contact.unwrap_or(scene.simulation.self_contact),
         samples,
         bytes: stage.map_or(0, |stage| stage.bytes),

@@ -120,11 +120,12 @@ impl Page {
             }
         }
         if let Some(touching) = &body.touching {
-            let TouchingFacts { friction, restitution, samples, bytes, .. } = touching;
+            let TouchingFacts { friction, restitution, thickness, samples, bytes, .. } = touching;
             let (samples, bytes) = (counted(*samples, "surface sample"), terminal::bytes(*bytes as u64));
+            let thickness = if *thickness > 0.0 { format!("thickness {thickness}, ") } else { String::new() };
             self.entry(
                 "contact",
-                &format!("friction {friction}, restitution {restitution}, {samples}, {bytes}"),
+                &format!("friction {friction}, restitution {restitution}, {thickness}{samples}, {bytes}"),
             );
         }
         if let Some(half_width) = body.half_width {

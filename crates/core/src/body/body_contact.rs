@@ -349,6 +349,7 @@ impl TouchingBody for Body {
             properties: SurfaceProperties {
                 friction: self.settings.touching.friction,
                 restitution: self.settings.touching.restitution,
+                thickness: self.settings.touching.thickness,
             },
             friction_factors: self.settings.parts.of(Quantity::Friction),
             contacts: self.contact.contacts.as_ref(),

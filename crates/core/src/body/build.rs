@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::builder::{BodyBuilder, Model};
-use super::elasticity::{extent, initial_half_width, size_of, slenderness_of};
+use super::elasticity::{extent, initial_half_width, longest_side, size_of, slenderness_of};
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::rigid::rigid_settings;
@@ -70,6 +70,7 @@ impl BodyBuilder {
                 (lattice, Some(Surface { mesh, embedding, skin: Skin::default(), pieces: None }))
             }
         };
+        self.touching.check_size(longest_side(&lattice, surface.as_ref()))?;
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
         check_cell_mass(&material, &lattice)?;
         let extent = extent(&lattice);

@@ -321,46 +321,6 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets how the body touches other bodies: friction, restitution, self-contact and the bodies that it does not
-    /// touch.
-    pub fn touching(mut self, touching: TouchingOptions) -> Self {
-        (self.touching, self.keyed.friction) = (touching, None);
-        self
-    }
-
-    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0, a number or keyframes; default 0.5. The
-    /// coefficient of two bodies is the geometric mean of theirs. At a collider, that of the collider holds.
-    pub fn friction(mut self, friction: impl Into<Curve>) -> Self {
-        (self.touching.friction, self.keyed.friction) = keyed(friction);
-        self
-    }
-
-    /// Sets the coefficient of restitution of the body at other bodies, in [0, 1]; default 0. That of two bodies is the
-    /// greater of theirs. At a collider, that of the collider holds.
-    pub fn restitution(mut self, restitution: f64) -> Self {
-        self.touching.restitution = restitution;
-        self
-    }
-
-    /// Sets the coefficient of rolling resistance on colliders, >= 0: see [`TouchingOptions::rolling_resistance`].
-    pub fn rolling_resistance(mut self, coefficient: f64) -> Self {
-        self.touching.rolling_resistance = Some(coefficient);
-        self
-    }
-
-    /// Sets whether parts of the body touch each other. By default the
-    /// [simulation](crate::SimulationBuilder::self_contact) decides.
-    pub fn self_contact(mut self, enabled: bool) -> Self {
-        self.touching.self_contact = Some(enabled);
-        self
-    }
-
-    /// Adds the name of a body that this one does not touch, whichever of the two names the other.
-    pub fn ignore(mut self, name: impl Into<String>) -> Self {
-        self.touching.ignored.push(name.into());
-        self
-    }
-
     /// Adds a part with another stiffness or rest volume. The factors of overlapping zones multiply.
     pub fn zone(mut self, zone: Zone) -> Self {
         self.zones.push(zone);
@@ -392,7 +352,7 @@ impl BodyBuilder {
 }
 
 /// Returns the greatest value of a number, and its keyframes if it changes.
-fn keyed(number: impl Into<Curve>) -> (f64, Option<Curve>) {
+pub(super) fn keyed(number: impl Into<Curve>) -> (f64, Option<Curve>) {
     let curve = number.into();
     (curve.greatest(), curve.constant().is_none().then_some(curve))
 }

@@ -352,6 +352,17 @@ fn second_moments_of_cells(lattice: &Lattice, masses: &[f32]) -> Matrix3<f64> {
     weighted().map(outer).sum::<Matrix3<f64>>() / mass - Matrix3::identity() / 6.0
 }
 
+/// Returns the longest side of the bounding box of the mesh, or of a bare lattice.
+pub(super) fn longest_side(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
+    match surface {
+        Some(Surface { mesh, .. }) => {
+            let (low, high) = mesh.bounds();
+            (high - low).max()
+        }
+        None => extent(lattice) as f64 * lattice.cell_size(),
+    }
+}
+
 /// Returns the largest extent of a lattice along an axis, in cells.
 pub(super) fn extent(lattice: &Lattice) -> usize {
     let (low, high) = index_bounds(lattice.indices());

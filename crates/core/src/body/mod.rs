@@ -17,7 +17,7 @@
 //! | `plasticity` | plastic shapes |
 //! | `select` | the vertices of a selection |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
-//! | `builder`, `build` | the settings of a new body; builds it |
+//! | `builder`, `builder_contact`, `build` | the settings of a new body; builds it |
 //! | `rigid` | rigid bodies: settings, step and contacts |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |
@@ -44,6 +44,7 @@ mod body_contact;
 mod breaking;
 mod build;
 mod builder;
+mod builder_contact;
 mod context;
 mod elasticity;
 mod escape;

@@ -31,7 +31,8 @@ impl Body {
 
     /// Creates the contact stage with samples at most `spacing` cells apart.
     pub(super) fn create_contacts(&self, spacing: f64) -> Contacts {
-        let mut contacts = Contacts::within(spacing, self.create_samples(spacing));
+        let thickness = self.settings.touching.thickness;
+        let mut contacts = Contacts::within(spacing, self.create_samples(spacing), thickness);
         contacts.set_friction_factors(self.factors_of(Quantity::Friction));
         contacts
     }

@@ -271,6 +271,7 @@ impl Body {
     /// Returns center and radius of a ball around the body, in cells in its frame, in which colliders are near.
     pub(super) fn ball(&self) -> (Point3<f64>, f64) {
         let (low, high) = self.local_bounds();
-        (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0 + NEAR)
+        let layer = self.settings.touching.thickness / self.shape.lattice.cell_size();
+        (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0 + NEAR + layer)
     }
 }

@@ -15,6 +15,10 @@ pub struct TouchingOptions {
     /// contact from its middle, as a fraction of the radius of the contact. `None`, the default: 0.08 times the
     /// damping ratio of the material, or 0.016 with a damping rate above 0.
     pub rolling_resistance: Option<f64>,
+    /// Distance outside of the surface at which the body touches, in scene units, from 0 to half of the longest side of
+    /// its bounding box; default 0. Bodies rest at the sum of their thicknesses, and on a collider at the sum with
+    /// [its thickness](crate::Collider::thickness). Open surfaces keep at least the distance that they keep without it.
+    pub thickness: f64,
     /// Whether parts of the body touch each other; `None`, the default:
     /// [the simulation](crate::SimulationBuilder::self_contact) decides.
     pub self_contact: Option<bool>,
@@ -26,7 +30,14 @@ pub struct TouchingOptions {
 impl Default for TouchingOptions {
     fn default() -> Self {
         let (rolling_resistance, self_contact) = (None, None);
-        Self { friction: 0.5, restitution: 0.0, rolling_resistance, self_contact, ignored: Vec::new() }
+        Self {
+            friction: 0.5,
+            restitution: 0.0,
+            rolling_resistance,
+            thickness: 0.0,
+            self_contact,
+            ignored: Vec::new(),
+        }
     }
 }
 
@@ -38,6 +49,13 @@ impl TouchingOptions {
         Range::FRACTION.check("restitution", restitution)?;
         let rolling = self.rolling_resistance.unwrap_or(0.0);
         Range::NOT_NEGATIVE.check("rolling_resistance", rolling)?;
+        Range::NOT_NEGATIVE.check("thickness", self.thickness)?;
         Ok(())
+    }
+
+    /// Checks the thickness of a body with this longest side.
+    pub(super) fn check_size(&self, longest_side: f64) -> Result<(), Error> {
+        let (thickness, limit) = (self.thickness, 0.5 * longest_side);
+        if thickness > limit { Err(Error::Thickness { thickness, limit }) } else { Ok(()) }
     }
 }

@@ -20,7 +20,9 @@ impl<'a> NearBodies<'a> {
         let cell_size = own.lattice().cell_size();
         let bounds = own.contact_bounds();
         (0..).zip(self.bodies).filter_map(move |(index, other)| {
-            let margin = (distance + BOX_MARGIN) * cell_size + BOX_MARGIN * other.lattice().cell_size();
+            let layers = own.touching().thickness + other.touching().thickness;
+            let margin =
+                (distance + BOX_MARGIN) * cell_size + BOX_MARGIN * other.lattice().cell_size() + layers;
             let is_near = index != self.index
                 && other.contact_bounds()?.intersects(&bounds?.enlarged(margin))
                 && self.contacts.may_touch(self.index, index);

@@ -27,6 +27,8 @@ pub(super) struct Obstacles<'a> {
     /// Time in seconds, at which moving colliders are evaluated.
     time: f64,
     frame: BodyFrame,
+    /// Thickness of the body in scene units.
+    thickness: f64,
     samples: Cow<'a, SampleCells>,
 }
 
@@ -54,13 +56,14 @@ impl<'a> Obstacles<'a> {
             // A body that has not yet been stepped in this simulation has no samples.
             let samples = body.contacts().map(Contacts::samples).map(Cow::Borrowed);
             let samples = samples.unwrap_or_else(|| Cow::Owned(body.create_samples(1.0)));
-            Self { colliders, time, frame: body.frame(), samples }
+            let thickness = body.touching().thickness;
+            Self { colliders, time, frame: body.frame(), thickness, samples }
         })
     }
 
     /// Returns the shapes of the enabled colliders in the body's frame.
     fn shapes(&self) -> impl Iterator<Item = PosedShape<'_>> {
-        self.colliders.at(self.time, self.frame)
+        self.colliders.at(self.time, self.frame, self.thickness)
     }
 
     /// Returns the shapes that samples may enter within the limits of [`ColliderSearch::find`]: those other than planes,

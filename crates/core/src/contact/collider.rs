@@ -26,6 +26,9 @@ pub struct Collider {
     /// Coefficient of rolling resistance of bodies on the collider, >= 0, in place of that of the
     /// [body](crate::TouchingOptions::rolling_resistance). Default: `None`, that of the body; 0: bodies roll freely.
     pub rolling_resistance: Option<f64>,
+    /// Distance outside of the surface at which bodies touch the collider, in scene units, >= 0; default 0. It is added
+    /// to that of the [body](crate::TouchingOptions::thickness). An open mesh keeps at least a distance of 0.05 cells.
+    pub thickness: f64,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,
     /// Interpolation between the keyframes. Default: linear.
@@ -46,6 +49,7 @@ impl Collider {
             friction: 0.5,
             restitution: 0.0,
             rolling_resistance: None,
+            thickness: 0.0,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
             enabled: true.into(),
@@ -155,6 +159,8 @@ impl Collider {
             finite("rolling_resistance", &[coefficient])?;
             check("rolling_resistance", &[coefficient], "its range is 0 and above", Range::NOT_NEGATIVE)?;
         }
+        finite("thickness", &[self.thickness])?;
+        check("thickness", &[self.thickness], "its range is 0 and above", Range::NOT_NEGATIVE)?;
         check("friction", &[self.friction], "its range is 0 and above", Range::NOT_NEGATIVE)?;
         check("restitution", &[self.restitution], "its range is 0 to 1", Range::FRACTION)
     }

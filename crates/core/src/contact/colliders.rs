@@ -58,9 +58,12 @@ impl ValidCollider {
         Ok(Self { collider: collider.clone(), motion, is_enabled, animated })
     }
 
-    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step.
-    fn posed(&self, pose: &Pose, frame: BodyFrame, is_after: bool) -> PosedShape<'_> {
-        self.with_animation(self.collider.shape.posed(pose, frame).with_shell(), is_after)
+    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step. `layer`: thickness
+    /// of the body in scene units, beside that of the collider; `None` for the shape without a thickness.
+    fn posed(&self, pose: &Pose, frame: BodyFrame, layer: Option<f64>, is_after: bool) -> PosedShape<'_> {
+        let thickness = layer.map_or(0.0, |layer| (self.collider.thickness + layer) / frame.cell_size);
+        let shape = self.collider.shape.posed(pose, frame).with_shell().thickened(thickness);
+        self.with_animation(shape, is_after)
     }
 
     /// Replaces the surface of an animated mesh by that before or after the step.
@@ -147,12 +150,13 @@ impl Colliders {
         frame: BodyFrame,
         (point, distance): (&Point3<f64>, f64),
     ) -> bool {
-        let mut shapes = self.switching(time).map(|valid| valid.posed(&valid.motion.pose(time), frame, true));
+        let mut shapes =
+            self.switching(time).map(|valid| valid.posed(&valid.motion.pose(time), frame, Some(0.0), true));
         shapes.any(|shape| shape.signed_distance(point).distance <= distance)
     }
 
     /// Returns the shapes at `time` of the colliders that are enabled after [`switch`](Self::switch) and that satisfy a
-    /// condition of whether they are enabled before it, in the frame of a body.
+    /// condition of whether they are enabled before it, in the frame of a body, without a thickness.
     pub(crate) fn switched(
         &self,
         time: f64,
@@ -161,7 +165,7 @@ impl Colliders {
     ) -> impl Iterator<Item = PosedShape<'_>> {
         let after = self.0.iter().filter(move |valid| valid.collider.enabled.value(time));
         let found = after.filter(move |valid| condition(valid.is_enabled));
-        found.map(move |valid| valid.posed(&valid.motion.pose(time), frame, true))
+        found.map(move |valid| valid.posed(&valid.motion.pose(time), frame, None, true))
     }
 
     /// Enables and disables the colliders for `time`, in seconds, which is the current time.
@@ -206,7 +210,7 @@ impl Colliders {
     }
 
     /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
-    /// in cells.
+    /// in cells, beside its thickness.
     pub(crate) fn moves_near(
         &self,
         step: Interval,
@@ -214,7 +218,7 @@ impl Colliders {
         point: &Point3<f64>,
         distance: f64,
     ) -> bool {
-        self.during(step, frame).any(|(_, PosedCollider { shape_before, shape, .. })| {
+        self.during(step, frame, 0.0).any(|(_, PosedCollider { shape_before, shape, .. })| {
             shape != shape_before
                 && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
         })
@@ -297,14 +301,21 @@ impl Colliders {
         }
     }
 
-    /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the
-    /// end of the last step, or at the time that was set.
-    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> + Clone {
-        self.enabled().map(move |(_, collider)| collider.posed(&collider.motion.pose(time), frame, true))
+    /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body with the thickness `layer`
+    /// in scene units: with the thickness of both. Animated meshes are as at the end of the last step, or at the time that
+    /// was set.
+    pub(crate) fn at(
+        &self,
+        time: f64,
+        frame: BodyFrame,
+        layer: f64,
+    ) -> impl Iterator<Item = PosedShape<'_>> + Clone {
+        self.enabled()
+            .map(move |(_, collider)| collider.posed(&collider.motion.pose(time), frame, Some(layer), true))
     }
 
     /// Returns the shape of each enabled collider at `time` as [`at`](Self::at), in world space and scene units, and
-    /// without the thickness of shells, with the index of the collider.
+    /// without a thickness, that of shells included, with the index of the collider.
     pub(crate) fn surfaces_at(&self, time: f64) -> impl Iterator<Item = (usize, PosedShape<'_>)> {
         self.enabled().map(move |(index, valid)| {
             let pose = valid.motion.pose(time);
@@ -313,21 +324,24 @@ impl Colliders {
         })
     }
 
-    /// Returns the shape of each enabled collider at the start of a step, in the frame of a body.
+    /// Returns the shape of each enabled collider at the start of a step, in the frame of a body, without a thickness.
     pub(crate) fn before(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
-        self.enabled().map(move |(_, valid)| valid.posed(&valid.motion.pose(step.start), frame, false))
+        self.enabled().map(move |(_, valid)| valid.posed(&valid.motion.pose(step.start), frame, None, false))
     }
 
-    /// Returns each enabled collider during one step, in the frame of a body, with its index.
+    /// Returns each enabled collider during one step, in the frame of a body with the thickness `layer` in scene units,
+    /// with its index.
     pub(super) fn during(
         &self,
         step: Interval,
         frame: BodyFrame,
+        layer: f64,
     ) -> impl Iterator<Item = (u32, PosedCollider<'_>)> {
         self.enabled().map(move |(index, valid)| {
             let ValidCollider { collider, motion, animated, .. } = valid;
             let ([start, end], is_moving) = motion.poses(step);
-            let (shape_before, shape) = (valid.posed(&start, frame, false), valid.posed(&end, frame, true));
+            let posed = |pose, is_after| valid.posed(pose, frame, Some(layer), is_after);
+            let (shape_before, shape) = (posed(&start, false), posed(&end, true));
             let deformation = match (animated, shape_before, shape) {
                 (Some(animated), PosedShape::Mesh(before), PosedShape::Mesh(after)) => {
                     animated.deformation(before, after)

@@ -167,12 +167,14 @@ pub(crate) struct PosedMesh<'a> {
     pub(super) scale: f64,
     /// Distance of the shape from the mesh if it is open. Zero if it is closed.
     pub(super) shell: f64,
+    /// Distance by which the surface is outside of that of the shape, whose `shell` is included.
+    pub(super) thickness: f64,
 }
 
 /// Compares the surfaces by identity.
 impl PartialEq for PosedMesh<'_> {
     fn eq(&self, other: &Self) -> bool {
-        let pose = |mesh: &Self| (mesh.origin, mesh.rotation, mesh.scale, mesh.shell);
+        let pose = |mesh: &Self| (mesh.origin, mesh.rotation, mesh.scale, mesh.shell, mesh.thickness);
         std::ptr::eq(self.surface, other.surface) && pose(self) == pose(other)
     }
 }
@@ -181,6 +183,12 @@ impl PosedMesh<'_> {
     /// Returns the mesh with the thickness of a shell if it is open.
     pub(super) fn with_shell(self) -> Self {
         Self { shell: if self.is_closed() { 0.0 } else { SHELL }, ..self }
+    }
+
+    /// Returns the mesh with its surface `thickness` cells farther outwards. The shell of an open mesh is part of the
+    /// thickness.
+    pub(super) fn thickened(self, thickness: f64) -> Self {
+        Self { thickness: (thickness - self.shell).max(0.0), ..self }
     }
 
     pub(super) fn is_closed(&self) -> bool {
@@ -201,7 +209,8 @@ impl PosedMesh<'_> {
         self.surface.tree.greatest_distance(&self.point_in_mesh(p)) * self.scale
     }
 
-    /// Returns the signed distance of a point, in cells. For an open mesh it is negative only within the shell.
+    /// Returns the signed distance of a point, in cells. For an open mesh it is negative only within the shell and the
+    /// thickness.
     pub(super) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         self.distance_below(p, f64::INFINITY)
             .unwrap_or(SignedDistance { distance: f64::INFINITY, normal: Vector3::x() })
@@ -215,14 +224,14 @@ impl PosedMesh<'_> {
         let normal = self.rotation * self.surface.direction(&closest, &q);
         let distance = closest.distance * self.scale;
         Some(match self.surface.is_inside(&closest, &q) {
-            true => SignedDistance { distance: -distance, normal },
-            false => SignedDistance { distance: distance - self.shell, normal },
+            true => SignedDistance { distance: -distance - self.thickness, normal },
+            false => SignedDistance { distance: distance - self.shell - self.thickness, normal },
         })
     }
 
     /// Returns false only if no point of the AABB `center ± half` is within `skin`, in cells.
     pub(super) fn may_touch(&self, center: &Point3<f64>, half: &Vector3<f64>, skin: f64) -> bool {
-        let reach = half.norm() + skin + self.shell;
+        let reach = half.norm() + skin + self.shell + self.thickness;
         let (q, limit) = (self.point_in_mesh(center), reach / self.scale);
         let tree = &self.surface.tree;
         if tree.bounds_distance(&q) > limit {

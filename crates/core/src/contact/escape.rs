@@ -157,8 +157,8 @@ impl PosedShape<'_> {
     }
 
     /// Returns the interval of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
-    /// the shape other than a mesh, or `None`. A box is enlarged by the radius at each face. `direction` is a unit
-    /// vector.
+    /// the shape other than a mesh, or `None`. A box is enlarged by the radius at each face; its
+    /// thickness does not count. `direction` is a unit vector.
     pub(super) fn overlap_along(
         &self,
         point: &Point3<f64>,
@@ -170,7 +170,7 @@ impl PosedShape<'_> {
                 slab(normal.dot(&(point - origin)), normal.dot(direction), [f64::NEG_INFINITY, ball])
             }
             Self::Sphere { center, radius } => ball_overlap(point - center, direction, radius + ball),
-            Self::Box { center, half, rotation } => {
+            Self::Box { center, half, rotation, .. } => {
                 let (offset, along) = (rotation.tr_mul(&(point - center)), rotation.tr_mul(direction));
                 (0..3).try_fold([f64::NEG_INFINITY, f64::INFINITY], |interval, axis| {
                     let limit = (half[axis] + ball).max(0.0);
@@ -243,7 +243,12 @@ mod tests {
     }
 
     fn cuboid(center: [f64; 3], half: [f64; 3]) -> PosedShape<'static> {
-        PosedShape::Box { center: center.into(), half: half.into(), rotation: Matrix3::identity() }
+        PosedShape::Box {
+            center: center.into(),
+            half: half.into(),
+            rotation: Matrix3::identity(),
+            thickness: 0.0,
+        }
     }
 
     #[test]
@@ -253,7 +258,7 @@ mod tests {
         let shapes = [
             PosedShape::Plane { point: a, normal: axis.normalize() },
             PosedShape::Sphere { center: a, radius: 1.3 },
-            PosedShape::Box { center: a, half: Vector3::new(0.4, 1.0, 2.0), rotation },
+            PosedShape::Box { center: a, half: Vector3::new(0.4, 1.0, 2.0), rotation, thickness: 0.0 },
             PosedShape::Capsule { a, axis, radius: 0.8 },
             PosedShape::Capsule { a, axis: Vector3::zeros(), radius: 0.8 },
         ];

@@ -51,13 +51,13 @@ impl Contacts {
         colliders: &Colliders,
         step: Interval,
     ) -> f64 {
-        let Self { samples, detection, solver, leaving, rigid, .. } = self;
+        let Self { samples, detection, solver, leaving, rigid, thickness, .. } = self;
         solver.clear();
         solver.begin_rigid(rigid.as_ref());
         detection.read(state.positions, &samples.slots, leaving);
         detection.update_paths();
         let mut report = ContactReport::default();
-        for (index, collider) in colliders.during(step, state.frame) {
+        for (index, collider) in colliders.during(step, state.frame, *thickness) {
             detection.find(index, &collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
                 let position = || mean_position(patch.vertices(), detection.positions());

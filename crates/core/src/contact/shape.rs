@@ -123,6 +123,7 @@ impl Shape {
                 center: local(center),
                 half: Vector3::from(*half_extents) / frame.cell_size,
                 rotation: pose.rotation * euler_degrees(*rotate),
+                thickness: 0.0,
             },
             Self::Capsule { a, b, radius } => {
                 let start = local(a);
@@ -134,6 +135,7 @@ impl Shape {
                 rotation: pose.rotation * euler_degrees(*rotate),
                 scale: scale / frame.cell_size,
                 shell: 0.0,
+                thickness: 0.0,
             }),
         }
     }
@@ -142,10 +144,26 @@ impl Shape {
 /// Shape at one time in the local frame of a body, with lengths in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PosedShape<'a> {
-    Plane { point: Point3<f64>, normal: Vector3<f64> },
-    Sphere { center: Point3<f64>, radius: f64 },
-    Box { center: Point3<f64>, half: Vector3<f64>, rotation: Matrix3<f64> },
-    Capsule { a: Point3<f64>, axis: Vector3<f64>, radius: f64 },
+    Plane {
+        point: Point3<f64>,
+        normal: Vector3<f64>,
+    },
+    Sphere {
+        center: Point3<f64>,
+        radius: f64,
+    },
+    /// All points within `thickness` of a box.
+    Box {
+        center: Point3<f64>,
+        half: Vector3<f64>,
+        rotation: Matrix3<f64>,
+        thickness: f64,
+    },
+    Capsule {
+        a: Point3<f64>,
+        axis: Vector3<f64>,
+        radius: f64,
+    },
     Mesh(PosedMesh<'a>),
 }
 
@@ -166,6 +184,21 @@ impl<'a> PosedShape<'a> {
         }
     }
 
+    /// Returns all points within `thickness` cells of the shape: its surface moves outwards by the thickness. The side
+    /// of a sample follows from the surface without it: see `sides`.
+    pub(super) fn thickened(self, thickness: f64) -> Self {
+        if thickness == 0.0 {
+            return self;
+        }
+        match self {
+            Self::Plane { point, normal } => Self::Plane { point: point + normal * thickness, normal },
+            Self::Sphere { center, radius } => Self::Sphere { center, radius: radius + thickness },
+            Self::Box { center, half, rotation, .. } => Self::Box { center, half, rotation, thickness },
+            Self::Capsule { a, axis, radius } => Self::Capsule { a, axis, radius: radius + thickness },
+            Self::Mesh(mesh) => Self::Mesh(mesh.thickened(thickness)),
+        }
+    }
+
     /// Returns the signed distance of a point in the local frame, in cells.
     pub(crate) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         match self {
@@ -173,9 +206,9 @@ impl<'a> PosedShape<'a> {
                 SignedDistance { distance: normal.dot(&(p - point)), normal: *normal }
             }
             Self::Sphere { center, radius } => ball_distance(p - center, *radius),
-            Self::Box { center, half, rotation } => {
+            Self::Box { center, half, rotation, thickness } => {
                 let local = box_distance(&rotation.tr_mul(&(p - center)), half);
-                SignedDistance { distance: local.distance, normal: rotation * local.normal }
+                SignedDistance { distance: local.distance - thickness, normal: rotation * local.normal }
             }
             Self::Capsule { a, axis, radius } => {
                 let offset = p - a;

@@ -6,6 +6,9 @@
 //! sample that is still behind the surface after the step has a *side point*: the point of the surface from which its
 //! next path begins. (Zilles & Salisbury 1995 use such a point, the god-object, for haptic rendering.) The side points
 //! are part of the state.
+//!
+//! A shape with a thickness is met at its surface without the thickness: in the layer around this surface, the nearest
+//! surface is the right one.
 
 use nalgebra::{Point3, Vector3};
 
@@ -87,10 +90,9 @@ impl PosedShape<'_> {
             let (distance, before) = (near.distance, near.distance - normal.dot(&displacement));
             (distance <= skin).then_some(SidedContact { distance, normal, before, has_passed: false })
         };
-        let shell = self.shell();
-        let is_shell = shell > 0.0;
+        let (is_shell, height) = (self.shell() > 0.0, self.shell() + self.thickness());
         // Too far from the surface to have crossed it. The distance from the mid-surface of a shell is not negative.
-        if (near.distance + shell).abs() > displacement.norm() + 2.0 * LIFT {
+        if (near.distance + height).abs() > displacement.norm() + 2.0 * LIFT {
             return regular(near.normal);
         }
         let start = if is_shell { Some(*start) } else { self.outside(start) };
@@ -98,34 +100,35 @@ impl PosedShape<'_> {
         let Some((fraction, normal)) = self.first_hit(&start, end) else {
             // On the mid-surface of a shell the normal may have either sign.
             let is_flipped =
-                is_shell && near.distance + shell < LIFT && near.normal.dot(&(start - end)) < 0.0;
+                is_shell && near.distance + height < LIFT && near.normal.dot(&(start - end)) < 0.0;
             return regular(if is_flipped { -near.normal } else { near.normal });
         };
         if !is_shell && near.distance <= skin && near.normal.dot(&normal) > AGREEMENT {
             return regular(near.normal);
         }
         let hit = start + (end - start) * fraction;
-        let distance = normal.dot(&(end - hit)) - shell;
-        let before = normal.dot(&(start - hit)) - shell;
+        let distance = normal.dot(&(end - hit)) - height;
+        let before = normal.dot(&(start - hit)) - height;
         Some(SidedContact { distance, normal, before, has_passed: true })
     }
 
     /// Returns the side point of a sample at `end` with this contact, or `None` if it needs none.
     pub(super) fn side_point(&self, end: &Point3<f64>, contact: &SidedContact) -> Option<Point3<f64>> {
-        let shell = self.shell();
+        let (shell, thickness) = (self.shell(), self.thickness());
         let least = if shell > 0.0 { 0.5 * shell } else { LEAST_DEPTH };
-        if contact.distance > -least || self.plane().is_some() {
+        let distance = contact.distance + thickness;
+        if distance > -least || self.plane().is_some() {
             return None;
         }
         // The point of the plane of the contact, then the nearest point of the surface.
-        let point = end - contact.normal * (contact.distance - LIFT);
+        let point = end - contact.normal * (distance - LIFT);
         let near = self.signed_distance(&point);
         let is_same_side = near.normal.dot(&contact.normal) > AGREEMENT;
-        Some(if is_same_side { point - near.normal * (near.distance - LIFT) } else { point })
+        Some(if is_same_side { point - near.normal * (near.distance + thickness - LIFT) } else { point })
     }
 
-    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface: the fraction of the
-    /// segment, and the unit normal on the side of `a`.
+    /// Returns where the segment from `a`, a point outside, to `b` first meets the surface without the thickness: the
+    /// fraction of the segment, and the unit normal on the side of `a`.
     fn first_hit(&self, a: &Point3<f64>, b: &Point3<f64>) -> Option<(f64, Vector3<f64>)> {
         if let Self::Mesh(mesh) = self {
             return mesh.first_hit(a, b);
@@ -144,16 +147,27 @@ impl PosedShape<'_> {
     /// slightly inside. `None` if the point is deeper.
     fn outside(&self, point: &Point3<f64>) -> Option<Point3<f64>> {
         let near = self.signed_distance(point);
-        if near.distance < -2.0 * LIFT {
+        let distance = near.distance + self.thickness();
+        if distance < -2.0 * LIFT {
             return None;
         }
-        Some(point + near.normal * (LIFT - near.distance).max(0.0))
+        Some(point + near.normal * (LIFT - distance).max(0.0))
     }
 
     /// Returns the distance of the shape from its mid-surface, if it is a shell, or else zero.
     fn shell(&self) -> f64 {
         match self {
             Self::Mesh(mesh) => mesh.shell,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns the distance of the surface from that without the thickness, where the two differ in more than their
+    /// size.
+    fn thickness(&self) -> f64 {
+        match self {
+            Self::Box { thickness, .. } => *thickness,
+            Self::Mesh(mesh) => mesh.thickness,
             _ => 0.0,
         }
     }

@@ -39,6 +39,8 @@ pub struct Contacts {
     pub(super) samples: SampleCells,
     /// Greatest distance of the samples in cells.
     spacing: f64,
+    /// Thickness of the body, in scene units.
+    pub(super) thickness: f64,
     /// Velocity of the vertex of each row before the step.
     velocities_before: Vec<Vec4>,
     /// Velocity of the vertex of each row at the end of the step, before the impulses.
@@ -72,11 +74,12 @@ impl Contacts {
     /// Creates the stage of a body with these surface samples, at most one cell apart.
     #[cfg(feature = "internals")]
     pub fn new(samples: SampleCells) -> Self {
-        Self::within(1.0, samples)
+        Self::within(1.0, samples, 0.0)
     }
 
-    /// Creates the stage of a body with these surface samples, at most `spacing` cells apart.
-    pub(crate) fn within(spacing: f64, samples: SampleCells) -> Self {
+    /// Creates the stage of a body with these surface samples, at most `spacing` cells apart. Contacts act at the
+    /// distance `thickness` from them, in scene units.
+    pub(crate) fn within(spacing: f64, samples: SampleCells, thickness: f64) -> Self {
         let rows = samples.vertices.len();
         Self {
             velocities_before: vec![Vec4::zeros(); rows],
@@ -94,6 +97,7 @@ impl Contacts {
             rigid: None,
             rigid_totals: Vec::new(),
             spacing,
+            thickness,
             samples,
         }
     }
@@ -196,7 +200,8 @@ impl Contacts {
         gravity: [f64; 3],
     ) -> ContactReport {
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
-        let (leaving, rigid, friction_factors) = (&self.leaving, self.rigid.as_ref(), &self.friction_factors);
+        let (leaving, rigid) = (&self.leaving, self.rigid.as_ref());
+        let (thickness, friction_factors) = (self.thickness, &self.friction_factors);
         pressures.clear();
         touched.clear();
         solver.clear();
@@ -212,7 +217,7 @@ impl Contacts {
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         self.slow = min_bounce.max(SLOW / step.dt) as f32;
-        for (index, collider) in colliders.during(step, state.frame) {
+        for (index, collider) in colliders.during(step, state.frame, thickness) {
             let untouched = report.contacts == 0;
             detection.find(index, &collider, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
@@ -272,8 +277,9 @@ impl Contacts {
 
     /// Stores on which side of the colliders the samples are at the end of a step.
     pub(super) fn keep_sides(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, detection, leaving, .. } = self;
-        detection.keep_sides(state.positions, (samples, leaving), colliders.during(step, state.frame));
+        let Self { samples, detection, leaving, thickness, .. } = self;
+        let during = colliders.during(step, state.frame, *thickness);
+        detection.keep_sides(state.positions, (samples, leaving), during);
     }
 
     /// Stores the impulses, and pushes samples out of colliders.

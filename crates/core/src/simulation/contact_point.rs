@@ -23,12 +23,13 @@ pub struct ContactPoint {
     pub body: usize,
     /// The other body or the collider.
     pub other: Touched,
-    /// Position of the contact.
+    /// Position of the contact: on the surface of the body, or with a thickness in front of it, where the layers around
+    /// both surfaces meet.
     pub point: Point3<f64>,
     /// Unit normal, from the other towards the body.
     pub normal: Vector3<f64>,
-    /// Greatest depth at which the surfaces overlap at the end of the step, if all of the contact moved like its point;
-    /// negative for a gap.
+    /// Greatest depth at which the surfaces, or the layers around them, overlap at the end of the step, if all of the
+    /// contact moved like its point; negative for a gap.
     pub depth: f64,
     /// Force on the body during the step: pressure, friction, and what the elastic damping takes from the contact.
     pub force: Vector3<f64>,

@@ -10,10 +10,11 @@ impl Simulation {
         let dt = self.dt();
         let with_colliders = self.bodies.iter().enumerate().flat_map(|(index, body)| {
             let frame = body.frame();
+            let layer = body.touching().thickness / frame.cell_size;
             body.collider_contacts(dt).into_iter().map(move |(pressure, force)| ContactPoint {
                 body: index,
                 other: Touched::Collider(pressure.collider as usize),
-                point: frame.to_world(pressure.point),
+                point: frame.to_world(pressure.point - pressure.normal * layer),
                 normal: pressure.normal,
                 depth: pressure.depth * frame.cell_size,
                 force,

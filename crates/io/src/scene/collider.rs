@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{
-    direction, extents, fraction, interpolation, keyframes, mesh, not_negative, positive, scale, switch,
+    direction, extents, fraction, has_no_thickness, interpolation, keyframes, mesh, not_negative, positive,
+    scale, switch,
 };
 use supple::{Collider, ColliderFault, CollisionMesh, Interpolation, Key, Scale, Shape, Switch};
 
@@ -39,6 +40,9 @@ pub struct ColliderData {
     /// Coefficient of rolling resistance, at least 0; `None` for that of the body.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "not_negative")]
     pub rolling_resistance: Option<f64>,
+    /// Distance outside of the surface at which bodies touch, at least 0; default 0.
+    #[serde(default, skip_serializing_if = "has_no_thickness", deserialize_with = "not_negative")]
+    pub thickness: f64,
     /// Keyframes; without them the collider is at rest.
     #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<Key>,
@@ -135,9 +139,18 @@ impl ColliderData {
                 Shape::mesh(read(path)?, scale, rotate, translate).map_err(|fault| failed(path, fault))?
             }
         };
-        let &Self { friction, restitution, rolling_resistance, interpolation, .. } = self;
+        let &Self { friction, restitution, rolling_resistance, thickness, interpolation, .. } = self;
         let (keys, enabled) = (self.keys.clone(), self.enabled.clone());
-        Ok(Collider { shape, friction, restitution, rolling_resistance, keys, interpolation, enabled })
+        Ok(Collider {
+            shape,
+            friction,
+            restitution,
+            rolling_resistance,
+            thickness,
+            keys,
+            interpolation,
+            enabled,
+        })
     }
 
     /// Returns a key that has a value although only a mesh has it.
@@ -169,6 +182,7 @@ impl ColliderData {
             friction: friction(),
             restitution: 0.0,
             rolling_resistance: None,
+            thickness: 0.0,
             keys: Vec::new(),
             interpolation: Interpolation::Linear,
             enabled: enabled(),

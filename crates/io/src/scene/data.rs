@@ -224,8 +224,8 @@ pub struct BodyData {
     /// How the mesh follows the lattice; default `"linear"`.
     #[serde(with = "keys::skin")]
     pub skin: SkinKind,
-    /// Keys `friction`, `restitution`, `rolling_resistance`, `ignore` and `self_contact`: how the body touches
-    /// colliders, other bodies and itself.
+    /// Keys `friction`, `restitution`, `rolling_resistance`, `thickness`, `ignore` and `self_contact`: how the body
+    /// touches colliders, other bodies and itself.
     #[serde(rename = "@touching", with = "TouchingKeys")]
     pub touching: TouchingOptions,
     /// The keyframes of the keys `youngs_modulus`, `poisson_ratio`, `damping_ratio` and `friction`, whose greatest values

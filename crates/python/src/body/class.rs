@@ -96,6 +96,9 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 /// rolling_resistance : float
 ///     Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from
 ///     its middle, as a fraction of the radius of the contact. Default 0.08 times the damping ratio, or 0.016 with a damping_rate above 0.
+/// thickness : float, default 0
+///     Distance outside of the surface at which the body touches, in scene units, from 0 to half of the longest side of
+///     the body. Bodies rest at the sum of their thicknesses, and on a collider at the sum with its thickness.
 /// ignore : list of str, default empty
 ///     Names of bodies that the body does not touch, whichever of the two names the other.
 /// self_contact : bool

@@ -43,7 +43,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), rigid=False, lattice_vertices=1000, cell_size=None, join=True, material='flesh', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, inflate=1.0, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, rolling_resistance=None, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, refine='off', rotate=(0, 0, 0), translate=(0, 0, 0), rigid=False, lattice_vertices=1000, cell_size=None, join=True, material='flesh', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, accuracy='balanced', poisson_ratio=None, inflate=1.0, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, plastic=None, fracture=None, volume='auto', skin='linear', friction=0.5, restitution=0.0, rolling_resistance=None, thickness=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

@@ -27,6 +27,12 @@ impl Body {
         self.read(py, supple::Body::rolling_resistance)
     }
 
+    /// Distance outside of the surface at which the body touches, in scene units, >= 0.
+    #[getter]
+    fn thickness(&self, py: Python<'_>) -> PyResult<f64> {
+        self.read(py, |body| body.touching().thickness)
+    }
+
     /// Whether parts of the body touch each other: bool, or None if the simulation decides.
     #[getter]
     fn self_contact(&self, py: Python<'_>) -> PyResult<Option<bool>> {

@@ -80,9 +80,11 @@ impl Simulation {
     /// other_is_collider : bool
     ///     Whether other is the index of a collider.
     /// point, normal : (3,) float64
-    ///     Position, and unit vector from the other towards the body.
+    ///     Position, and unit vector from the other towards the body. With a thickness, contacts act where the layers
+    ///     around both surfaces meet.
     /// depth : float64
-    ///     Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap.
+    ///     Greatest depth at which the surfaces overlap at the end of the step, in scene units; negative for a gap. The
+    ///     thicknesses count as part of the bodies and colliders.
     /// force : (3,) float64
     ///     Force on the body during the step: pressure, friction, and what the damping takes from the contact. The force
     ///     on the other is the opposite.

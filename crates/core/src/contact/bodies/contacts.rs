@@ -44,6 +44,8 @@ pub(super) struct NearBody {
     pub(super) has_partner: bool,
     /// Greatest number of times in the step at which it is searched.
     pub(super) times: u32,
+    /// Greatest sum of its thickness and that of a body of a pair.
+    pub(super) thickness: f64,
     /// Whether it is searched.
     pub(super) is_searched: bool,
     /// Its island, and its index there.
@@ -52,8 +54,14 @@ pub(super) struct NearBody {
 
 impl NearBody {
     /// A body in no pair.
-    pub(super) const ALONE: Self =
-        Self { region: Bounds::EMPTY, has_partner: false, times: 1, is_searched: false, place: None };
+    pub(super) const ALONE: Self = Self {
+        region: Bounds::EMPTY,
+        has_partner: false,
+        times: 1,
+        thickness: 0.0,
+        is_searched: false,
+        place: None,
+    };
 }
 
 /// Two bodies that may touch in a step, or a body and itself.
@@ -199,13 +207,13 @@ impl BodyContacts {
         let Self { posed, bodies, searches, search_count, .. } = self;
         posed.resize_with(bodies.len(), PosedLattice::default);
         executor.for_each_indexed(posed, |body, posed| {
-            let NearBody { region, times, is_searched, .. } = &bodies[body as usize];
+            let NearBody { region, times, thickness, is_searched, .. } = &bodies[body as usize];
             if *is_searched
                 && is_search_time(past, *times)
                 && !region.is_empty()
                 && let Some(body) = view(body)
             {
-                body.pose(posed, past * dt, region);
+                body.pose(posed, past * dt, region, *thickness);
             }
         });
         let posed = &*posed;
@@ -321,7 +329,8 @@ impl BodyContacts {
         let mut overlaps: Vec<(usize, usize, f64)> = Vec::new();
         for search in self.searches[..self.search_count].iter().filter(|search| search.body != search.other) {
             let (a, b) = (search.body.min(search.other), search.body.max(search.other));
-            let depth = search.touches.iter().map(|touch| -touch.gap).fold(0.0, f64::max);
+            // Bodies that are nearer than their thicknesses do not overlap.
+            let depth = search.touches.iter().map(|touch| -touch.gap - search.thickness).fold(0.0, f64::max);
             if depth > OVERLAP * cell_size(a).min(cell_size(b)) {
                 let pair = (a as usize, b as usize);
                 // Both searches of a pair follow each other.

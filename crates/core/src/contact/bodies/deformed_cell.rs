@@ -117,6 +117,28 @@ impl DeformedCell {
         }
         None
     }
+
+    /// Returns the distance of a point outside the cell from the point of the cell to which the edges of the cell lead,
+    /// the local coordinates of the point, continued linearly from there, and the derivative there. `None` if the cell
+    /// is flat or inside out.
+    pub(super) fn locate_outside(&self, point: &Point3<f64>) -> Option<(f64, [f64; 3], Gradient)> {
+        let target = point - self.origin;
+        let mut local = Vector3::repeat(0.5);
+        for _ in 0..NEWTON_STEPS {
+            let gradient = self.gradient(local.into());
+            if !gradient.is_regular() {
+                return None;
+            }
+            let rest = target - self.offset(local.into());
+            let continued = local + gradient.local_offset(&rest);
+            let next = continued.map(|u| u.clamp(0.0, 1.0));
+            if (next - local).amax() < LAST_STEP {
+                return Some((rest.norm(), continued.into(), gradient));
+            }
+            local = next;
+        }
+        None
+    }
 }
 
 /// Returns whether a cell, continued beyond `continued_sides`, contains the point with these local coordinates.
@@ -231,6 +253,26 @@ mod tests {
         assert!(locate(cell.map(|p| Point3::new(p.x, 0.5, p.z)), &center).is_none());
         assert!(locate(cell, &Point3::new(1.01, 0.5, 0.5)).is_none());
         assert!(locate(cell, &Point3::new(f64::NAN, 0.5, 0.5)).is_none());
+    }
+
+    #[test]
+    fn points_outside_a_cell_have_local_coordinates_that_continue_it() {
+        let map = Matrix3::new(1.0, 0.3, 0.0, -0.2, 0.8, 0.1, 0.0, 0.0, 1.2);
+        let corner = |k: usize| Vector3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+        let cell = DeformedCell::new(&std::array::from_fn(|k| Point3::from(map * corner(k))));
+        // Beyond a face, an edge and a corner.
+        for local in [[0.3, 1.6, 0.5], [-0.7, 0.4, 1.2], [1.5, -0.5, 2.5]] {
+            let point = Point3::from(map * Vector3::from(local));
+            let (distance, found, _) = cell.locate_outside(&point).unwrap();
+            assert!((Vector3::from(found) - Vector3::from(local)).amax() < 1e-9, "{local:?}: {found:?}");
+            let inside = Vector3::from(local.map(|u: f64| u.clamp(0.0, 1.0)));
+            assert!((distance - (map * (Vector3::from(local) - inside)).norm()).abs() < 1e-9);
+        }
+        let flat = DeformedCell::new(&std::array::from_fn(|k| {
+            Point3::from(corner(k).component_mul(&Vector3::new(1.0, 0.0, 1.0)))
+        }));
+        assert!(flat.locate_outside(&Point3::new(0.5, 0.5, 0.5)).is_none());
+        assert!(cell.locate_outside(&Point3::new(f64::NAN, 0.5, 0.5)).is_none());
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Finds the gaps between the surfaces of a body and of the bodies around it.
 //!
-//! The volume correction moves both surfaces at a gap, so each of them may take half of it. A gap is measured between
-//! samples of two surfaces, along the normal of the other one. Positions and distances are in cells of the body, from its
-//! origin.
+//! The volume correction moves both surfaces at a gap, so each of them may take half of it; the thicknesses of both
+//! bodies are no part of a gap. A gap is measured between samples of two surfaces, along the normal of the other one.
+//! Positions and distances are in cells of the body, from its origin.
 
 use std::ops::Range;
 
@@ -201,25 +201,29 @@ impl GapSearch {
 
     /// Finds the gaps to another body, or to the body itself, of the cells that must be searched.
     fn find_near(&mut self, body: &Surfaced<'_>, other: &Surfaced<'_>, all: &Bounds, is_own: bool) {
-        self.add_cells(other.1, all);
+        // Parts of a body that touch each other are found without their thickness.
+        let thickness = if is_own { 0.0 } else { thickness(body, other) };
+        self.add_cells(other.1, &all.enlarged(thickness));
         if self.cells.is_empty() {
             return;
         }
         let opposite = (OPPOSITE * other.0.lattice.cell_size() / body.0.lattice.cell_size()) as f32;
         let Self { own, own_positions, own_samples, cells, boxes, grid, blocks, near, .. } = self;
+        let lengths = [opposite, thickness as f32];
         let touch = |cells| body.1.cells_touch(body.0.lattice, body.0.touches_itself, cells);
         for (own, group) in own.iter_mut().zip(&body.1.cells) {
             if own.bounds.is_empty() {
                 continue;
             }
             near.clear();
-            for bin in grid.bins(&own.bounds) {
+            let bounds = own.bounds.enlarged(thickness);
+            for bin in grid.bins(&bounds) {
                 for &index in grid.cells_of(bin) {
                     let found = &mut cells[index as usize];
                     let sampled = &other.1.cells[found.group as usize];
                     let is_new = found.found_for != Some(group.cell)
                         && (!is_own || touch([group.cell, sampled.cell]))
-                        && boxes[index as usize].1.intersects(&own.bounds);
+                        && boxes[index as usize].1.intersects(&bounds);
                     if is_new {
                         found.found_for = Some(group.cell);
                         let (first, end) = *found.blocks.get_or_insert_with(|| {
@@ -233,7 +237,7 @@ impl GapSearch {
                             add_own_samples(own_samples, &cell, body.1, group.samples.clone())
                         });
                         near.extend((first..end).filter_map(|block| {
-                            let least = patch.least_clearance(&blocks[block as usize].patch, opposite);
+                            let least = patch.least_clearance(&blocks[block as usize].patch, lengths);
                             (least < own.distance).then_some((least, block))
                         }));
                     }
@@ -243,10 +247,15 @@ impl GapSearch {
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for sample in &mut own_samples[first as usize..end as usize] {
                 let blocks = near.iter().map(|&(least, block)| (least, &blocks[block as usize]));
-                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, opposite)));
+                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, lengths)));
             }
         }
     }
+}
+
+/// Returns the sum of the thicknesses of two bodies, in cells of the first one.
+fn thickness(body: &Surfaced<'_>, other: &Surfaced<'_>) -> f64 {
+    (body.0.properties.thickness + other.0.properties.thickness) / body.0.lattice.cell_size()
 }
 
 /// Sets the positions of the vertices of a body in the frame of another one.
@@ -321,14 +330,14 @@ impl OwnSample {
         simd: S,
         blocks: impl Iterator<Item = (f32, &'a Block)>,
         is_own: bool,
-        (distance, opposite): (f32, f32),
+        (distance, lengths): (f32, [f32; 2]),
     ) {
         let zero = f32x8::splat(simd, 0.0);
         let none = f32x8::splat(simd, f32::INFINITY);
         let patch = Patch::of_sample(self.position, self.normal);
         for (least, block) in blocks {
             let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
-            if least >= known || patch.least_clearance(&block.patch, opposite) >= known {
+            if least >= known || patch.least_clearance(&block.patch, lengths) >= known {
                 continue;
             }
             let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
@@ -340,7 +349,7 @@ impl OwnSample {
             let excess = (aside - row(6)).max(zero);
             let beside = gap * facing - (x * self.normal[0] + y * self.normal[1] + z * self.normal[2]);
             let growth = ((facing - FACING).max(zero) + beside.max(zero)) * GROWTH;
-            let clearance = gap.max(zero) * 0.5 + excess + growth;
+            let clearance = (gap - lengths[1]).max(zero) * 0.5 + excess + growth;
             let clearance = gap.simd_ge(-MAX_OVERLAP).select(clearance, none);
             let counts = clearance.simd_lt(known).to_bitmask();
             if counts == 0 {

@@ -75,7 +75,11 @@ impl Island {
         let normal: Vector3<f64> = touches.clone().map(|touch| touch.normal * share(touch)).sum();
         let Some(normal) = normal.try_normalize(1e-6) else { return };
         let first = touches.clone().next().map_or_else(Point3::origin, |touch| touch.point);
-        let point = first + touches.clone().map(|t| (t.point - first) * share(t)).sum::<Vector3<f64>>();
+        let mut point = first + touches.clone().map(|t| (t.point - first) * share(t)).sum::<Vector3<f64>>();
+        if search.body != search.other && search.thickness > 0.0 {
+            // Where the layers around both surfaces meet.
+            point -= normal * body.properties.thickness;
+        }
         let gap: f64 = touches.clone().map(|touch| touch.gap * share(touch)).sum();
         let past: f64 = touches.clone().map(|touch| touch.past * share(touch)).sum();
         let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);

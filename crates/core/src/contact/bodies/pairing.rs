@@ -43,7 +43,7 @@ impl BodyContacts {
                 false => motion,
             }
         };
-        let margin = |body: BodyView| SKIN * body.lattice.cell_size();
+        let margin = |body: BodyView| SKIN * body.lattice.cell_size() + body.properties.thickness;
         bounds.clear();
         bounds.extend((0..count).map(|index| {
             view(index).map_or(Bounds::EMPTY, |body| motion(index).swept(dt).enlarged(margin(body)))
@@ -64,20 +64,22 @@ impl BodyContacts {
             });
             pairs.sort_unstable_by_key(|pair| pair.bodies);
         }
-        self.add_searches(count as usize, |index| {
-            view(index).map_or(f64::INFINITY, |body| body.lattice.cell_size()) / dt
+        let unit = |index| view(index).map_or(f64::INFINITY, |body| body.lattice.cell_size()) / dt;
+        self.add_searches(count as usize, unit, |index| {
+            view(index).map_or(0.0, |body| body.properties.thickness)
         });
         !self.pairs.is_empty()
     }
 
     /// Adds the searches of the pairs. `unit`: the speed of a body that moves by one of its cells in the step.
-    fn add_searches(&mut self, count: usize, unit: impl Fn(u32) -> f64) {
+    /// `thickness`: that of a body.
+    fn add_searches(&mut self, count: usize, unit: impl Fn(u32) -> f64, thickness: impl Fn(u32) -> f64) {
         (self.island_count, self.search_count) = (0, 0);
         self.bodies.clear();
         self.bodies.resize(count, NearBody::ALONE);
         for index in 0..self.pairs.len() {
             let NearPair { bodies: (a, b), near } = self.pairs[index];
-            let unit = unit(a).min(unit(b));
+            let (unit, thickness) = (unit(a).min(unit(b)), thickness(a) + thickness(b));
             let part = |displacement: f64, limit: f64| displacement / (limit * unit);
             let times =
                 part(near.speed_before, SEARCH_DISPLACEMENT).max(part(near.speed, REBOUND_DISPLACEMENT));
@@ -87,19 +89,20 @@ impl BodyContacts {
                 body.region = body.region.union(&near.region);
                 body.has_partner |= a != b;
                 body.times = body.times.max(times);
+                body.thickness = body.thickness.max(thickness);
             }
-            self.add_search(a, b, times);
+            self.add_search([a, b], times, thickness);
             if a != b {
-                self.add_search(b, a, times);
+                self.add_search([b, a], times, thickness);
             }
         }
     }
 
-    fn add_search(&mut self, body: u32, other: u32, times: u32) {
+    fn add_search(&mut self, bodies: [u32; 2], times: u32, thickness: f64) {
         if self.search_count == self.searches.len() {
             self.searches.push(Search::default());
         }
-        self.searches[self.search_count].begin(body, other, times);
+        self.searches[self.search_count].begin(bodies, times, thickness);
         self.search_count += 1;
     }
 

@@ -43,8 +43,9 @@ impl Patch {
         Self { center, radius, normal, spread }
     }
 
-    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface.
-    pub(super) fn least_clearance(&self, other: &Self, opposite: f32) -> f32 {
+    /// Returns a lower bound of the clearances of the samples to those of a patch of another surface. The lengths are
+    /// the distance up to which samples are opposite, and the sum of the thicknesses of the bodies.
+    pub(super) fn least_clearance(&self, other: &Self, [opposite, thickness]: [f32; 2]) -> f32 {
         // The clearance of the centers, less the most by which positions and normals within the spheres change each term.
         let offset = self.center - other.center;
         let (gap, facing) = (offset.dot(&other.normal), self.normal.dot(&other.normal));
@@ -58,6 +59,8 @@ impl Patch {
         let excess = (aside - radius - 2.0 * tilt - opposite).max(0.0);
         let beside = gap * facing - offset.dot(&self.normal) - radius - 2.0 * (tilt + self.spread * length);
         let turned = facing - self.spread - other.spread - FACING;
-        0.5 * (gap - radius - tilt).max(0.0) + excess + GROWTH * (turned.max(0.0) + beside.max(0.0))
+        0.5 * (gap - thickness - radius - tilt).max(0.0)
+            + excess
+            + GROWTH * (turned.max(0.0) + beside.max(0.0))
     }
 }

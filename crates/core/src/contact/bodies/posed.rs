@@ -70,17 +70,17 @@ pub(super) struct Located {
 impl PosedLattice {
     /// Poses a lattice with the given positions of its vertices, and prepares the search of points in `region`. `cells`
     /// has the vertices at the corners of each cell, and `continued_sides` the sides beyond which it is continued;
-    /// empty if none is.
+    /// empty if none is. Points within `thickness` of the cells can be found too.
     pub(super) fn pose(
         &mut self,
         positions: impl Iterator<Item = Point3<f64>>,
         (cells, continued_sides): (&[[u32; 8]], &[u8]),
-        cell_size: f64,
+        (cell_size, thickness): (f64, f64),
         region: &Bounds,
     ) {
         self.positions.clear();
         self.positions.extend(positions);
-        let margin = MARGIN * cell_size;
+        let margin = MARGIN * cell_size + thickness;
         let region = region.enlarged(margin);
         self.sides.clear();
         self.sides.extend(self.positions.iter().map(|position| region.sides_of(position)));
@@ -101,7 +101,7 @@ impl PosedLattice {
             }
         }
         self.all = self.cells.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(bounds));
-        self.grid.fill(&self.cells, &region, cell_size);
+        self.grid.fill(&self.cells, &region, cell_size + thickness);
     }
 
     /// Returns the positions of vertices.
@@ -161,6 +161,34 @@ impl PosedLattice {
             })
         };
         locate_within(false).or_else(|| if continued_sides.is_empty() { None } else { locate_within(true) })
+    }
+
+    /// Returns the cell that is nearest to a point outside of all cells, and the local coordinates there, which
+    /// continue those of the cell linearly. `None` if no cell is within the thickness of [`pose`](Self::pose). The
+    /// other arguments are as in [`locate`](Self::locate).
+    pub(super) fn locate_outside(
+        &self,
+        point: &Point3<f64>,
+        corners: impl Fn(u32) -> [Point3<f64>; 8],
+        continued_sides: &[u8],
+        accepts: impl Fn(u32) -> bool,
+        cache: &mut CellCache,
+    ) -> Option<Located> {
+        let mut nearest: Option<(f64, Located)> = None;
+        for &index in self.grid.bin(point) {
+            let (cell, bounds) = self.cells[index as usize];
+            if !bounds.contains(point) || !accepts(cell) {
+                continue;
+            }
+            let continued_sides = continued_sides.get(cell as usize).copied().unwrap_or(0);
+            let (deformed, _) = cache.cell(index, || corners(cell), continued_sides);
+            if let Some((distance, local, gradient)) = deformed.locate_outside(point)
+                && nearest.is_none_or(|(least, _)| distance < least)
+            {
+                nearest = Some((distance, Located { cell, local, gradient }));
+            }
+        }
+        nearest.map(|(_, located)| located)
     }
 }
 

@@ -5,13 +5,17 @@
 //! & Lin 2001; McAdams et al. 2011). With the world position y of Y, and the derivative F of world positions by rest
 //! coordinates, the contact has the normal n = F⁻ᵀN/|F⁻ᵀN| and the gap n · (x - y). So contacts act at the visible
 //! surface, between the sample and the point Y of the surface.
+//!
+//! With a thickness of the bodies, a sample is also located outside of the cells, in the linear continuation of the
+//! nearest one, and the gap is less by the sum of the thicknesses.
 
 use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::DeformedCell;
 use super::posed::{CellCache, Located, PosedLattice};
 use super::touched_point::{
-    MAX_SHELL_DEPTH, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
+    MAX_SHELL_DEPTH, RANGE, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
+    touching_distance,
 };
 use super::view::BodyView;
 use crate::contact::SKIN;
@@ -28,10 +32,6 @@ const FIRST_DISPLACEMENT: f64 = 1.5;
 
 /// Depth in cells that a sample may have when it first touches, in addition.
 const FIRST_DEPTH: f64 = 0.1;
-
-/// Distance at rest up to which the surface of another part is searched for a sample that did not touch it, as a
-/// multiple of the depth that it may have: the lattice may be compressed.
-const FIRST_RANGE: f64 = 2.0;
 
 /// A sample that touches a body.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +57,8 @@ pub(super) struct Search {
     pub(super) other: u32,
     /// Number of times in a step at which the bodies are searched: a power of two.
     pub(super) times: u32,
+    /// Sum of the thicknesses of both bodies, in scene units.
+    pub(super) thickness: f64,
     /// The samples that touch, in increasing order.
     pub(super) touches: Vec<Touch>,
     /// Whether the step follows the samples that touched at the last search, and does not search.
@@ -70,11 +72,12 @@ pub(super) struct Search {
 
 impl Search {
     /// Begins a search. Keeps the buffer.
-    pub(super) fn begin(&mut self, body: u32, other: u32, times: u32) {
+    pub(super) fn begin(&mut self, [body, other]: [u32; 2], times: u32, thickness: f64) {
         self.touches.clear();
         self.separated.clear();
         self.follows = false;
-        (self.body, self.other, self.times) = (body, other, times);
+        (self.body, self.other) = (body, other);
+        (self.times, self.thickness) = (times, thickness);
     }
 
     /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not
@@ -87,7 +90,8 @@ impl Search {
         dt: f64,
     ) {
         let remembered = body.state.touches.of(self.other);
-        let pair = Pair { body, other, posed: posed[1], is_same: self.body == self.other, past, dt };
+        let (is_same, thickness) = (self.body == self.other, self.thickness);
+        let pair = Pair { body, other, posed: posed[1], is_same, thickness, past, dt };
         let surface = body.contact.surface();
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
@@ -120,6 +124,7 @@ impl Search {
     /// it touched. In the time since, the bodies moved by a small part of a cell.
     pub(super) fn update_touches(&mut self, body: &BodyView, other: &BodyView) {
         let surface = body.contact.surface();
+        let layer = self.thickness / other.lattice.cell_size();
         let mut groups = surface.cells.iter().peekable();
         let mut last_own: Option<(u32, DeformedCell)> = None;
         let mut last_touched: Option<(u32, DeformedCell)> = None;
@@ -137,7 +142,11 @@ impl Search {
             let normal = touched_cell.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
             let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
             let distance = (point - touched_cell.position(local)).dot(&normal);
-            let shell = remaining(shell.into(), distance / other.lattice.cell_size());
+            let shell = match self.body == self.other {
+                true => remaining(shell.into(), distance / other.lattice.cell_size()),
+                // That of the present thickness, as it is stored.
+                false => f64::from(touching_distance(other.contact.surface().is_closed, layer) as f32),
+            };
             let gap = distance - shell * other.lattice.cell_size();
             let (sample, touched) = (memory.sample, TouchedPoint { shell: shell as f32, ..memory.touched });
             let touch = Touch { sample, cell: group.cell, touched, point, normal, gap, past: 0.0 };
@@ -165,6 +174,8 @@ struct Pair<'a> {
     /// The lattice of the other body `past` seconds before the end of the step.
     posed: &'a PosedLattice,
     is_same: bool,
+    /// Sum of the thicknesses of both bodies, in scene units.
+    thickness: f64,
     /// Time to the end of the step, in seconds.
     past: f64,
     dt: f64,
@@ -185,14 +196,13 @@ impl Pair<'_> {
         remembered: &[SampleTouch],
         cells: &mut CellCache,
     ) -> Option<Touch> {
-        let Self { body, other, posed, past, dt, .. } = *self;
+        let Self { body, other, posed, thickness, past, dt, .. } = *self;
         let sample = &body.contact.surface().samples[index as usize];
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
-        let accepts = |found| self.accepts(cell, found);
         let surface = other.contact.surface();
         let corners = |cell| posed.at(other.corners(cell));
-        let located = posed.locate(&point, corners, &surface.continued_sides, accepts, cells)?;
+        let located = self.locate(cell, &point, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
@@ -200,7 +210,7 @@ impl Pair<'_> {
         let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
         let displacement = || {
             let own = velocity_in(body, cell, sample.local);
-            (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
+            (own - velocity_in(other, located.cell, located.local.map(|u| u.clamp(-1.0, 2.0) as f32))) * dt
         };
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         // An open surface has no outside, but the surfaces of a crack through it have one.
@@ -214,9 +224,14 @@ impl Pair<'_> {
             fit_together: self.is_same && surface.are_of_two_parts([cell, located.cell]),
         };
         let Encounter { facing, is_closed, fit_together, .. } = encounter;
-        let RestPoint { rest: touched_rest, normal: rest_normal, shell } =
+        let RestPoint { rest: touched_rest, normal: rest_normal } =
             self.closest(&encounter, cell_size, displacement)?;
         let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
+        // A sample that was located outside of a cell of the same body may be nearest to a part that it does not touch.
+        if thickness > 0.0 && !self.accepts(cell, other_cell) {
+            return None;
+        }
+        let layer = self.layer((cell, own_local), &touched_rest);
         let touched_cell = DeformedCell::new(&corners(other_cell));
         let touched_local = other_local.map(f64::from);
         // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
@@ -224,11 +239,9 @@ impl Pair<'_> {
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
         let distance = (point - touched_cell.position(touched_local)).dot(&normal);
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
-        let shell = match shell_before {
-            _ if !fit_together || !is_closed => shell,
-            Some(before) => remaining(before, distance / other.lattice.cell_size()),
-            None if are_new => (distance / other.lattice.cell_size()).clamp(-MAX_SHELL_DEPTH, 0.0),
-            None => 0.0,
+        let shell = match fit_together && is_closed {
+            true => self.fitting_distance(shell_before, distance, layer, are_new),
+            false => touching_distance(is_closed, layer),
         };
         let gap = distance - shell * other.lattice.cell_size();
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
@@ -240,11 +253,38 @@ impl Pair<'_> {
         let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
         let counts = is_known
             || are_new
-            || -gap <= FIRST_DISPLACEMENT * displacement().dot(&normal).abs() + FIRST_DEPTH * cell_size;
+            || thickness > 0.0 && distance > 0.0
+            || -gap - layer * other.lattice.cell_size()
+                <= FIRST_DISPLACEMENT * displacement().dot(&normal).abs() + FIRST_DEPTH * cell_size;
         let rest_normal = rest_normal.map(|x| x as f32).into();
         let touched =
             TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
         counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
+    }
+
+    /// Returns the cell of the other body that contains a point of a sample in `cell`, or that is nearest to it within
+    /// the thickness.
+    fn locate(&self, cell: u32, point: &Point3<f64>, cells: &mut CellCache) -> Option<Located> {
+        let Self { other, posed, thickness, .. } = *self;
+        let accepts = |found| self.accepts(cell, found);
+        let corners = |cell| posed.at(other.corners(cell));
+        let continued = &other.contact.surface().continued_sides;
+        posed.locate(point, corners, continued, accepts, cells).or_else(|| match thickness > 0.0 {
+            true => posed.locate_outside(point, corners, continued, accepts, cells),
+            false => None,
+        })
+    }
+
+    /// Returns the distance in cells at which a sample touches another part of the body, which fits together with its
+    /// own: see [`remaining`]. `before`: in the last step. `distance`: from the surface, in scene units. `layer`: the
+    /// sum of the thicknesses in cells. `are_new`: whether the parts may overlap because they have just come apart.
+    fn fitting_distance(&self, before: Option<f64>, distance: f64, layer: f64, are_new: bool) -> f64 {
+        let distance = distance / self.other.lattice.cell_size();
+        match before {
+            Some(before) if before < 0.0 || self.thickness == 0.0 => remaining(before, distance),
+            None if are_new && distance < 0.0 => distance.max(-MAX_SHELL_DEPTH),
+            _ => layer,
+        }
     }
 
     /// Returns the closest point of the surface of the other body that a sample may touch. `cell_size`: the lesser one.
@@ -257,25 +297,46 @@ impl Pair<'_> {
     ) -> Option<RestPoint> {
         let &Encounter { located: Located { cell, local, gradient }, facing, before, .. } = encounter;
         let fit_together = encounter.fit_together;
-        let surface = self.other.contact.surface();
+        let (surface, thickness) =
+            (self.other.contact.surface(), self.thickness / self.other.lattice.cell_size());
         let index = self.other.lattice.cells()[cell as usize];
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index[a]) + local[a]));
         if !encounter.is_closed {
-            return closest_on_shell(surface, &rest, cell, |normal| match (facing, before) {
-                (Some(facing), _) => -facing.dot(normal),
-                (None, Some(before)) => gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before)),
-                (None, None) => -gradient.local_offset(&displacement()).dot(normal),
+            return closest_on_shell(surface, (&rest, cell), thickness, |normal, offset| {
+                match (facing, before) {
+                    (Some(facing), _) => -facing.dot(normal),
+                    (None, Some(before)) => gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before)),
+                    (None, None) => {
+                        // In the layer around the surface a sample may also move away.
+                        let start = if thickness > 0.0 { offset.dot(normal) } else { 0.0 };
+                        start - gradient.local_offset(&displacement()).dot(normal)
+                    }
+                }
             });
         }
         let limit = match (self.is_same, before) {
-            (false, _) => MAX_DEPTH,
+            (false, _) => MAX_DEPTH + RANGE * thickness,
             (true, None) if fit_together => {
-                FIRST_RANGE * (FIRST_DISPLACEMENT * displacement().norm() / cell_size + FIRST_DEPTH)
+                RANGE * (FIRST_DISPLACEMENT * displacement().norm() / cell_size + FIRST_DEPTH + thickness)
             }
-            (true, _) => MAX_SHELL_DEPTH,
+            (true, _) => MAX_SHELL_DEPTH + RANGE * thickness,
         };
         let side = before.and_then(|before| gradient.rest_normal(&before));
-        closest_on_closed(surface, &SurfaceQuery { rest, cell, facing, side, limit, fit_together })
+        let query = SurfaceQuery { rest, cell, facing, side, limit, thickness, fit_together };
+        closest_on_closed(surface, &query)
+    }
+
+    /// Returns the distance in cells of the other body at which a sample at `local` in `cell` touches a point of the
+    /// surface at rest: the sum of the thicknesses. Within a body it is not more than the distance at rest, so that
+    /// parts that are near at rest do not push each other.
+    fn layer(&self, (cell, local): (u32, [f64; 3]), touched: &Point3<f64>) -> f64 {
+        let thickness = self.thickness / self.other.lattice.cell_size();
+        if !self.is_same || thickness == 0.0 {
+            return thickness;
+        }
+        let index = self.body.lattice.cells()[cell as usize];
+        let rest = Point3::from(std::array::from_fn(|a| f64::from(index[a]) + local[a]));
+        thickness.min((rest - touched).norm())
     }
 }
 

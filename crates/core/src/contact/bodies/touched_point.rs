@@ -21,6 +21,10 @@ const SIDE_RANGE: f64 = 0.6;
 /// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
 const OUTSIDE: f64 = 0.02;
 
+/// Distance at rest up to which a surface is searched, as a multiple of the distance at which a sample may touch it:
+/// the lattice may be compressed.
+pub(super) const RANGE: f64 = 2.0;
+
 /// Greatest depth in cells below an open surface and in self-contact.
 pub(super) const MAX_SHELL_DEPTH: f64 = 1.0;
 
@@ -35,14 +39,25 @@ pub(super) const SAME_SIDE: f64 = 0.3;
 /// moved to find its cell.
 const INWARDS: f64 = 1e-3;
 
+/// Distance in cells from a surface with a thickness from which on the normal is the direction from the closest point:
+/// at edges and rims the layer around the surface is round.
+const LEAST_OFFSET: f64 = 1e-3;
+
+/// Least product of that direction and the normal of a triangle of an open surface, at which a sample is opposite to
+/// the triangle, and not beyond the rim.
+const OPPOSITE: f64 = 0.5;
+
 /// The point of a surface at rest that a sample touches.
 pub(super) struct RestPoint {
     /// Rest coordinates.
     pub(super) rest: Point3<f64>,
     /// Unit normal at rest.
     pub(super) normal: Vector3<f64>,
-    /// Distance from the surface at which a sample touches it, in cells.
-    pub(super) shell: f64,
+}
+
+/// Returns the distance in cells at which samples touch a surface with the thickness `layer` in cells.
+pub(super) fn touching_distance(is_closed: bool, layer: f64) -> f64 {
+    if is_closed { layer } else { SHELL.max(layer) }
 }
 
 /// A sample for which the closest point of a closed surface is searched.
@@ -58,6 +73,8 @@ pub(super) struct SurfaceQuery {
     pub(super) side: Option<Vector3<f64>>,
     /// Greatest distance in cells.
     pub(super) limit: f64,
+    /// Distance in cells at which samples touch the surface.
+    pub(super) thickness: f64,
     /// Whether the sample is of another part of the body, which fits together with this one where the body broke.
     pub(super) fit_together: bool,
 }
@@ -66,14 +83,15 @@ pub(super) struct SurfaceQuery {
 /// step if that is near. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
 pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) -> Option<RestPoint> {
-    let &SurfaceQuery { ref rest, cell, facing, side, limit, fit_together } = query;
+    let &SurfaceQuery { ref rest, cell, facing, side, limit, thickness, fit_together } = query;
     let tree = surface.tree_at(cell)?;
     let closest = tree.closest(rest, limit, |_| true)?;
-    if !closest.is_inside(rest) && closest.distance > OUTSIDE {
+    let is_inside = closest.is_inside(rest);
+    if !is_inside && closest.distance > OUTSIDE + RANGE * thickness {
         return None;
     }
     // At small folds of the rims of cracks, the pseudonormals may belong to the inner side.
-    if fit_together && side.is_none() && closest.distance > OUTSIDE && !tree.encloses(rest) {
+    if fit_together && side.is_none() && is_inside && closest.distance > OUTSIDE && !tree.encloses(rest) {
         return None;
     }
     let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
@@ -84,7 +102,7 @@ pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) 
         let found = tree
             .closest(rest, closest.distance + range, |triangle| accepts(&tree.triangle_normal(triangle)))?;
         let normal = if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
-        Some(RestPoint { rest: found.point, normal, shell: 0.0 })
+        Some(RestPoint { rest: found.point, normal })
     };
     // The parts fit together: where a sample is near a triangle that does not face it, it is no deeper behind others.
     let facing_range = match fit_together {
@@ -96,22 +114,31 @@ pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) 
         return Some(point);
     }
     match faces(&closest.normal) {
-        true => Some(RestPoint { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        true if thickness > 0.0 && !is_inside && closest.distance > LEAST_OFFSET => {
+            let normal = (rest - closest.point) / closest.distance;
+            Some(RestPoint { rest: closest.point, normal })
+        }
+        true => Some(RestPoint { rest: closest.point, normal: closest.normal }),
         false => among(facing_range, &faces),
     }
 }
 
 /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
-/// normal of the side from which the sample came.
+/// normal of the side from which the sample came, and gets the sample's offset from the surface. `thickness`: distance
+/// in cells at which samples touch the surface.
 pub(super) fn closest_on_shell(
     surface: &ContactSurface,
-    rest: &Point3<f64>,
-    cell: u32,
-    side: impl Fn(&Vector3<f64>) -> f64,
+    (rest, cell): (&Point3<f64>, u32),
+    thickness: f64,
+    side: impl Fn(&Vector3<f64>, &Vector3<f64>) -> f64,
 ) -> Option<RestPoint> {
-    let closest = surface.tree_at(cell)?.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
-    let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
-    Some(RestPoint { rest: closest.point, normal, shell: SHELL })
+    let closest = surface.tree_at(cell)?.closest(rest, MAX_SHELL_DEPTH + RANGE * thickness, |_| true)?;
+    let offset = rest - closest.point;
+    let normal = if side(&closest.normal, &offset) < 0.0 { -closest.normal } else { closest.normal };
+    let (length, along) = (closest.distance, offset.dot(&normal));
+    let is_beside = along > 0.0 || along.abs() < OPPOSITE * length;
+    let normal = if thickness > 0.0 && length > LEAST_OFFSET && is_beside { offset / length } else { normal };
+    Some(RestPoint { rest: closest.point, normal })
 }
 
 /// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that

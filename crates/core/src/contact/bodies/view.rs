@@ -22,13 +22,15 @@ pub(crate) struct ContactStep {
     pub(crate) gravity: f64,
 }
 
-/// Friction and restitution of a body at other bodies.
+/// How a body touches other bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceProperties {
     /// Coulomb friction coefficient, >= 0.
     pub(crate) friction: f64,
     /// Coefficient of restitution, in [0, 1].
     pub(crate) restitution: f64,
+    /// Distance outside of the surface at which the body touches, in scene units, >= 0.
+    pub(crate) thickness: f64,
 }
 
 /// The data of contact between bodies that one body owns.
@@ -146,15 +148,17 @@ impl BodyView<'_> {
         self.contact.surface().corners[cell as usize]
     }
 
-    /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`.
-    pub(super) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds) {
+    /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`, and
+    /// within `thickness` of the cells.
+    pub(super) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds, thickness: f64) {
         let position = |vertex: u32| match past > 0.0 {
             true => self.position(vertex) - self.velocity(vertex) * past,
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
         let ContactSurface { corners, continued_sides, .. } = self.contact.surface();
-        posed.pose(positions, (corners, continued_sides), self.lattice.cell_size(), region);
+        let lengths = (self.lattice.cell_size(), thickness);
+        posed.pose(positions, (corners, continued_sides), lengths, region);
     }
 
     /// Returns the world position of a lattice vertex.

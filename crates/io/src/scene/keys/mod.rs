@@ -108,7 +108,15 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 pub fn optional_keys() -> Vec<&'static str> {
     let mut keys: Vec<_> =
         ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
-    keys.extend(["object", "poisson_ratio", "rolling_resistance", "self_contact", "plastic", "fracture"]);
+    keys.extend([
+        "object",
+        "poisson_ratio",
+        "rolling_resistance",
+        "thickness",
+        "self_contact",
+        "plastic",
+        "fracture",
+    ]);
     keys
 }
 
@@ -128,7 +136,9 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
                 "plastic",
             ]),
             "@elasticity" => ELASTICITY.concat(),
-            "@touching" => vec!["friction", "restitution", "rolling_resistance", "ignore", "self_contact"],
+            "@touching" => {
+                vec!["friction", "restitution", "rolling_resistance", "thickness", "ignore", "self_contact"]
+            }
             "@keyed" => vec!["youngs_modulus", "poisson_ratio", "damping_ratio", "friction"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
@@ -209,10 +219,16 @@ pub(super) struct TouchingKeys {
     restitution: f64,
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "not_negative")]
     rolling_resistance: Option<f64>,
+    #[serde(skip_serializing_if = "has_no_thickness", deserialize_with = "not_negative")]
+    thickness: f64,
     #[serde(rename = "ignore")]
     ignored: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     self_contact: Option<bool>,
+}
+
+pub(super) fn has_no_thickness(thickness: &f64) -> bool {
+    *thickness == 0.0
 }
 
 #[derive(Serialize, Deserialize)]
