@@ -148,8 +148,8 @@ mod volume;
 mod voxel;
 
 pub use body::{
-    AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened,
-    TouchingOptions,
+    AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, MassProperties, PieceMesh,
+    Softened, TouchingOptions,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};

@@ -15,6 +15,7 @@ mod keyed;
 mod links;
 mod lowest_mode;
 mod maps;
+mod moved_rigid;
 mod plasticity;
 mod poisson;
 mod quantities;

@@ -181,6 +181,7 @@ fn every_key_is_read() {
         rolling_resistance: Some(0.1),
         self_contact: Some(false),
         ignored: vec!["ball.2".to_owned()],
+        soft_only: false,
     };
     assert_eq!(body.touching, touching);
     let pin = &body.pins[0];
