@@ -15,8 +15,9 @@ export CARGO_PROFILE_DEV_DEBUG=false
 export CARGO_INCREMENTAL=0
 # One selection of packages and features for all tests, so that each dependency is compiled once. The module for Python is in
 # it, although it has no Rust tests, and is built with the features of the others: so the wheel reuses their builds. The benches
-# reuse them too, and are left out because scripts/test does not need their packages.
-tested=(--locked --all-features --workspace --exclude supple-benches)
+# reuse them too, and are left out because scripts/test does not need their packages. The bridge to Rapier is left out because
+# Rapier asks for features of common packages, which would be compiled twice for the wheel.
+tested=(--locked --all-features --workspace --exclude supple-benches --exclude supple-rapier)
 export MATURIN_PEP517_ARGS="--locked --profile dev --features supple/default,supple/internals,supple-io/default"
 
 current="required programs"

@@ -15,6 +15,12 @@ pub enum Error {
     /// A simulation without bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
+    /// A link ties a body that is to be removed.
+    #[error("the body {name:?} cannot be removed, because a link ties it")]
+    LinkedBody {
+        /// Name of the body.
+        name: String,
+    },
     /// A field or a link names a body that the simulation does not have.
     #[error(
         "a {what} names the body {name:?}, which the simulation does not have; its bodies are {bodies:?}"

@@ -151,8 +151,8 @@ mod voxel;
 pub use nalgebra;
 
 pub use body::{
-    AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, PieceMesh, Softened,
-    TouchingOptions,
+    AdoptedSettings, Body, BodyBuilder, BodyRef, BodySnapshot, HoldForce, MassProperties, PieceMesh,
+    Softened, TouchingOptions,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use display::{Display, DisplayTimes, Displayed, DisplayedSurface, UntanglingReport};

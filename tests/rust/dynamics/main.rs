@@ -16,6 +16,7 @@ mod keyed;
 mod links;
 mod lowest_mode;
 mod maps;
+mod moved_rigid;
 mod part_factors;
 mod plasticity;
 mod poisson;

@@ -184,6 +184,7 @@ fn every_key_is_read() {
         thickness: 0.02,
         self_contact: Some(false),
         ignored: vec!["ball.2".to_owned()],
+        soft_only: false,
     };
     assert_eq!(body.touching, touching);
     let pin = &body.pins[0];

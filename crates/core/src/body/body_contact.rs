@@ -65,6 +65,18 @@ impl Body {
         }
     }
 
+    /// Forgets the contacts with other bodies: the body is in no simulation, or in another one.
+    pub(crate) fn forget_bodies(&mut self) {
+        self.state.touches.forget_bodies();
+    }
+
+    /// Follows the removal of another body of the simulation.
+    pub(crate) fn follow_removal(&mut self, removed: u32) {
+        if self.state.touches.remove_body(removed) {
+            self.wake();
+        }
+    }
+
     /// Lets the contacts of the next step begin without impulses: the colliders are others.
     pub(crate) fn forget_contact_forces(&mut self) {
         self.state.touches.forget_forces();

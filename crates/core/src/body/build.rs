@@ -7,6 +7,7 @@ use super::elasticity::{extent, initial_half_width, longest_side, size_of, slend
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::rigid::rigid_settings;
+use super::rigid_values::MassProperties;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
 use crate::dynamics::{PartFactors, RigidError};
@@ -33,6 +34,7 @@ impl BodyBuilder {
             false => (self.material, self.volume),
         };
         self.check_rigid()?;
+        self.mass_properties.iter().try_for_each(MassProperties::validate)?;
         let mut options = self.options;
         if self.rigid && !self.has_resolution {
             options.resolution = Resolution::Vertices(Self::RIGID_VERTICES);
@@ -128,7 +130,8 @@ impl BodyBuilder {
             display: DisplayData { correction, measures: OnceLock::new() },
         };
         if self.rigid {
-            body.make_rigid(self.placement.velocity.into(), self.placement.spin.into());
+            let mass = body.rigid_mass(self.mass_properties.as_ref());
+            body.make_rigid(mass, self.placement.velocity.into(), self.placement.spin.into());
         }
         body.update_shapes();
         body.rebuild_stages();
@@ -145,6 +148,9 @@ impl BodyBuilder {
 
     /// Checks that a rigid body has no settings of bodies that deform, beside those of its material.
     fn check_rigid(&self) -> Result<(), RigidError> {
+        if self.mass_properties.is_some() && !self.rigid {
+            return Err(RigidError::NotRigid { change: "a mass with an inertia" });
+        }
         let given = [
             ("fracture", self.fracture.is_some()),
             ("inflate", self.inflate != 1.0.into()),

@@ -1,7 +1,7 @@
 //! The builder of a body.
 
 use super::soft_body::Body;
-use super::touching::TouchingOptions;
+use super::{rigid_values::MassProperties, touching::TouchingOptions};
 use crate::dynamics::{
     Accuracy, Damping, Elasticity, Handle, KeyedMaterial, Material, Pin, Plasticity, Preset, RegionDamping,
     RegionSize, Stiffness, Zone,
@@ -37,6 +37,7 @@ pub struct BodyBuilder {
     pub(super) pins: Vec<Pin>,
     pub(super) handles: Vec<Handle>,
     pub(super) rigid: bool,
+    pub(super) mass_properties: Option<MassProperties>,
     /// Whether the resolution was set.
     pub(super) has_resolution: bool,
 }
@@ -90,6 +91,7 @@ impl BodyBuilder {
             pins: Vec::new(),
             handles: Vec::new(),
             rigid: false,
+            mass_properties: None,
             has_resolution: false,
         }
     }

@@ -19,6 +19,7 @@
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `builder`, `builder_contact`, `build` | the settings of a new body; builds it |
 //! | `rigid` | rigid bodies: settings, step and contacts |
+//! | `rigid_values` | the mass and the motion of a rigid body, as users set and read them |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |
 //! | `transfer` | the state after joints broke |
@@ -64,6 +65,7 @@ mod plasticity;
 mod quantities;
 mod reference;
 mod rigid;
+mod rigid_values;
 mod samples;
 mod saving;
 mod select;
@@ -88,6 +90,7 @@ pub(crate) use linked::Anchor;
 pub use piece_mesh::PieceMesh;
 pub use reference::BodyRef;
 pub(crate) use reference::{DisplayContext, NearBodies};
+pub use rigid_values::MassProperties;
 pub(crate) use sleep::RestVote;
 pub use snapshot::BodySnapshot;
 pub use soft_body::Body;

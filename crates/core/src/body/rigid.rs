@@ -62,10 +62,9 @@ impl Body {
     }
 
     /// Makes a new body rigid, with the velocity and the spin of its placement.
-    pub(super) fn make_rigid(&mut self, velocity: Vector3<f64>, spin: Vector3<f64>) {
+    pub(super) fn make_rigid(&mut self, mass: RigidMass, velocity: Vector3<f64>, spin: Vector3<f64>) {
         let Shape { lattice, masses, model_to_world, .. } = &self.shape;
         let layout = &self.pipeline.matching.layout;
-        let mass = RigidMass::new(lattice, self.mesh(), masses);
         let (rigid, mut pose) =
             RigidBody::new(mass, (lattice, layout), masses, (&self.state, model_to_world.rotation));
         let motion = Twist { linear: velocity / lattice.cell_size(), angular: spin };

@@ -15,7 +15,7 @@ impl Body {
             self.contact.colliders_resist_rolling = !self.contact.colliders_resist_rolling;
             self.update_elastic_damping();
         }
-        if colliders.is_empty() {
+        if colliders.is_empty() || self.settings.touching.soft_only {
             self.contact.contacts = None;
             self.state.supports.clear();
             if let Some(damping) = &mut self.pipeline.elastic_damping {

@@ -25,6 +25,10 @@ pub struct TouchingOptions {
     /// Names of bodies that the body does not touch, whichever of the two names the other; default none. A name that no
     /// body has has no effect.
     pub ignored: Vec<String>,
+    /// Whether the body touches soft bodies alone, neither colliders nor rigid bodies; default false. For a rigid body
+    /// that another program moves, which computes its other contacts: see
+    /// [`Body::set_rigid_motion`](crate::Body::set_rigid_motion).
+    pub soft_only: bool,
 }
 
 impl Default for TouchingOptions {
@@ -37,6 +41,7 @@ impl Default for TouchingOptions {
             thickness: 0.0,
             self_contact,
             ignored: Vec::new(),
+            soft_only: false,
         }
     }
 }

@@ -29,7 +29,7 @@ impl Body {
     }
 
     /// Returns the corners of the bounding box of the positions, in world space.
-    pub(crate) fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
+    pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         let (low, high) = self.local_bounds();
         (self.state.frame.to_world(low), self.state.frame.to_world(high))
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::body::{Body, RestVote, StepContext};
-use crate::contact::bodies::{BodyContacts, ContactFilter, mean_friction};
+use crate::contact::bodies::{BodyContacts, ContactFilter, ContactKind, mean_friction};
 use crate::dynamics::Coupling;
 use crate::mesh::UnionFind;
 use crate::state::{PairSupport, PairSupports};
@@ -19,12 +19,22 @@ pub(super) struct ContactSettings {
 
 /// Creates the contacts between bodies, or returns `None` if no body can touch another one or itself.
 pub(super) fn create(bodies: &mut [Body], settings: ContactSettings) -> Option<BodyContacts> {
-    for body in &mut *bodies {
+    let mut contacts = None;
+    begin(bodies, 0, settings, &mut contacts);
+    contacts
+}
+
+/// Updates the contacts between bodies for new bodies: those from the index `first` on.
+pub(super) fn begin(
+    bodies: &mut [Body],
+    first: usize,
+    settings: ContactSettings,
+    contacts: &mut Option<BodyContacts>,
+) {
+    for body in &mut bodies[first..] {
         body.set_self_contact(connected_parts_touch(body, settings));
     }
-    let mut contacts = None;
-    update(bodies, settings, &mut contacts);
-    contacts
+    update(bodies, settings, contacts);
 }
 
 /// Updates the contacts between bodies after bodies broke into pieces, which touch each other.
@@ -60,7 +70,12 @@ fn filter(bodies: &[Body], settings: ContactSettings) -> ContactFilter {
         }
     }
     ignored.sort_unstable();
-    ContactFilter { between, with_itself, ignored }
+    let kind = |body: &Body| ContactKind { is_rigid: body.is_rigid(), soft_only: body.touching().soft_only };
+    let mut kinds: Vec<_> = bodies.iter().map(kind).collect();
+    if !kinds.iter().any(|kind| kind.soft_only) {
+        kinds.clear();
+    }
+    ContactFilter { between, with_itself, ignored, kinds }
 }
 
 /// Buffers for the computations of groups of touching bodies.

@@ -100,6 +100,20 @@ impl Links {
         Ok(Self { list: list.collect::<Result<_, _>>()? })
     }
 
+    /// Returns whether a link ties a body.
+    pub(super) fn ties(&self, body: usize) -> bool {
+        self.list.iter().any(|joined| joined.bodies.0 == body || joined.bodies.1 == Some(body))
+    }
+
+    /// Follows the removal of a body that no link ties: lowers the indices above its own.
+    pub(super) fn remove_body(&mut self, removed: usize) {
+        for Joined { bodies: (body, other), .. } in &mut self.list {
+            for index in std::iter::once(body).chain(other) {
+                *index -= usize::from(*index > removed);
+            }
+        }
+    }
+
     /// Returns the links, in the order in which they were added.
     pub(super) fn iter(&self) -> impl ExactSizeIterator<Item = LinkRef<'_>> {
         self.list.iter().map(|joined| LinkRef {

@@ -10,6 +10,7 @@
 //! | `links` | links between bodies |
 //! | `settings` | changes of settings between steps |
 //! | `builder` | builds a simulation |
+//! | `membership` | adds and removes bodies |
 //! | `contact` | contact between bodies in a step |
 //! | `step` | the step |
 //! | `queries` | what a ray meets, and what is nearest to a point |
@@ -29,6 +30,7 @@ mod contact_points;
 mod groups;
 mod links;
 mod load;
+mod membership;
 mod queries;
 mod reset;
 mod settings;

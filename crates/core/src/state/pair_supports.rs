@@ -45,6 +45,13 @@ impl PairSupports {
         self.0.retain(keeps);
     }
 
+    /// Follows the removal of a body: forgets its supports, and lowers the indices above its own.
+    pub(crate) fn remove_body(&mut self, removed: u32) {
+        self.0.retain(|support| support.sides.iter().all(|side| side.0 != removed));
+        let sides = self.0.iter_mut().flat_map(|support| &mut support.sides);
+        sides.for_each(|side| side.0 -= u32::from(side.0 > removed));
+    }
+
     /// Replaces the supports that `replaces` selects by the supports at some contacts: the two sides, and the contact
     /// with its normal and friction towards the first side. A support that existed before keeps its deflections.
     pub(crate) fn set(

@@ -179,6 +179,24 @@ impl Touches {
         self.forces.retain(|force| matches!(force.key, ContactKey::Collider { .. }));
     }
 
+    /// Follows the removal of a body of the simulation: forgets its contacts, and lowers the indices above its own.
+    /// Returns whether it was touched.
+    pub(crate) fn remove_body(&mut self, removed: u32) -> bool {
+        let lower = |index: &mut u32| *index -= u32::from(*index > removed);
+        let was_touched = self.bodies.iter().any(|(_, other)| *other == removed);
+        self.samples.retain(|touch| touch.other != removed);
+        self.samples.iter_mut().for_each(|touch| lower(&mut touch.other));
+        self.bodies.retain(|(_, other)| *other != removed);
+        self.bodies.iter_mut().for_each(|(_, other)| lower(other));
+        self.forces.retain(|force| !matches!(force.key, ContactKey::Body { other, .. } if other == removed));
+        for force in &mut self.forces {
+            if let ContactKey::Body { other, .. } = &mut force.key {
+                lower(other);
+            }
+        }
+        was_touched
+    }
+
     /// Forgets the forces: the next step begins without them.
     pub(crate) fn forget_forces(&mut self) {
         self.forces.clear();

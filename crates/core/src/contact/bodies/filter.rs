@@ -9,6 +9,16 @@ pub(crate) struct ContactFilter {
     pub(crate) with_itself: Vec<u32>,
     /// Pairs of bodies that do not touch, the lesser index first, in increasing order.
     pub(crate) ignored: Vec<(u32, u32)>,
+    /// What each body is, for bodies that touch soft bodies alone. Empty if there is none.
+    pub(crate) kinds: Vec<ContactKind>,
+}
+
+/// Whether a body is rigid, and what it touches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactKind {
+    pub(crate) is_rigid: bool,
+    /// Whether it touches soft bodies alone.
+    pub(crate) soft_only: bool,
 }
 
 impl ContactFilter {
@@ -16,7 +26,17 @@ impl ContactFilter {
     pub(super) fn may_touch(&self, body: u32, other: u32) -> bool {
         match body == other {
             true => self.with_itself.binary_search(&body).is_ok(),
-            false => self.between && self.ignored.binary_search(&(body.min(other), body.max(other))).is_err(),
+            false => {
+                self.between
+                    && self.ignored.binary_search(&(body.min(other), body.max(other))).is_err()
+                    && self.kinds_touch(body, other)
+            }
         }
+    }
+
+    fn kinds_touch(&self, body: u32, other: u32) -> bool {
+        let kind = |index: u32| self.kinds.get(index as usize);
+        let (Some(a), Some(b)) = (kind(body), kind(other)) else { return true };
+        !(a.soft_only && b.is_rigid || b.soft_only && a.is_rigid)
     }
 }

@@ -45,7 +45,7 @@ mod view;
 
 pub(crate) use self::bounds::Bounds;
 pub(crate) use self::contacts::{BodyContactPart, BodyContacts, TouchingBody};
-pub(crate) use self::filter::ContactFilter;
+pub(crate) use self::filter::{ContactFilter, ContactKind};
 pub(crate) use self::gaps::{Gap, GapSearch, SIDES, side};
 pub(crate) use self::island::Island;
 pub(crate) use self::motion::PartVertices;

@@ -20,4 +20,10 @@ pub enum RigidError {
         /// The change.
         change: &'static str,
     },
+    /// A setting or a change of a rigid body, of a soft body.
+    #[error("the body is soft, so that {change} is not possible; build it with rigid")]
+    NotRigid {
+        /// The setting or the change.
+        change: &'static str,
+    },
 }

@@ -225,6 +225,9 @@ pub(super) struct TouchingKeys {
     ignored: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     self_contact: Option<bool>,
+    // For programs that move bodies, which scenes have not.
+    #[serde(skip)]
+    soft_only: bool,
 }
 
 pub(super) fn has_no_thickness(thickness: &f64) -> bool {
