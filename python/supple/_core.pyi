@@ -1496,9 +1496,9 @@ class Simulation:
 
         The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces and
         impulses that still act, contacts, which bodies sleep, which links are broken, the motion of driven colliders,
-        time, gravity, the length and number of steps, and the settings of the bodies that can change between steps. It
-        has neither sleep, threads, the shapes and keyframes of colliders, the animations that handles follow, fields,
-        links, nor force fields.
+        time, gravity, fields, the length and number of steps, and the settings of the bodies that can change between
+        steps. It has neither sleep, threads, the shapes, keyframes and enabled of colliders, the animations that handles
+        follow, links, nor the callbacks of add_force_field.
         """
     def restore_state(self, state: ReadableBuffer) -> None:
         """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that

@@ -98,7 +98,7 @@ class Collider:
             value = self._motion.set_enabled(value)
         elif name == "enabled" and name in vars(self):
             raise FrozenInstanceError("enabled can be set for an item of sim.colliders only")
-        elif name in vars(self) or self._motion is not None:
+        elif name in vars(self) or self._motion is not None or name not in {known.name for known in fields(self)}:
             raise FrozenInstanceError(f"cannot assign to field {name!r}; set sim.colliders to new colliders")
         object.__setattr__(self, name, value)
 
@@ -204,7 +204,7 @@ class Plane(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
     thickness: float = 0.0
-    enabled: Enabled = True
+    enabled: Enabled = field(default=True, hash=False)
 
 
 @dataclass(unsafe_hash=True)
@@ -226,7 +226,7 @@ class Sphere(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
     thickness: float = 0.0
-    enabled: Enabled = True
+    enabled: Enabled = field(default=True, hash=False)
 
 
 @dataclass(unsafe_hash=True, init=False)
@@ -256,7 +256,7 @@ class Box(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
     thickness: float = 0.0
-    enabled: Enabled = True
+    enabled: Enabled = field(default=True, hash=False)
 
     def __init__(
         self,
@@ -315,7 +315,7 @@ class Capsule(Collider):
     interpolation: Literal["linear", "smooth", "cubic"] = "linear"
     rolling_resistance: float | None = None
     thickness: float = 0.0
-    enabled: Enabled = True
+    enabled: Enabled = field(default=True, hash=False)
 
 
 @dataclass(unsafe_hash=True)
@@ -365,7 +365,7 @@ class MeshCollider(Collider):
     inside: bool = False
     rolling_resistance: float | None = None
     thickness: float = 0.0
-    enabled: Enabled = True
+    enabled: Enabled = field(default=True, hash=False)
 
     if TYPE_CHECKING:
 

@@ -428,3 +428,17 @@ def test_only_enabled_of_a_collider_of_a_simulation_can_be_set(cube):
             supple.Plane((0, 0, 0), (0, 1, 0), enabled=enabled)
         with pytest.raises(error, match=message):
             sim.colliders[0].enabled = enabled
+
+
+def test_a_misspelled_attribute_of_a_collider_is_an_error():
+    plane = supple.Plane((0, 0, 0), (0, 1, 0))
+    with pytest.raises(dataclasses.FrozenInstanceError, match="tickness"):
+        plane.tickness = 0.1
+
+
+def test_a_collider_of_a_simulation_keeps_its_hash_when_it_is_disabled():
+    sim = supple.Simulation([supple.Body(supple.Lattice.from_cells(np.ones((2, 2, 2))))], colliders=supple.Sphere((0, -9, 0), 1))
+    ball = sim.colliders[0]
+    known = {ball: "ball"}
+    ball.enabled = False
+    assert known[ball] == "ball"

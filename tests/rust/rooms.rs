@@ -312,18 +312,20 @@ fn listed_modules(krate: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn architecture_page_lists_the_modules_of_the_core_by_layers_and_those_of_io() {
+fn architecture_page_lists_the_modules_of_the_core_by_layers_and_those_of_io_and_the_bridge() {
     let page = fs::read_to_string(source("core").join("../../../ARCHITECTURE.md")).unwrap();
     let rows =
         page.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |")).map(|(name, _)| name);
     let rows: Vec<&str> = rows.filter(|name| name.ends_with('/') || name.ends_with(".rs")).collect();
-    let (core, io) = rows.split_at(LAYERS.len().min(rows.len()));
+    let (core, others) = rows.split_at(LAYERS.len().min(rows.len()));
+    let (io, bridge) = others.split_at(listed_modules("io").len().min(others.len()));
     let layers: Vec<&str> =
         core.iter().map(|row| row.trim_end_matches('/').trim_end_matches(".rs")).collect();
     assert_eq!(layers, LAYERS);
     let named = |rows: &[&str]| rows.iter().map(|row| (*row).to_owned()).collect::<BTreeSet<_>>();
     assert_eq!(named(core), listed_modules("core"));
     assert_eq!(named(io), listed_modules("io"));
+    assert_eq!(named(bridge), listed_modules("rapier"));
 }
 
 #[test]

@@ -175,6 +175,21 @@ fn a_body_inside_a_collider_that_is_enabled_leaves_it_whole() {
     }
 }
 
+/// A body that leaves a collider falls as soon as that is gone.
+#[test]
+fn a_body_no_longer_leaves_a_collider_that_is_disabled() {
+    let deep =
+        Collider { enabled: switch(&[(0.1, false)]), ..Collider::cuboid([0.0; 3], [9.0; 3], [0.0; 3]) };
+    let mut simulation = of([cube("a", [-0.5; 3])]).collider(deep).build().unwrap();
+    simulation.steps(14);
+    assert!(!simulation.collider(0).is_enabled());
+    let speed = |simulation: &Simulation| simulation.body(0).linear_momentum().y / simulation.body(0).mass();
+    let (before, dt) = (speed(&simulation), simulation.dt());
+    simulation.steps(20);
+    let gained = speed(&simulation) - before;
+    assert!((gained + 9.81 * 20.0 * dt).abs() < 1e-3 * 9.81 * 20.0 * dt, "{gained}");
+}
+
 /// The force of a resting body on a collider is its weight.
 #[test]
 fn the_force_on_a_collider_is_the_opposite_of_those_of_its_contacts() {

@@ -257,6 +257,23 @@ fn a_body_with_a_thickness_continues_from_a_state_with_the_same_bits() {
     assert_eq!(first.body(1).surface().positions, second.body(1).surface().positions);
 }
 
+/// The layers of both bodies may be thicker than a cell.
+#[test]
+fn bodies_with_layers_of_several_cells_continue_from_a_state() {
+    let built =
+        |name: &str, y: f64| cube().name(name).thickness(CELL).translate([0.0, y, 0.0]).build().unwrap();
+    let mut sim =
+        scene().gravity([0.0; 3]).body(built("lower", 0.0)).body(built("upper", 0.7)).build().unwrap();
+    sim.advance(3);
+    assert!(sim.contacts().iter().any(|contact| contact.other == Touched::Body(1)));
+    let state = sim.state();
+    sim.advance(3);
+    let expected = sim.body(1).positions();
+    sim.restore(&state).unwrap();
+    sim.advance(3);
+    assert_eq!(sim.body(1).positions(), expected);
+}
+
 /// Two fingers three cells apart, on a common base: with a thickness of two cells each, their layers overlap at rest.
 #[test]
 fn self_contact_leaves_parts_where_they_are_at_rest() {

@@ -1,6 +1,6 @@
 //! States of simulations as bytes: `supple_io::saved_state`.
 
-use supple::{Body, Collider, Field, FieldLaw, Simulation};
+use supple::{Body, Collider, Field, FieldLaw, Simulation, Touched};
 use supple_io::saved_state::{SavedStateError, restore, save};
 
 use supple_tests::half_cells;
@@ -56,6 +56,32 @@ fn a_restored_simulation_has_its_contacts_and_fields() {
     restore(&mut simulation, &bytes).unwrap();
     simulation.steps(3);
     assert_eq!(simulation.contacts(), contacts);
+}
+
+/// Restored contacts, fields and the choice of steps follow the removal of a body.
+#[test]
+fn a_removed_body_leaves_neither_contacts_nor_fields() {
+    let mut simulation = pile(3, 1);
+    let of_all = Field::new(FieldLaw::Drag(0.1));
+    let of_one = Field { bodies: vec!["block1".to_owned()], ..Field::new(FieldLaw::Drag(0.5)) };
+    simulation.set_fields(vec![of_one, of_all.clone()]).unwrap();
+    simulation.advance(20);
+    let state = simulation.state();
+    simulation.restore(&state).unwrap();
+    assert!(
+        simulation.contacts().iter().any(|contact| contact.body == 2 || contact.other == Touched::Body(2))
+    );
+    assert_eq!(simulation.remove_body(1).unwrap().name(), "block1");
+    for contact in simulation.contacts() {
+        assert!(contact.body < 2 && !matches!(contact.other, Touched::Body(2..)), "{contact:?}");
+    }
+    assert_eq!(simulation.fields(), [of_all]);
+    simulation.step();
+    let state = simulation.state();
+    simulation.restore(&state).unwrap();
+    simulation.reset();
+    assert_eq!(simulation.time(), 0.0);
+    assert!(simulation.chosen_substeps().is_none_or(|chosen| chosen.body < 2));
 }
 
 #[test]

@@ -6,11 +6,11 @@ use super::context::StepContext;
 use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use super::touching::TouchingOptions;
-use crate::contact::Parts;
 use crate::contact::bodies::{
     BodyContact, BodyContactPart, BodyView, Bounds, ContactSurface, Island, MomentumChange, PartVertices,
     SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
+use crate::contact::{Contacts, Parts};
 use crate::dynamics::{
     Constraints, CoupledComponent, Damping, Quantity, RigidBody, VariedDamping, add_rigid,
 };
@@ -65,9 +65,13 @@ impl Body {
         }
     }
 
-    /// Forgets the contacts with other bodies: the body is in no simulation, or in another one.
-    pub(crate) fn forget_bodies(&mut self) {
+    /// Forgets the contacts, and wakes up: the body is in no simulation, or in another one.
+    pub(crate) fn leave_simulation(&mut self) {
         self.state.touches.forget_bodies();
+        self.state.touches.forget_forces();
+        self.state.supports.clear();
+        self.contact.contacts.iter_mut().for_each(Contacts::clear_pressures);
+        self.wake();
     }
 
     /// Follows the removal of another body of the simulation.

@@ -339,6 +339,14 @@ impl BodyBuilder {
         self
     }
 
+    /// Sets the mass, the center of mass and the inertia of a rigid body. By default they are those of its mesh at the
+    /// density. They are no part of a saved state. Soft bodies do not have them: [`build`](Self::build) is then an
+    /// error.
+    pub fn mass_properties(mut self, properties: MassProperties) -> Self {
+        self.mass_properties = Some(properties);
+        self
+    }
+
     /// Adds a pin. Where pins overlap, a later pin overrides an earlier pin.
     pub fn pin(mut self, pin: Pin) -> Self {
         self.pins.push(pin);

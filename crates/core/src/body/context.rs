@@ -10,6 +10,8 @@ use crate::state::Interval;
 pub(crate) struct StepContext<'a> {
     /// Gravity in scene units per second squared.
     pub(crate) gravity: Vector3<f64>,
+    /// Magnitude of the greatest gravity of a keyframe.
+    pub(crate) greatest_gravity: f64,
     pub(crate) interval: Interval,
     /// Whether this is the first step of a frame.
     pub(crate) is_frame_start: bool,

@@ -67,6 +67,11 @@ impl Body {
         let (center, radius) = self.ball();
         if colliders.switches_near(time, frame, (&center, radius)) {
             self.wake();
+            if !self.state.escapes.list().is_empty() {
+                // The next step finds what there is to leave now.
+                self.state.escapes.search();
+                return;
+            }
             let shapes: Vec<_> = colliders.switched(time, frame, |_| true).collect();
             let entered: Vec<_> = colliders.switched(time, frame, |is_enabled| !is_enabled).collect();
             self.find_escapes(&shapes, &entered, gravity);

@@ -70,8 +70,10 @@ impl Body {
         let in_step = constraint.in_step(step, executor);
         if !constraint.holds_all() {
             let mut state = self.state.clone();
+            let pose = self.rigid.as_deref().zip(state.rigid.as_ref());
+            let mass_factor = pose.map_or(1.0, |(rigid, pose)| rigid.lattice_center(pose).1);
             for (vertex, acceleration) in in_step.accelerations(step, &state.body_state(), slots) {
-                add(acceleration * self.mass_of(vertex), position(vertex));
+                add(acceleration * (self.mass_of(vertex) * mass_factor), position(vertex));
             }
         }
         if constraint.held().next().is_none() {

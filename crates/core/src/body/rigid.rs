@@ -133,11 +133,16 @@ impl Body {
 
     /// Applies the pulls of soft goals in a step of `dt` seconds: their sum and their torque.
     pub(super) fn pull_rigidly(&mut self, dt: f64) {
-        let (Some(constraints), Some(pose)) = (&self.constraints, &self.state.rigid) else { return };
+        let (Some(constraints), Some(pose), Some(rigid)) =
+            (&self.constraints, &self.state.rigid, self.rigid.as_deref())
+        else {
+            return;
+        };
+        let (_, mass_factor) = rigid.lattice_center(pose);
         let (slots, unit) = (self.pipeline.matching.layout.slots(), dt / self.shape.lattice.cell_size());
         let mut impulse = Twist::default();
         for (vertex, acceleration) in constraints.pulls() {
-            let part = acceleration * (unit * f64::from(self.shape.masses[vertex as usize]));
+            let part = acceleration * (unit * mass_factor * f64::from(self.shape.masses[vertex as usize]));
             let arm = self.state.local(slots[vertex as usize]) - pose.center();
             impulse.linear += part;
             impulse.angular += arm.cross(&part);

@@ -2,7 +2,6 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::builder::BodyBuilder;
 use super::parts::Shape;
 use super::soft_body::{Body, MAX_CELLS};
 use crate::dynamics::{RigidError, RigidMass};
@@ -11,7 +10,7 @@ use crate::range::{Range, in_range};
 use crate::state::{Placement, Twist};
 
 /// Mass, center of mass and inertia of a rigid body, in place of those of its mesh: see
-/// [`BodyBuilder::mass_properties`].
+/// [`BodyBuilder::mass_properties`](crate::BodyBuilder::mass_properties). Another density, set later, changes them in proportion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
     /// Mass in kilograms, > 0.
@@ -44,16 +43,6 @@ impl MassProperties {
         let least = inertia.symmetric_eigenvalues().min();
         in_range("least principal moment of inertia", least, least >= -1e-6 * size, "0 and above")?;
         Ok(())
-    }
-}
-
-impl BodyBuilder {
-    /// Sets the mass, the center of mass and the inertia of a rigid body. By default they are those of its mesh at the
-    /// density. They are no part of a saved state. Soft bodies do not have them: [`build`](Self::build) is then an
-    /// error.
-    pub fn mass_properties(mut self, properties: MassProperties) -> Self {
-        self.mass_properties = Some(properties);
-        self
     }
 }
 

@@ -11,7 +11,7 @@ impl Body {
     /// Begins a step: runs the existing stages of the body up to the contacts, unless it sleeps.
     pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
-        self.complete_elasticity(context.gravity.norm(), context.interval.dt);
+        self.complete_elasticity(context.greatest_gravity, context.interval.dt);
         self.wake_to_inflate(context.interval);
         self.wake_to_change(context.interval);
         if !self.is_asleep() {

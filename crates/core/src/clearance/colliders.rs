@@ -48,11 +48,11 @@ struct Posed {
 }
 
 impl<'a> Obstacles<'a> {
-    /// Returns the colliders around a body; `None` if none is enabled.
+    /// Returns the colliders around a body; `None` if none is enabled, or if the body touches none.
     pub(super) fn around(body: BodyRef<'a>) -> Option<Self> {
         let DisplayContext { colliders, time, .. } = body.context()?;
         let body = body.get();
-        colliders.any_enabled().then(|| {
+        (colliders.any_enabled() && !body.touching().soft_only).then(|| {
             // A body that has not yet been stepped in this simulation has no samples.
             let samples = body.contacts().map(Contacts::samples).map(Cow::Borrowed);
             let samples = samples.unwrap_or_else(|| Cow::Owned(body.create_samples(1.0)));

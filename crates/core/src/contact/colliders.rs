@@ -296,6 +296,11 @@ impl Colliders {
     /// Enables and disables the colliders, and computes the surfaces of animated meshes, at a time in seconds.
     pub(crate) fn set_time(&mut self, time: f64) {
         self.switch(time);
+        self.animate_to(time);
+    }
+
+    /// Computes the surfaces of animated meshes at a time in seconds.
+    pub(crate) fn animate_to(&mut self, time: f64) {
         for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
             animated.advance([time, time]);
         }

@@ -59,6 +59,7 @@ pub struct Contacts {
     pub(super) slow: f32,
     /// The contacts with which a sleeping body fell asleep, while `pressures` has the contacts of a step.
     kept_pressures: Vec<Pressure>,
+    has_kept: bool,
     /// Rows of the vertices that the contacts of the last step may have moved.
     pub(super) touched: Vec<u32>,
     /// Contact displacement of the vertex of each row since `clear_displacements`, in cells; see
@@ -92,6 +93,7 @@ impl Contacts {
             begin: Vec::new(),
             slow: 0.0,
             kept_pressures: Vec::new(),
+            has_kept: false,
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
             rigid: None,
@@ -333,11 +335,12 @@ impl Contacts {
     /// Keeps the contacts of the last step of a sleeping body, before a search because another body is near.
     pub(crate) fn keep_pressures(&mut self) {
         std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
+        self.has_kept = true;
     }
 
     /// Restores the contacts that were [kept](Self::keep_pressures), if any: the body still sleeps.
     pub(crate) fn restore_pressures(&mut self) {
-        if !self.kept_pressures.is_empty() {
+        if std::mem::take(&mut self.has_kept) {
             std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
             self.kept_pressures.clear();
         }
@@ -347,6 +350,7 @@ impl Contacts {
     pub(crate) fn clear_pressures(&mut self) {
         self.pressures.clear();
         self.kept_pressures.clear();
+        self.has_kept = false;
     }
 
     /// Returns the contacts of the last step, by collider.

@@ -48,6 +48,7 @@ pub(crate) struct VariedDamping {
     /// Factor of the rate of each lattice vertex.
     factors: Vec<f64>,
     greatest: f64,
+    least: f64,
     /// The rates that the shares are computed for.
     rates: Option<DampingRates>,
     /// sᵢ of each vertex. Zero in lanes without a vertex.
@@ -64,6 +65,7 @@ impl VariedDamping {
         let Matching { layout, cascade, .. } = matching;
         Self {
             greatest: factors.iter().copied().fold(0.0, f64::max),
+            least: factors.iter().copied().fold(f64::INFINITY, f64::min),
             factors,
             rates: None,
             shares: Lanes::zeros(layout.blocks()),
@@ -75,6 +77,11 @@ impl VariedDamping {
     /// Returns the greatest factor.
     pub(crate) fn greatest(&self) -> f64 {
         self.greatest
+    }
+
+    /// Returns the least factor.
+    pub(crate) fn least(&self) -> f64 {
+        self.least
     }
 
     /// Measures the motion of the masses m sᵢ for the rates of a step.

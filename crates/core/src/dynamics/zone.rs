@@ -25,7 +25,8 @@ pub struct Zone {
     /// default 1.
     pub strength: f64,
     /// Factor in (0, 100] of the rate at which the elastic damping takes velocities away, see
-    /// [`Damping`](crate::Damping); default 1. The momenta of a free body stay as they are.
+    /// [`Damping`](crate::Damping); default 1. The momenta of a free body stay as they are. Rolling resistance acts in
+    /// proportion to the fractions that the parts lose in a step.
     pub damping: f64,
     /// Factor in (0, 100] of the coefficient of friction at colliders and bodies; default 1.
     pub friction: f64,

@@ -18,6 +18,7 @@ pub struct SwitchKey {
 /// or before it also holds for all times before.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Vec<SwitchKey>"))]
 pub struct Switch(Vec<SwitchKey>);
 
 impl Switch {
@@ -43,9 +44,10 @@ impl Switch {
         &self.0
     }
 
-    /// Returns whether the switch is on at `time`, in seconds.
+    /// Returns whether the switch is on at `time`, in seconds. Times within rounding of a keyframe are its time.
     pub fn value(&self, time: f64) -> bool {
-        let after = self.0.partition_point(|key| key.time <= time);
+        let rounded = if time.is_finite() { time + 8.0 * f64::EPSILON * time.abs() } else { time };
+        let after = self.0.partition_point(|key| key.time <= rounded);
         match after.checked_sub(1) {
             Some(last) => self.0[last].value,
             None => self.0[0].value != (self.0[0].time > 0.0),
@@ -61,6 +63,14 @@ impl Switch {
     /// Returns whether the switch is always on.
     pub fn is_always_on(&self) -> bool {
         self.constant() == Some(true)
+    }
+}
+
+impl TryFrom<Vec<SwitchKey>> for Switch {
+    type Error = MotionError;
+
+    fn try_from(keys: Vec<SwitchKey>) -> Result<Self, MotionError> {
+        Self::new(keys)
     }
 }
 
@@ -87,6 +97,12 @@ mod tests {
             values(&[(0.0, false), (1.0, true), (2.0, false)]),
             [false, false, false, true, false, false]
         );
+        // The products of steps and their length are below the quotients of frames and their rate.
+        for frame in 1..2000 {
+            let key = f64::from(frame) / 60.0;
+            assert!(switch(&[(key, true)]).value(f64::from(frame) * (1.0 / 60.0)), "{frame}");
+            assert!(!switch(&[(key, true)]).value((f64::from(frame) - 0.01) / 60.0), "{frame}");
+        }
         // A first keyframe after the time 0 switches.
         assert_eq!(values(&[(1.0, false)]), [true, true, true, false, false, false]);
         assert_eq!(values(&[(0.5, true), (2.0, false)]), [false, false, true, true, false, false]);

@@ -1,5 +1,6 @@
 //! Continues a restored state with other settings.
 
+use super::settings::check_fields;
 use super::state::SimulationState;
 use super::substeps::Substeps;
 use super::world::Simulation;
@@ -34,6 +35,7 @@ impl Simulation {
         if let Some(found) = [built.bodies.len(), adopted.len()].into_iter().find(|&found| found != bodies) {
             return Err(StateError::Bodies { bodies, found }.into());
         }
+        check_fields(&built.fields, &self.bodies)?;
         if built.gravity != self.gravity_curve {
             self.set_gravity(built.gravity.clone())?;
         }

@@ -36,7 +36,7 @@ impl Simulation {
         });
         let mut contacts: Vec<_> = with_colliders.chain(between).collect();
         if !self.restored_contacts.is_empty() {
-            contacts.extend(&self.restored_contacts);
+            contacts.splice(..0, self.restored_contacts.iter().copied());
             contacts.sort_by_key(|contact| match contact.other {
                 Touched::Collider(_) => (0, contact.body),
                 Touched::Body(_) => (1, 0),
@@ -51,6 +51,22 @@ impl Simulation {
         restored_contacts.retain(|contact| match contact.other {
             Touched::Body(other) => bodies[contact.body].is_asleep() && bodies[other].is_asleep(),
             Touched::Collider(_) => bodies[contact.body].is_asleep(),
+        });
+    }
+
+    /// Removes the restored contacts of a body, which is no longer there.
+    pub(super) fn remove_restored_contacts(&mut self, removed: usize) {
+        self.restored_contacts.retain_mut(|contact| {
+            let lower = |index: &mut usize| {
+                let is_other = *index != removed;
+                *index -= usize::from(*index > removed);
+                is_other
+            };
+            let touches_other = match &mut contact.other {
+                Touched::Body(other) => lower(other),
+                Touched::Collider(_) => true,
+            };
+            lower(&mut contact.body) && touches_other
         });
     }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::contact_point::Touched;
 use super::substeps::{self, Substeps};
 use super::world::Simulation;
 use crate::body::Body;
@@ -39,8 +40,8 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
+        self.colliders.animate_to(time);
         self.follow_time();
-        self.colliders.set_time(time);
         self.wake();
         Ok(())
     }
@@ -127,7 +128,7 @@ impl Simulation {
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
         self.colliders.set_time(self.clock.time());
-        self.restored_contacts.clear();
+        self.restored_contacts.retain(|contact| matches!(contact.other, Touched::Body(_)));
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
             body.search_escapes();

@@ -76,11 +76,13 @@ impl Simulation {
     /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         self.colliders.animate(self.clock.interval());
+        let greatest_gravity = self.greatest_gravity().norm();
         let Self {
             bodies, contacts, fields, links, pair_supports, groups, colliders, clock, workspaces, ..
         } = self;
         let context = StepContext {
             gravity: self.gravity,
+            greatest_gravity,
             interval: clock.interval(),
             is_frame_start: clock.is_frame_start(self.substeps),
             colliders,
@@ -115,8 +117,8 @@ impl Simulation {
         }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
-        self.follow_time();
         self.forget_restored_contacts();
+        self.follow_time();
         self.update_pieces();
     }
 

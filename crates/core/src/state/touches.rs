@@ -286,7 +286,8 @@ impl Touches {
             let TouchedPoint { local, normal, shell, .. } = touch.touched;
             let is_unit = |vector: [f32; 3]| (0.5..2.0).contains(&Vector3::from(vector).norm());
             // The smooth surface of a crack lies outside the cells of its piece in part.
-            let is_inside = local.iter().all(|u| (-1.0..=2.0).contains(u)) && (-1.0..=1.0).contains(&shell);
+            let is_inside =
+                local.iter().all(|u| (-1.0..=2.0).contains(u)) && shell.is_finite() && shell >= -1.0;
             is_inside && is_unit(touch.normal) && is_unit(normal)
         };
         let are_valid = self.samples.iter().all(is_valid_touch)

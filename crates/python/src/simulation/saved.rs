@@ -14,9 +14,9 @@ impl Simulation {
     ///
     /// The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces and
     /// impulses that still act, contacts, which bodies sleep, which links are broken, the motion of driven colliders,
-    /// time, gravity, the length and number of steps, and the settings of the bodies that can change between steps. It
-    /// has neither sleep, threads, the shapes and keyframes of colliders, the animations that handles follow, fields,
-    /// links, nor force fields.
+    /// time, gravity, fields, the length and number of steps, and the settings of the bodies that can change between
+    /// steps. It has neither sleep, threads, the shapes, keyframes and enabled of colliders, the animations that handles
+    /// follow, links, nor the callbacks of add_force_field.
     fn save_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.shared.with(py, |simulation| saved_state::save(simulation))?;
         Ok(PyBytes::new(py, &bytes))

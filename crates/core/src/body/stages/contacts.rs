@@ -247,8 +247,15 @@ mod tests {
         let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
         let colliders = &Colliders::new(&[]).unwrap();
         let workspaces = &Workspaces::default();
-        let context =
-            StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false, workspaces };
+        let context = StepContext {
+            gravity,
+            greatest_gravity: 0.0,
+            interval,
+            is_frame_start: true,
+            colliders,
+            sleep: false,
+            workspaces,
+        };
         body.begin_forces(&[], interval);
         body.apply_external_forces(&context);
         assert_eq!(known_momenta(&simulation), [true, false, false]);

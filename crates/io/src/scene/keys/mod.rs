@@ -225,7 +225,7 @@ pub(super) struct TouchingKeys {
     ignored: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     self_contact: Option<bool>,
-    // For programs that move bodies, which scenes have not.
+    // Scenes have no bodies that another program moves.
     #[serde(skip)]
     soft_only: bool,
 }
