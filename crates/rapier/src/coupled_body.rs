@@ -33,7 +33,7 @@ const LEAST_PUSH: f64 = 1e-7;
 /// rounding errors of Rapier's velocities.
 const LEAST_CHANGE: f64 = 1e-5;
 
-/// Where the rigid body is.
+/// The place of the rigid body: in the simulation, or beside it.
 pub(crate) enum Place {
     /// No soft body is near. The rigid body exists if one has been near before.
     Away(Option<Box<Body>>),
