@@ -27,6 +27,14 @@ impl std::ops::Sub for Twist {
     }
 }
 
+impl Twist {
+    /// Returns whether the impulses, and the forces that give them in `dt` seconds, are finite numbers of Rapier.
+    pub(crate) fn fits(&self, dt: f64) -> bool {
+        let fits = |impulse: Vector3<f64>| narrow(impulse).is_finite() && narrow(impulse / dt).is_finite();
+        fits(self.linear) && fits(self.angular)
+    }
+}
+
 pub(crate) fn wide(vector: Vector) -> Vector3<f64> {
     Vector3::new(vector.x, vector.y, vector.z).map(f64::from)
 }

@@ -7,12 +7,12 @@ use rapier3d::math::Pose;
 use crate::error::Error;
 use crate::shapes::Fault;
 
-/// What a collider is for soft bodies.
+/// The motion of a collider, as soft bodies meet it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// It does not move.
     Fixed,
-    /// It moves as its body is told to.
+    /// It moves with its body, which soft bodies do not move.
     Kinematic,
     /// A part of a dynamic body, which soft bodies move.
     Dynamic,

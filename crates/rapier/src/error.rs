@@ -1,5 +1,6 @@
 //! Errors of the bridge.
 
+use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::ColliderHandle;
 
 /// An error of the bridge.
@@ -31,5 +32,16 @@ pub enum Error {
         collider: ColliderHandle,
         /// The reason.
         source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A dynamic body that supple does not take, for example because the friction of its first collider is below 0.
+    #[error(
+        "body {} of Rapier, with the friction and the restitution of its first collider: {source}",
+        .body.into_raw_parts().0
+    )]
+    Body {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The reason.
+        source: Box<supple::Error>,
     },
 }

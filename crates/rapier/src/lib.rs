@@ -3,7 +3,7 @@
 //! A [`SoftWorld`] has the soft bodies, a `PhysicsWorld` of Rapier the rigid ones. [`SoftWorld::step`] makes one step
 //! of each: the soft bodies touch the colliders of Rapier, and the dynamic bodies of Rapier get the opposite impulses.
 //!
-//! `docs/rapier.md` in the repository has a program, and says what acts on what.
+//! `docs/rapier.md` in the repository has a program, and describes the coupling.
 //!
 //! | file | contents |
 //! |---|---|
@@ -12,15 +12,15 @@
 //! | `shapes` | shapes of Rapier as colliders and as meshes |
 //! | `entries` | the colliders of a Rapier world, and whether they changed |
 //! | `obstacles` | fixed and kinematic colliders |
-//! | `guest` | a dynamic body: its motion before the step, its impulse after it |
-//! | `guests` | the dynamic bodies that are near soft bodies |
+//! | `coupled_body` | a dynamic body: its motion before the step, its impulse after it |
+//! | `coupled_bodies` | the dynamic bodies that are near soft bodies |
 //! | `soft_world` | [`SoftWorld`] |
 
 mod convert;
+mod coupled_bodies;
+mod coupled_body;
 mod entries;
 mod error;
-mod guest;
-mod guests;
 mod obstacles;
 mod shapes;
 mod soft_world;

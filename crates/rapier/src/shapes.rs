@@ -11,7 +11,7 @@ use crate::convert::{wide, wide_pose};
 /// circle by at most 0.5 % of the radius.
 const SIDES: u32 = 32;
 
-/// Why a shape has no counterpart.
+/// The reason for which a shape has no counterpart.
 pub(crate) enum Fault {
     /// The name of a shape that is not supported.
     Unsupported(String),

@@ -5,12 +5,12 @@ use rapier3d::dynamics::{MultibodyJointSet, RigidBodyHandle, RigidBodySet};
 use rapier3d::geometry::{ColliderSet, InteractionGroups};
 use rapier3d::math::Vector;
 use rapier3d::pipeline::{EventHandler, PhysicsHooks, PhysicsWorld};
-use supple::{Body, Simulation};
+use supple::{Body, Simulation, Substeps};
 
 use crate::convert::wide;
+use crate::coupled_bodies::CoupledBodies;
 use crate::entries::{Entry, found};
 use crate::error::Error;
-use crate::guests::Guests;
 use crate::obstacles::Obstacles;
 
 /// The soft bodies of a Rapier world.
@@ -26,14 +26,14 @@ pub struct SoftWorld {
     entries: Vec<Entry>,
     is_mapped: bool,
     obstacles: Obstacles,
-    guests: Guests,
+    coupled: CoupledBodies,
 }
 
 impl SoftWorld {
     /// Takes a simulation of the soft bodies, which may have colliders, fields and links of its own. Its gravity and
     /// its step length become those of Rapier; build it with this step length, for which Young's modulus and the
-    /// regions of the bodies are chosen. One of its steps is one step of Rapier, whatever its steps per frame are.
-    /// Fields act on the soft bodies alone.
+    /// regions of the bodies are chosen. One of its steps is one step of Rapier, and one frame: the number of its steps
+    /// per frame becomes 1. Fields act on the soft bodies alone.
     pub fn new(simulation: Simulation) -> Self {
         Self {
             soft: simulation.bodies().len(),
@@ -41,7 +41,7 @@ impl SoftWorld {
             entries: Vec::new(),
             is_mapped: false,
             obstacles: Obstacles::new(&simulation),
-            guests: Guests::new(&simulation),
+            coupled: CoupledBodies::new(&simulation),
             simulation,
         }
     }
@@ -59,8 +59,10 @@ impl SoftWorld {
         &self.simulation
     }
 
-    /// Returns the simulation, to change settings, forces, pins and fields of the soft bodies. Its bodies and
-    /// colliders must stay the same ones.
+    /// Returns the simulation, to change settings, forces, pins and fields of the soft bodies, and to drive, enable and
+    /// disable its own colliders. Its bodies and colliders must stay the same ones. When a fixed or kinematic collider
+    /// of Rapier is inserted, removed or changed, a driven collider stays where it is, and a motion of several steps
+    /// ends.
     pub fn simulation_mut(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
@@ -73,13 +75,13 @@ impl SoftWorld {
     /// Returns the number of dynamic bodies of Rapier that were near a soft body in the last step. Only these take
     /// time.
     pub fn near_bodies(&self) -> usize {
-        self.guests.near_count()
+        self.coupled.near_count()
     }
 
     /// Returns the impulse of the soft bodies on a dynamic body of Rapier in the last step, and the angular impulse
     /// about its center of mass. Zero if nothing touched it; `None` if it is no dynamic body with colliders.
     pub fn impulse_on(&self, body: RigidBodyHandle) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        self.guests.impulse(body).map(|impulse| (impulse.linear, impulse.angular))
+        self.coupled.impulse(body).map(|impulse| (impulse.linear, impulse.angular))
     }
 
     /// Makes one step of the soft bodies and one of Rapier, with Rapier's step length and gravity.
@@ -112,7 +114,8 @@ impl SoftWorld {
     /// Makes one step of the soft bodies with the gravity and the step length that Rapier's next step has, and gives
     /// the impulses of the contacts to the dynamic bodies of Rapier. Bodies and colliders that were inserted, removed
     /// or changed since the last step are followed. Call it just before Rapier's step, and
-    /// [`end_step`](Self::end_step) just after it.
+    /// [`end_step`](Self::end_step) just after it: forces of the user that change between both calls are lost. If the
+    /// last step was not ended, its forces are taken back first.
     ///
     /// # Errors
     ///
@@ -125,26 +128,31 @@ impl SoftWorld {
         colliders: &ColliderSet,
         multibodies: &MultibodyJointSet,
     ) -> Result<(), Error> {
+        self.coupled.restore_forces(bodies);
         let (gravity, step) = (wide(gravity), f64::from(dt));
+        // An automatic number would be chosen in the step, and change the step length.
+        if self.simulation.has_automatic_substeps() || self.simulation.substeps() != 1 {
+            self.simulation.set_substeps(Substeps::Fixed(1))?;
+        }
         if self.simulation.dt() != step {
             self.simulation.set_dt(step)?;
         }
         if Vector3::from(self.simulation.gravity()) != gravity {
-            self.simulation.set_gravity(gravity.into())?;
+            self.simulation.set_gravity(<[f64; 3]>::from(gravity))?;
         }
         self.name_bodies_of_fields()?;
         self.follow(bodies, colliders)?;
         self.obstacles.drive(bodies, &mut self.simulation, dt)?;
-        self.guests.update_near(&self.entries, bodies, &mut self.simulation, step)?;
-        self.guests.begin(bodies, &mut self.simulation, (gravity, step))?;
+        self.coupled.update_near(&self.entries, bodies, &mut self.simulation, step)?;
+        self.coupled.begin(bodies, &mut self.simulation, (gravity, step))?;
         self.simulation.step();
-        self.guests.apply(bodies, multibodies, &self.simulation, step);
+        self.coupled.apply(bodies, multibodies, &self.simulation, step);
         Ok(())
     }
 
     /// Ends a step, after Rapier's step: takes back the forces that acted in the step.
     pub fn end_step(&mut self, bodies: &mut RigidBodySet) {
-        self.guests.end(bodies);
+        self.coupled.end(bodies);
     }
 
     /// Lets fields of all bodies act on the soft ones alone.
@@ -160,9 +168,10 @@ impl SoftWorld {
         Ok(())
     }
 
-    /// Maps the colliders of Rapier if they are others than in the last step.
+    /// Maps the colliders of Rapier if they are others than in the last step, or if a kinematic body has jumped.
     fn follow(&mut self, bodies: &RigidBodySet, colliders: &ColliderSet) -> Result<(), Error> {
-        if self.is_mapped && self.is_as_before(bodies, colliders) {
+        let has_jumped = self.obstacles.any_jumped(bodies);
+        if self.is_mapped && !has_jumped && self.is_as_before(bodies, colliders) {
             return Ok(());
         }
         let entries: Vec<Entry> = found(bodies, colliders, self.groups).map(|found| found.entry()).collect();
@@ -172,11 +181,11 @@ impl SoftWorld {
                 && old.clone().count() == new.clone().count()
                 && old.zip(new).all(|(a, b)| a.is_same(b))
         };
-        if !are_same(Entry::is_obstacle) {
+        if has_jumped || !are_same(Entry::is_obstacle) {
             self.is_mapped = false;
             self.obstacles.map(&entries, bodies, &mut self.simulation)?;
         }
-        self.guests.map((&self.entries, &entries), bodies, &mut self.simulation)?;
+        self.coupled.map((&self.entries, &entries), bodies, &mut self.simulation)?;
         self.entries = entries;
         self.is_mapped = true;
         Ok(())
@@ -186,6 +195,6 @@ impl SoftWorld {
         let mut entries = self.entries.iter();
         let are_like = found(bodies, colliders, self.groups)
             .all(|found| entries.next().is_some_and(|entry| found.is_like(entry)));
-        are_like && entries.next().is_none() && !self.guests.any_mass_changed(bodies)
+        are_like && entries.next().is_none() && !self.coupled.any_changed(bodies)
     }
 }

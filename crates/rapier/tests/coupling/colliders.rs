@@ -187,3 +187,97 @@ fn kinematic_bodies_carry_soft_ones() {
         assert!((world.bodies[body].translation().x - 0.5).abs() < 1e-3);
     }
 }
+
+/// An error while bodies are mapped anew leaves the bodies in the simulation as they were.
+#[test]
+fn an_unsupported_shape_that_is_removed_leaves_the_near_bodies() {
+    let mut world = world(0.0);
+    for x in [-0.7, 0.7] {
+        insert_cube(&mut world, RigidBodyBuilder::dynamic().translation(Vector::X * x), (0.2, 1000.0));
+    }
+    let mut soft = soft_world(soft_cube().cell_size(0.5));
+    soft.step(&mut world).unwrap();
+    assert_eq!((soft.near_bodies(), soft.simulation().bodies().len()), (2, 3));
+    let round = ColliderBuilder::round_cuboid(0.1, 0.1, 0.1, 0.01);
+    let (body, _) = world.insert(RigidBodyBuilder::dynamic().translation(Vector::Y), round);
+    let error = soft.step(&mut world).unwrap_err();
+    assert!(matches!(error, Error::Shape { role: "dynamic", .. }), "{error:?}");
+    world.remove_body(body);
+    soft.step(&mut world).unwrap();
+    assert_eq!((soft.near_bodies(), soft.simulation().bodies().len()), (2, 3));
+}
+
+#[test]
+fn a_friction_out_of_range_is_an_error_of_the_body() {
+    let mut world = world(0.0);
+    let cube = ColliderBuilder::cuboid(0.1, 0.1, 0.1).friction(-1.0);
+    let (body, _) = world.insert(RigidBodyBuilder::dynamic().translation(Vector::Y * 0.6), cube);
+    let error = soft_world(soft_cube().cell_size(0.5)).step(&mut world).unwrap_err();
+    assert!(matches!(&error, Error::Body { body: named, .. } if *named == body), "{error:?}");
+    assert!(error.to_string().contains("friction") && error.to_string().contains("-1"), "{error}");
+}
+
+/// A ball about the rigid cube is 0.227 above the soft one: farther than the margin of a tenth of the diagonal of the
+/// soft cube, which is 0.173. The thickness of 0.4 is greater than the gap of 0.3, so that both touch.
+#[test]
+fn bodies_within_the_thickness_of_a_soft_body_are_near() {
+    for (thickness, near) in [(0.0, 0), (0.4, 1)] {
+        let mut world = world(0.0);
+        let start = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.9).linvel(Vector::Y * -0.1);
+        let body = insert_cube(&mut world, start, (0.2, 1000.0));
+        let mut soft = soft_world(soft_cube().cell_size(0.25).thickness(thickness));
+        soft.step(&mut world).unwrap();
+        assert_eq!(soft.near_bodies(), near);
+        assert_eq!(soft.impulse_on(body).unwrap().0.y > 0.0, near == 1);
+    }
+}
+
+/// A plate that jumps by 0.5 below a resting cube has no velocity: with the 60 m/s of a motion, friction would move the
+/// cube. A lateral velocity has no other cause than rounding; the bound of 1 mm/s is a choice.
+#[test]
+fn a_kinematic_body_that_jumps_has_no_velocity() {
+    let mut world = world(9.81);
+    let plate = ColliderBuilder::cuboid(3.0, 0.1, 3.0).friction(1.0);
+    let at = |x: f32| Vector::new(x, -0.1, 0.0);
+    let (body, _) = world.insert(RigidBodyBuilder::kinematic_position_based().translation(at(0.0)), plate);
+    let mut soft = soft_world(soft_cube().cell_size(0.25).translate([0.0, 0.5, 0.0]).damping_ratio(0.5));
+    (0..60).for_each(|_| soft.step(&mut world).unwrap());
+    world.bodies[body].set_position(Pose::from_translation(at(0.5)), true);
+    let mut fastest = 0.0_f64;
+    for _ in 0..10 {
+        soft.step(&mut world).unwrap();
+        let cube = &soft.bodies()[0];
+        fastest = fastest.max((cube.linear_momentum() / cube.mass()).x.abs());
+    }
+    // The cube stays in contact at the new place: the plate carries it when it moves on.
+    assert!(fastest < 1e-3, "{fastest}");
+    assert!((soft.bodies()[0].center_of_mass().y - 0.5).abs() < 0.1);
+    for step in 1..=30 {
+        world.bodies[body].set_next_kinematic_translation(at(0.5 + step as f32 / 120.0));
+        soft.step(&mut world).unwrap();
+    }
+    assert!(soft.bodies()[0].center_of_mass().x > 0.05);
+}
+
+/// A collider of the simulation keeps its pose and its switch when the colliders of Rapier change.
+#[test]
+fn driven_and_disabled_colliders_of_the_simulation_stay() {
+    let mut world = world(0.0);
+    let ball = || supple::Collider::sphere([5.0, 0.0, 0.0], 0.5);
+    let simulation =
+        supple::Simulation::builder().dt(1.0 / 120.0).threads(1).collider(ball()).collider(ball());
+    let simulation = simulation.body(soft_cube().cell_size(0.5).build().unwrap()).build().unwrap();
+    let mut soft = supple_rapier::SoftWorld::new(simulation);
+    soft.step(&mut world).unwrap();
+    soft.simulation_mut().collider_mut(0).move_to([1.0, 2.0, 3.0], [10.0, 0.0, 0.0]).unwrap();
+    soft.simulation_mut().collider_mut(1).set_enabled(false);
+    soft.step(&mut world).unwrap();
+    world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::ball(0.1).translation(Vector::Y * 9.0));
+    soft.step(&mut world).unwrap();
+    let simulation = soft.simulation();
+    assert_eq!(simulation.collider_count(), 3);
+    assert_eq!(simulation.collider(0).translation(), [1.0, 2.0, 3.0]);
+    assert_eq!(simulation.collider(0).rotation(), [10.0, 0.0, 0.0]);
+    assert_eq!(simulation.collider(0).velocity(), [0.0; 3]);
+    assert!(simulation.collider(0).is_enabled() && !simulation.collider(1).is_enabled());
+}

@@ -4,4 +4,5 @@ mod colliders;
 mod contact;
 mod gripper;
 mod momentum;
+mod step;
 mod support;

@@ -5,9 +5,9 @@ use rapier3d::dynamics::{MultibodyJointSet, RigidBodyHandle, RigidBodySet};
 use supple::{Body, Simulation};
 
 use crate::convert::Twist;
+use crate::coupled_body::{CoupledBody, Place};
 use crate::entries::{Entry, Role};
 use crate::error::Error;
-use crate::guest::{Guest, Place};
 
 /// Margin around a soft body within which a dynamic body is near, as a fraction of the diagonal of its bounding box.
 const MARGIN: f64 = 0.1;
@@ -17,28 +17,28 @@ const LEAVING: f64 = 2.0;
 
 /// The dynamic bodies, in the order of their first colliders.
 #[derive(Default)]
-pub(crate) struct Guests {
-    list: Vec<Guest>,
-    /// The bounding boxes of the soft bodies in the last step.
+pub(crate) struct CoupledBodies {
+    list: Vec<CoupledBody>,
+    /// The bounds of the soft bodies in the last step.
     boxes: Vec<(Point3<f64>, Point3<f64>)>,
     /// Number of soft bodies, the first bodies of the simulation.
     soft: usize,
 }
 
-impl Guests {
+impl CoupledBodies {
     pub(crate) fn new(simulation: &Simulation) -> Self {
-        let boxes = simulation.bodies().iter().map(Body::bounds).collect();
+        let boxes = simulation.bodies().iter().map(bounds).collect();
         Self { list: Vec::new(), boxes, soft: simulation.bodies().len() }
     }
 
     /// Returns the impulse and the angular impulse of the last step on a body.
     pub(crate) fn impulse(&self, handle: RigidBodyHandle) -> Option<Twist> {
-        self.list.iter().find(|guest| guest.handle == handle).map(|guest| guest.impulse)
+        self.list.iter().find(|coupled| coupled.handle == handle).map(|coupled| coupled.impulse)
     }
 
     /// Returns the number of bodies in the simulation.
     pub(crate) fn near_count(&self) -> usize {
-        self.list.iter().filter(|guest| matches!(guest.place, Place::Near(_))).count()
+        self.list.iter().filter(|coupled| matches!(coupled.place, Place::Near(_))).count()
     }
 
     /// Maps the dynamic bodies anew. `before` are the colliders of the last mapping: bodies with the same ones stay.
@@ -48,23 +48,28 @@ impl Guests {
         bodies: &RigidBodySet,
         simulation: &mut Simulation,
     ) -> Result<(), Error> {
-        let mut old = std::mem::take(&mut self.list);
+        // All new bodies are built before the list changes: an error leaves it as it was. `None`: a body that stays.
+        let mut mapped: Vec<(RigidBodyHandle, Option<CoupledBody>)> = Vec::new();
         for entry in entries.iter().filter(|entry| entry.role == Role::Dynamic) {
             let Some(handle) = entry.parent else { continue };
             let Some(body) = bodies.get(handle) else { continue };
-            if self.list.iter().any(|guest| guest.handle == handle) {
+            if mapped.iter().any(|(other, _)| *other == handle) {
                 continue;
             }
             let own = |entries: &'_ [Entry]| entries.iter().filter(|e| e.parent == Some(handle)).count();
             let is_same = own(before) == own(entries)
                 && of(before, handle).zip(of(entries, handle)).all(|(a, b)| a.is_same(b));
-            let kept =
-                old.iter().position(|guest| guest.handle == handle && is_same && guest.has_mass_of(body));
-            self.list.push(match kept {
-                Some(index) => old.remove(index),
-                None => Guest::new(handle, body, of(entries, handle))?,
-            });
+            let stays = |coupled: &CoupledBody| coupled.handle == handle && is_same && coupled.is_like(body);
+            let new = match self.list.iter().any(stays) {
+                true => None,
+                false => Some(CoupledBody::new(handle, body, of(entries, handle))?),
+            };
+            mapped.push((handle, new));
         }
+        let mut old = std::mem::take(&mut self.list);
+        self.list.extend(mapped.into_iter().filter_map(|(handle, new)| {
+            new.or_else(|| Some(old.remove(old.iter().position(|coupled| coupled.handle == handle)?)))
+        }));
         // The removed bodies come last, as long as they are in the simulation.
         let kept = self.list.len();
         self.list.append(&mut old);
@@ -75,19 +80,20 @@ impl Guests {
         Ok(())
     }
 
-    /// Returns whether the mass of a body is another one than when it was mapped.
-    pub(crate) fn any_mass_changed(&self, bodies: &RigidBodySet) -> bool {
-        let changed = |guest: &Guest| bodies.get(guest.handle).is_some_and(|body| !guest.has_mass_of(body));
+    /// Returns whether the mass or the locked axes of a body are others than when it was mapped.
+    pub(crate) fn any_changed(&self, bodies: &RigidBodySet) -> bool {
+        let changed =
+            |coupled: &CoupledBody| bodies.get(coupled.handle).is_some_and(|body| !coupled.is_like(body));
         self.list.iter().any(changed)
     }
 
     /// Takes a rigid body out of the simulation.
-    fn remove(&mut self, guest: usize, simulation: &mut Simulation) -> Result<(), Error> {
-        let guest = &mut self.list[guest];
-        let Place::Near(index) = guest.place else { return Ok(()) };
+    fn remove(&mut self, coupled: usize, simulation: &mut Simulation) -> Result<(), Error> {
+        let coupled = &mut self.list[coupled];
+        let Place::Near(index) = coupled.place else { return Ok(()) };
         let body = simulation.remove_body(index)?;
-        guest.place = Place::Away(Some(Box::new(body)));
-        guest.leave();
+        coupled.place = Place::Away(Some(Box::new(body)));
+        coupled.leave();
         for other in &mut self.list {
             if let Place::Near(other) = &mut other.place {
                 *other -= usize::from(*other > index);
@@ -106,16 +112,16 @@ impl Guests {
         dt: f64,
     ) -> Result<(), Error> {
         for (soft, past) in simulation.bodies()[..self.soft].iter().zip(&mut self.boxes) {
-            let (low, high) = soft.bounds();
+            let (low, high) = bounds(soft);
             // In the next step the box moves as in the last one, within a factor of 2.
             let (down, up) = ((low - past.0) * 2.0, (high - past.1) * 2.0);
             *past = (low + down.inf(&Vector3::zeros()), high + up.sup(&Vector3::zeros()));
         }
         for index in 0..self.list.len() {
-            let guest = &self.list[index];
-            let Some(body) = bodies.get(guest.handle) else { continue };
-            let (center, radius) = guest.ball(body, dt);
-            let is_near = matches!(guest.place, Place::Near(_));
+            let coupled = &self.list[index];
+            let Some(body) = bodies.get(coupled.handle) else { continue };
+            let (center, radius) = coupled.ball(body, dt);
+            let is_near = matches!(coupled.place, Place::Near(_));
             let factor = if is_near { LEAVING } else { 1.0 };
             let reaches = |(low, high): &(Point3<f64>, Point3<f64>)| {
                 let outside = (low.coords - center).sup(&(center - high.coords)).sup(&Vector3::zeros());
@@ -123,12 +129,12 @@ impl Guests {
             };
             match (self.boxes.iter().any(reaches), is_near) {
                 (true, false) => {
-                    let guest = &mut self.list[index];
-                    let soft = match std::mem::replace(&mut guest.place, Place::Away(None)) {
+                    let coupled = &mut self.list[index];
+                    let soft = match std::mem::replace(&mut coupled.place, Place::Away(None)) {
                         Place::Away(Some(body)) => *body,
-                        _ => guest.create(body, of(entries, guest.handle))?,
+                        _ => coupled.create(body, of(entries, coupled.handle))?,
                     };
-                    guest.place = Place::Near(simulation.add_body(soft));
+                    coupled.place = Place::Near(simulation.add_body(soft));
                 }
                 (false, true) => {
                     self.remove(index, simulation)?;
@@ -137,7 +143,7 @@ impl Guests {
             }
         }
         for (soft, past) in simulation.bodies()[..self.soft].iter().zip(&mut self.boxes) {
-            *past = soft.bounds();
+            *past = bounds(soft);
         }
         Ok(())
     }
@@ -149,9 +155,9 @@ impl Guests {
         simulation: &mut Simulation,
         (gravity, dt): (Vector3<f64>, f64),
     ) -> Result<(), Error> {
-        for guest in &mut self.list {
-            if let (&Place::Near(index), Some(body)) = (&guest.place, bodies.get(guest.handle)) {
-                guest.begin(body, simulation.body_mut(index), (gravity, dt))?;
+        for coupled in &mut self.list {
+            if let (&Place::Near(index), Some(body)) = (&coupled.place, bodies.get(coupled.handle)) {
+                coupled.begin(body, simulation.body_mut(index), (gravity, dt))?;
             }
         }
         Ok(())
@@ -165,22 +171,38 @@ impl Guests {
         simulation: &Simulation,
         dt: f64,
     ) {
-        for guest in &mut self.list {
-            if let (&Place::Near(index), Some(body)) = (&guest.place, bodies.get_mut(guest.handle)) {
-                let is_link = multibodies.rigid_body_link(guest.handle).is_some();
-                guest.apply(body, &simulation.bodies()[index], (is_link, dt));
+        for coupled in &mut self.list {
+            if let (&Place::Near(index), Some(body)) = (&coupled.place, bodies.get_mut(coupled.handle)) {
+                let is_link = multibodies.rigid_body_link(coupled.handle).is_some();
+                coupled.apply(body, &simulation.bodies()[index], (is_link, dt));
+            }
+        }
+    }
+
+    /// Takes back the forces of a step that was not ended.
+    pub(crate) fn restore_forces(&mut self, bodies: &mut RigidBodySet) {
+        for coupled in self.list.iter_mut().filter(|coupled| coupled.has_forces()) {
+            if let Some(body) = bodies.get_mut(coupled.handle) {
+                coupled.restore_forces(body);
             }
         }
     }
 
     /// Ends a step, after that of Rapier.
     pub(crate) fn end(&mut self, bodies: &mut RigidBodySet) {
-        for guest in self.list.iter_mut().filter(|guest| matches!(guest.place, Place::Near(_))) {
-            if let Some(body) = bodies.get_mut(guest.handle) {
-                guest.end(body);
+        for coupled in self.list.iter_mut().filter(|coupled| matches!(coupled.place, Place::Near(_))) {
+            if let Some(body) = bodies.get_mut(coupled.handle) {
+                coupled.end(body);
             }
         }
     }
+}
+
+/// Returns the box in which a soft body touches: its bounding box, and its thickness around it.
+fn bounds(soft: &Body) -> (Point3<f64>, Point3<f64>) {
+    let (low, high) = soft.bounds();
+    let thickness = Vector3::repeat(soft.touching().thickness);
+    (low - thickness, high + thickness)
 }
 
 /// Returns the entries of the colliders of a body.

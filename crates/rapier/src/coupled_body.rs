@@ -1,13 +1,12 @@
 //! A dynamic body of Rapier, as a rigid body among the soft ones.
 //!
 //! In a step of the length h, the rigid body begins with the pose and the velocity v of the Rapier body, and with the
-//! change d of the velocity that Rapier will make: gravity and the forces of the user, and what its joints and contacts
-//! do. The contacts with soft bodies give it an impulse J, which the Rapier body then has in its own step. With
-//! v + d + J/m the contact solver has the velocity at the end of the step of both programs, so that a body at rest
-//! stays at rest.
+//! change d of the velocity that Rapier will make by gravity, the forces of the user, joints and contacts. The contacts
+//! with soft bodies give it an impulse J, which the Rapier body then has in its own step. With v + d + J/m the contact
+//! solver has the velocity at the end of the step of both programs, so that a body at rest stays at rest.
 //!
-//! * What joints and contacts do in a step is the change r of the last step. Of an impact it would be wrong: of the
-//!   changes of the last two steps, only the part that they have in common counts ([`common`]).
+//! * The change r by joints and contacts in a step is taken to be that of the last step. An impact lasts one step only:
+//!   of the changes of the last two steps, only the part that they have in common counts ([`common`]).
 //! * Rapier divides its step into parts, in which forces act in equal shares and an impulse acts at once. The part of J
 //!   that is opposite to d acts as a force, so that both cancel in each part; the rest acts as an impulse.
 //! * A body that nothing holds is also moved out of soft bodies, as they are moved out of it.
@@ -34,7 +33,7 @@ const LEAST_PUSH: f64 = 1e-7;
 /// rounding errors of Rapier's velocities.
 const LEAST_CHANGE: f64 = 1e-5;
 
-/// Where the rigid body is.
+/// The place of the rigid body: in the simulation, or beside it.
 pub(crate) enum Place {
     /// No soft body is near. The rigid body exists if one has been near before.
     Away(Option<Box<Body>>),
@@ -43,11 +42,11 @@ pub(crate) enum Place {
 }
 
 /// A dynamic body of Rapier.
-pub(crate) struct Guest {
+pub(crate) struct CoupledBody {
     pub(crate) handle: RigidBodyHandle,
     pub(crate) place: Place,
-    /// The mass as Rapier has it.
-    properties: RapierMass,
+    /// The mass as Rapier has it, and the locked axes, when the body was mapped.
+    properties: (RapierMass, LockedAxes),
     mass: Mass,
     /// Radius of a ball about the origin of the body with all of its colliders.
     radius: f64,
@@ -81,8 +80,8 @@ struct Step {
     user: Option<(Vector, Vector)>,
 }
 
-impl Guest {
-    /// Creates a guest that is away. An unsupported shape is an error although its surface is not used yet.
+impl CoupledBody {
+    /// Creates a coupled body that is away. An unsupported shape is an error although its surface is not used yet.
     pub(crate) fn new<'a>(
         handle: RigidBodyHandle,
         body: &RigidBody,
@@ -99,7 +98,7 @@ impl Guest {
         Ok(Self {
             handle,
             place: Place::Away(None),
-            properties: body.mass_properties().local_mprops,
+            properties: (body.mass_properties().local_mprops, body.locked_axes()),
             mass: Mass::new(&body.mass_properties().local_mprops),
             radius,
             impulse: Twist::default(),
@@ -121,17 +120,13 @@ impl Guest {
         entries: impl Iterator<Item = &'a Entry>,
     ) -> Result<Body, Error> {
         let mut surface = Surface::default();
-        let (mut first, mut last) = (None, None);
+        let mut first = None;
         for entry in entries {
             surface.append(&*entry.shape.0, &wide_pose(&entry.pose)).map_err(|fault| entry.error(fault))?;
             first = first.or(Some(entry));
-            last = Some(entry);
         }
-        let failed = |error: Box<dyn std::error::Error + Send + Sync>| match last {
-            Some(entry) => entry.error(crate::shapes::Fault::Mesh(error)),
-            None => unreachable!("a guest has a collider"),
-        };
-        let mesh = surface.mesh().map_err(|error| failed(Box::new(error)))?;
+        let failed = |source: supple::Error| Error::Body { body: self.handle, source: Box::new(source) };
+        let mesh = surface.mesh().map_err(|error| failed(error.into()))?;
         let inertia = match body.locked_axes().contains(LockedAxes::ROTATION_LOCKED) {
             true => Matrix3::zeros(),
             false => self.mass.inertia,
@@ -146,7 +141,7 @@ impl Guest {
         let builder = Body::builder(mesh).rigid(true).touching(touching);
         let builder = builder.name(format!("Rapier body {}", self.handle.into_raw_parts().0));
         let builder = builder.mass_properties(MassProperties { mass, center: center.into(), inertia });
-        builder.build().map_err(|error| failed(Box::new(error)))
+        builder.build().map_err(failed)
     }
 
     /// Gives the rigid body the pose and the velocities of the Rapier body before a step of `dt` seconds. The step of
@@ -185,18 +180,8 @@ impl Guest {
         inertia: &Matrix3<f64>,
         (gravity, dt): (Vector3<f64>, f64),
     ) -> Twist {
-        let mut linear = gravity * f64::from(body.gravity_scale()) + wide(body.user_force()) / self.mass.mass;
-        let locked = body.locked_axes();
-        let axes = [
-            LockedAxes::TRANSLATION_LOCKED_X,
-            LockedAxes::TRANSLATION_LOCKED_Y,
-            LockedAxes::TRANSLATION_LOCKED_Z,
-        ];
-        for (axis, flag) in axes.into_iter().enumerate() {
-            if locked.contains(flag) {
-                linear[axis] = 0.0;
-            }
-        }
+        let linear = gravity * f64::from(body.gravity_scale()) + wide(body.user_force()) / self.mass.mass;
+        let linear = without_locked(linear, body.locked_axes());
         let angular = inertia.try_inverse().unwrap_or_default() * wide(body.user_torque());
         Twist { linear: linear * dt, angular: angular * dt }
     }
@@ -208,7 +193,10 @@ impl Guest {
         let mass = self.mass.mass;
         let change = Twist { linear: soft.linear_momentum(), angular: soft.angular_momentum() } - before;
         let scale = mass * (velocity.linear.norm() + assumed.linear.norm());
-        let is_touched = change.linear.norm() > LEAST_IMPULSE * scale || change.angular != Vector3::zeros();
+        let angular_scale = (inertia * velocity.angular).norm() + (inertia * assumed.angular).norm();
+        let is_touched = change.linear.norm() > LEAST_IMPULSE * scale
+            || change.angular.norm() > LEAST_IMPULSE * angular_scale;
+        let is_touched = is_touched && change.fits(dt);
         self.impulse = if is_touched { change } else { Twist::default() };
         self.step.begin = velocity;
         if !is_touched {
@@ -240,15 +228,17 @@ impl Guest {
             body.add_force(narrow(forced.linear / dt), true);
             body.add_torque(narrow(forced.angular / dt), true);
         }
-        self.push(body, soft, dt);
+        if !is_link {
+            self.push(body, soft, dt);
+        }
         let inverse = inertia.try_inverse().unwrap_or_default();
         self.step.forced = Twist { linear: forced.linear / mass, angular: inverse * forced.angular };
         self.step.begin = begin;
     }
 
-    /// Moves the Rapier body by the push that its overlap with soft bodies needed: by what moved the center of mass
-    /// beside the velocity. The angular momenta of the soft bodies count on it. A body that joints or contacts of
-    /// Rapier held in the last step stays where it is, because they would push it back.
+    /// Moves the Rapier body by the push out of soft bodies: the displacement of the center of mass beside that by
+    /// the velocity, without the locked axes. The angular momenta of the soft bodies count on it. A body that
+    /// joints or contacts of Rapier held in the last step stays where it is, because they would push it back.
     fn push(&self, body: &mut RigidBody, soft: &Body, dt: f64) {
         let Step { velocity, known, .. } = &self.step;
         if self.others[0].linear.norm() > LEAST_CHANGE * (velocity.linear.norm() + known.linear.norm()) {
@@ -257,22 +247,34 @@ impl Guest {
         let pose = wide_pose(body.position());
         let begin = pose * Point3::from(self.mass.center);
         let push = soft.center_of_mass() - begin - soft.linear_momentum() * (dt / soft.mass());
-        if push.norm() > LEAST_PUSH * self.radius {
+        let push = without_locked(push, body.locked_axes());
+        if push.norm() > LEAST_PUSH * self.radius && narrow(push).is_finite() {
             body.set_translation(narrow(pose.translation.vector + push), true);
         }
     }
 
-    /// Takes the forces back after Rapier's step, and reads what Rapier's joints and contacts did.
+    /// Takes the forces back after Rapier's step, and reads the changes of the velocities by Rapier's joints and
+    /// contacts.
     pub(crate) fn end(&mut self, body: &mut RigidBody) {
-        let Step { begin, known, forced, user, .. } = &mut self.step;
-        if let Some((force, torque)) = user.take() {
+        self.restore_forces(body);
+        let Step { begin, known, forced, .. } = &self.step;
+        let end = Twist { linear: wide(body.linvel()), angular: wide(body.angvel()) };
+        self.others = [end - *begin - *known - *forced, self.others[0]];
+    }
+
+    /// Returns whether the Rapier body has forces of the step beside those of the user.
+    pub(crate) fn has_forces(&self) -> bool {
+        self.step.user.is_some()
+    }
+
+    /// Gives the Rapier body the forces of the user alone.
+    pub(crate) fn restore_forces(&mut self, body: &mut RigidBody) {
+        if let Some((force, torque)) = self.step.user.take() {
             body.reset_forces(false);
             body.reset_torques(false);
             body.add_force(force, false);
             body.add_torque(torque, false);
         }
-        let end = Twist { linear: wide(body.linvel()), angular: wide(body.angvel()) };
-        self.others = [end - *begin - *known - *forced, self.others[0]];
     }
 
     /// Forgets the last steps: no soft body is near.
@@ -280,10 +282,25 @@ impl Guest {
         (self.others, self.impulse, self.rest) = Default::default();
     }
 
-    /// Returns whether the mass of the body is as it was when it was mapped.
-    pub(crate) fn has_mass_of(&self, body: &RigidBody) -> bool {
-        self.properties == body.mass_properties().local_mprops
+    /// Returns whether the mass and the locked axes of the body are as they were when it was mapped.
+    pub(crate) fn is_like(&self, body: &RigidBody) -> bool {
+        self.properties == (body.mass_properties().local_mprops, body.locked_axes())
     }
+}
+
+/// Returns a displacement or a change of a velocity with zero along the locked axes.
+fn without_locked(mut vector: Vector3<f64>, locked: LockedAxes) -> Vector3<f64> {
+    let axes = [
+        LockedAxes::TRANSLATION_LOCKED_X,
+        LockedAxes::TRANSLATION_LOCKED_Y,
+        LockedAxes::TRANSLATION_LOCKED_Z,
+    ];
+    for (axis, flag) in axes.into_iter().enumerate() {
+        if locked.contains(flag) {
+            vector[axis] = 0.0;
+        }
+    }
+    vector
 }
 
 /// Returns the part of `last` that `before` has as well: the component of `before` along `last`, from 0 to all of
