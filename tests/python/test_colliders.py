@@ -437,7 +437,8 @@ def test_a_misspelled_attribute_of_a_collider_is_an_error():
 
 
 def test_a_collider_of_a_simulation_keeps_its_hash_when_it_is_disabled():
-    sim = supple.Simulation([supple.Body(supple.Lattice.from_cells(np.ones((2, 2, 2))))], colliders=supple.Sphere((0, -9, 0), 1))
+    body = supple.Body(supple.Lattice.from_cells(np.ones((2, 2, 2))))
+    sim = supple.Simulation([body], colliders=supple.Sphere((0, -9, 0), 1))
     ball = sim.colliders[0]
     known = {ball: "ball"}
     ball.enabled = False
