@@ -98,7 +98,7 @@ class Collider:
             value = self._motion.set_enabled(value)
         elif name == "enabled" and name in vars(self):
             raise FrozenInstanceError("enabled can be set for an item of sim.colliders only")
-        elif name in vars(self) or self._motion is not None or name not in {known.name for known in fields(self)}:
+        elif name in vars(self) or self._motion is not None or name not in getattr(self, "__dataclass_fields__", ()):
             raise FrozenInstanceError(f"cannot assign to field {name!r}; set sim.colliders to new colliders")
         object.__setattr__(self, name, value)
 
