@@ -64,7 +64,7 @@ def test_zones_have_ratios_of_their_own():
     assert body.stiffness_factors is None
     body.zone(2, inflate=[(0, 1), (1, 2)], vertices=[0])
     assert body.stiffness_factors[0] == 2
-    with pytest.raises(TypeError, match="zone\\(\\) needs a factor of Young's modulus, inflate"):
+    with pytest.raises(TypeError, match="zone\\(\\) needs factor, of Young's modulus, inflate"):
         body.zone(vertices=[0])
 
 

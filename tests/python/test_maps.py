@@ -125,13 +125,13 @@ def test_zones_take_maps_of_damping_friction_and_yield_strain(bar):
     body = supple.Body(bar, lattice_vertices=600, youngs_modulus=1e5, plastic={"yield": 0.02})
     body.zone(damping_factor=8.0, friction_factor=0.1, yield_factor=3.0, map=weights)
     assert body.stiffness_factors is None or (body.stiffness_factors == 1).all()
-    sim = supple.Simulation([body], fps=30, colliders=supple.Plane((0, -2, 0), (0, 1, 0)))
+    sim = supple.Simulation([body], fps=30, colliders=supple.Plane((0, -0.3, 0), (0.3, 1, 0)))
     sim.advance(15)
     for key in ("damping_factor", "friction_factor", "yield_factor"):
         factors = {"damping_factor": 8.0, "friction_factor": 0.1, "yield_factor": 3.0}
         other = supple.Body(bar, lattice_vertices=600, youngs_modulus=1e5, plastic={"yield": 0.02})
         other.zone(map=weights, **{name: factor for name, factor in factors.items() if name != key})
-        without = supple.Simulation([other], fps=30, colliders=supple.Plane((0, -2, 0), (0, 1, 0)))
+        without = supple.Simulation([other], fps=30, colliders=supple.Plane((0, -0.3, 0), (0.3, 1, 0)))
         without.advance(15)
         assert not np.array_equal(other.positions, body.positions), f"{key} has no effect"
     state, before = sim.save_state(), body.positions

@@ -17,9 +17,9 @@ def test_a_body_rests_at_the_sum_of_the_thicknesses(cube):
         sim = supple.Simulation([body], fps=60, colliders=[ground])
         sim.advance(120)
         contacts = sim.contacts()
-        assert np.abs(contacts["point"][:, 1] - ground_thickness).max() < 0.02 * body.cell_size
-        assert np.abs(contacts["depth"]).max() < 0.02 * body.cell_size
-        return body.surface()[:, 1].min(), body.cell_size
+        assert np.abs(contacts["point"][:, 1] - ground_thickness).max() < 0.02 * body.lattice.cell_size
+        assert np.abs(contacts["depth"]).max() < 0.02 * body.lattice.cell_size
+        return body.surface()[:, 1].min(), body.lattice.cell_size
 
     (thin, cell), (thick, _) = height(0, 0), height(0.1, 0.05)
     # A body rests within 0.01 cells of the surface.
