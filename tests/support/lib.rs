@@ -16,5 +16,5 @@ pub use measures::{
 pub use random::Random;
 pub use shapes::{
     ball, bare, block, block_at, cuboid, difficult_lattices, grid_box, half_cells, lattice, lattice_of,
-    mesh_of, plain_box, pull_apart, sphere, surface_of, torus, unit_cube, without_gravity,
+    mesh_of, plain_box, pull_apart, sphere, square_sheet, surface_of, torus, unit_cube, without_gravity,
 };

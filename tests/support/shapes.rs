@@ -41,6 +41,17 @@ pub fn cuboid(size: [i32; 3]) -> Mesh {
     Mesh::new(vertices, &quads).unwrap()
 }
 
+/// Returns a square sheet in the plane y = 0, with edges of twice `half`, of `n` × `n` faces.
+pub fn square_sheet(half: f64, n: u32) -> Mesh {
+    let at = |k: u32| half * (2.0 * f64::from(k) / f64::from(n) - 1.0);
+    let vertices = (0..(n + 1) * (n + 1)).map(|k| [at(k % (n + 1)), 0.0, at(k / (n + 1))]).collect();
+    let quad = |k: u32| {
+        let a = k / n * (n + 1) + k % n;
+        [a, a + n + 1, a + n + 2, a + 1]
+    };
+    Mesh::new(vertices, &(0..n * n).map(quad).collect::<Vec<_>>()).unwrap()
+}
+
 /// Returns a sphere: the six faces of a cube, of `n` x `n` quads each, projected to a radius. The six faces
 /// share no vertices.
 pub fn sphere(center: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {

@@ -1,7 +1,7 @@
 //! Vectors and poses of Rapier, which are glam's in f32, as nalgebra's in f64, and back.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use rapier3d::math::{Pose, Vector};
+use rapier3d::math::{Pose, Rotation, Vector};
 use rapier3d::parry::mass_properties::MassProperties;
 
 /// A motion, or an impulse with an angular impulse about the center of mass.
@@ -44,11 +44,13 @@ pub(crate) fn narrow(vector: Vector3<f64>) -> Vector {
 }
 
 pub(crate) fn wide_pose(pose: &Pose) -> Isometry3<f64> {
-    let q = pose.rotation;
-    let [x, y, z, w] = [q.x, q.y, q.z, q.w].map(f64::from);
+    Isometry3::from_parts(Translation3::from(wide(pose.translation)), wide_rotation(pose.rotation))
+}
+
+fn wide_rotation(rotation: Rotation) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = [rotation.x, rotation.y, rotation.z, rotation.w].map(f64::from);
     // In f64 the quaternion is a unit one only to the rounding errors of f32.
-    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
-    Isometry3::from_parts(Translation3::from(wide(pose.translation)), rotation)
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
 /// The mass of a Rapier body in f64. Rapier stores the inverses of the mass and of the principal moments.
@@ -64,11 +66,9 @@ pub(crate) struct Mass {
 impl Mass {
     pub(crate) fn new(properties: &MassProperties) -> Self {
         let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
-        let frame = properties.principal_inertia_local_frame;
-        let [x, y, z, w] = [frame.x, frame.y, frame.z, frame.w].map(f64::from);
-        let frame = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
         let moments = wide(properties.inv_principal_inertia).map(inverse);
-        let inertia = frame.matrix() * Matrix3::from_diagonal(&moments) * frame.matrix().transpose();
+        let frame = wide_rotation(properties.principal_inertia_local_frame);
+        let inertia = rotated(&Matrix3::from_diagonal(&moments), &frame);
         Self {
             mass: inverse(f64::from(properties.inv_mass)),
             center: wide(properties.local_com),
@@ -78,7 +78,12 @@ impl Mass {
 
     /// Returns the inertia tensor in world space.
     pub(crate) fn inertia_at(&self, rotation: &UnitQuaternion<f64>) -> Matrix3<f64> {
-        let rotation = rotation.to_rotation_matrix();
-        rotation.matrix() * self.inertia * rotation.matrix().transpose()
+        rotated(&self.inertia, rotation)
     }
+}
+
+/// Returns a tensor that is turned with its body.
+fn rotated(tensor: &Matrix3<f64>, rotation: &UnitQuaternion<f64>) -> Matrix3<f64> {
+    let rotation = rotation.to_rotation_matrix();
+    rotation.matrix() * tensor * rotation.matrix().transpose()
 }

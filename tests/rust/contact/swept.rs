@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use supple::{
     Body, BodyBuilder, Collider, CollisionMesh, Key, Mesh, Preservation, Preset, Shape, Simulation, Substeps,
 };
-use supple_tests::{grid_box, mesh_of};
+use supple_tests::{grid_box, mesh_of, square_sheet};
 
 /// Speed of the bodies in m/s.
 const SPEED: f64 = 10.0;
@@ -22,17 +22,6 @@ fn bust() -> BodyBuilder {
     let scale = 1.0 / (high.y - low.y);
     let center = nalgebra::center(&low, &high).coords * scale;
     Body::builder(mesh).scale(scale).translate((-center).into()).lattice_vertices(1000)
-}
-
-/// Returns a square sheet of two triangles for each cell of a grid, in the plane y = 0.
-fn sheet(half: f64, n: u32) -> Mesh {
-    let at = |k: u32| half * (2.0 * f64::from(k) / f64::from(n) - 1.0);
-    let vertices = (0..(n + 1) * (n + 1)).map(|k| [at(k % (n + 1)), 0.0, at(k / (n + 1))]).collect();
-    let quad = |k: u32| {
-        let a = k / n * (n + 1) + k % n;
-        [a, a + n + 1, a + n + 2, a + 1]
-    };
-    Mesh::new(vertices, &(0..n * n).map(quad).collect::<Vec<_>>()).unwrap()
 }
 
 /// Returns the winding number of a surface around a point (Van Oosterom & Strackee 1983).
@@ -91,8 +80,11 @@ fn fast_bodies_stay_above_planes_plates_and_sheets() {
     let colliders = [
         ("plane", Collider::plane([0.0; 3], [0.0, 1.0, 0.0])),
         ("box", Collider::cuboid([0.0; 3], [5.0, 0.025, 5.0], [0.0; 3])),
-        ("sheet", Collider::mesh(sheet(5.0, 7)).unwrap()),
-        ("turned sheet", Collider { keys: vec![half_turn()], ..Collider::mesh(sheet(5.0, 7)).unwrap() }),
+        ("sheet", Collider::mesh(square_sheet(5.0, 7)).unwrap()),
+        (
+            "turned sheet",
+            Collider { keys: vec![half_turn()], ..Collider::mesh(square_sheet(5.0, 7)).unwrap() },
+        ),
     ];
     for (name, body) in bodies() {
         for (against, collider) in &colliders {
@@ -152,7 +144,7 @@ fn fast_colliders_push_bodies() {
     let shapes = [
         Collider::cuboid([0.0, -1.0, 0.0], [5.0, 0.025, 5.0], [0.0; 3]),
         Collider::new(Shape::Mesh {
-            mesh: CollisionMesh::new(sheet(5.0, 7)).unwrap(),
+            mesh: CollisionMesh::new(square_sheet(5.0, 7)).unwrap(),
             scale: 1.0,
             rotate: [0.0; 3],
             translate: [0.0, -1.0, 0.0],

@@ -5,7 +5,7 @@ use supple::{
     Body, BodyBuilder, Collider, CollisionMesh, Handle, Key, Lattice, Mesh, Selection, Shape, Simulation,
     SimulationBuilder, Substeps, TimeWindow, Touched,
 };
-use supple_tests::{grid_box, mesh_of};
+use supple_tests::{grid_box, mesh_of, square_sheet};
 
 /// Cell size of the bodies.
 const CELL: f64 = 0.125;
@@ -27,20 +27,9 @@ fn cube() -> BodyBuilder {
     Body::builder(box_mesh([0.5; 3])).cell_size(CELL)
 }
 
-/// Returns a square in the plane y = 0, in `n` × `n` faces.
-fn square(half: f64, n: u32) -> Mesh {
-    let at = |k: u32| half * (2.0 * f64::from(k) / f64::from(n) - 1.0);
-    let vertices = (0..(n + 1) * (n + 1)).map(|k| [at(k % (n + 1)), 0.0, at(k / (n + 1))]).collect();
-    let quad = |k: u32| {
-        let a = k / n * (n + 1) + k % n;
-        [a, a + n + 1, a + n + 2, a + 1]
-    };
-    Mesh::new(vertices, &(0..n * n).map(quad).collect::<Vec<_>>()).unwrap()
-}
-
 /// Returns a sheet of one cell.
 fn sheet() -> BodyBuilder {
-    Body::builder(square(0.5, 8)).cell_size(CELL)
+    Body::builder(square_sheet(0.5, 8)).cell_size(CELL)
 }
 
 fn scene() -> SimulationBuilder {
@@ -58,7 +47,7 @@ fn grounds() -> [(&'static str, Collider); 5] {
         ("sphere", Collider::sphere([0.0, -3.0, 0.0], 3.0)),
         ("box", Collider::cuboid([0.0, -0.5, 0.0], [2.0, 0.5, 2.0], [0.0; 3])),
         ("closed mesh", mesh(box_mesh([2.0, 0.5, 2.0]), [0.0, -0.25, 0.0])),
-        ("open mesh", mesh(square(2.0, 1), [0.0; 3])),
+        ("open mesh", mesh(square_sheet(2.0, 1), [0.0; 3])),
     ]
 }
 
@@ -210,7 +199,7 @@ fn collision_with_a_thickness_keeps_momenta() {
 #[test]
 fn fast_bodies_do_not_pass_thin_colliders_with_a_thickness() {
     let plate = Collider::cuboid([0.0; 3], [2.0, 0.01, 2.0], [0.0; 3]);
-    for (name, ground) in [("plate", plate), ("open mesh", Collider::mesh(square(2.0, 1)).unwrap())] {
+    for (name, ground) in [("plate", plate), ("open mesh", Collider::mesh(square_sheet(2.0, 1)).unwrap())] {
         for (kind, body) in bodies() {
             let thick = Collider { thickness: COLLIDER, ..ground.clone() };
             let body = body.thickness(BODY).translate([0.0, 0.6, 0.0]).velocity([0.0, -10.0, 0.0]);

@@ -11,9 +11,7 @@ use crate::contact::bodies::{
     SEARCH_DISTANCE, SurfaceProperties, TouchingBody,
 };
 use crate::contact::{Contacts, Parts};
-use crate::dynamics::{
-    Constraints, CoupledComponent, Damping, Quantity, RigidBody, VariedDamping, add_rigid,
-};
+use crate::dynamics::{Constraints, CoupledComponent, Damping, Quantity, RigidBody, add_rigid};
 use crate::parallel::Executor;
 use crate::state::{ContactForce, SearchedMotion, State, Touches};
 
@@ -156,7 +154,7 @@ impl Body {
         let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
         let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;
         let sizes = (self.shape.size, self.cell_mass(), self.contact_layers());
-        damping.coupled((index, component), (&self.state, self.pipeline.damping_tracker()), sizes)
+        damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes)
     }
 
     /// Returns the number of layers of vertices from the surface to the middle of a region.
@@ -167,10 +165,8 @@ impl Body {
     /// Changes the reference motion of the damping by a coupling.
     pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
         let sizes = (self.cell_mass(), self.shape.lattice.cell_size());
-        let Pipeline { elastic_damping, varied_damping, momentum, .. } = &mut self.pipeline;
-        if let Some(damping) = elastic_damping {
-            let tracker = varied_damping.as_ref().map_or(&*momentum, VariedDamping::tracker);
-            damping.add_change(component, tracker, sizes);
+        if let Some(damping) = &mut self.pipeline.elastic_damping {
+            damping.add_change(component, &self.pipeline.momentum, sizes);
         }
     }
 

@@ -245,8 +245,7 @@ impl Body {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
         let factors = stiffness_factors.as_ref().map(|factors| |vertex: u32| factors.of_modulus(vertex));
-        let strengths = parts.of(Quantity::Strength);
-        let strengths = strengths.map(|strengths| |vertex: u32| strengths[lattice.source(vertex) as usize]);
+        let strengths = parts.on(lattice, Quantity::Strength);
         let deformation = Deformation {
             lattice,
             layout: &matching.layout,

@@ -8,7 +8,7 @@ use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
     Accuracy, Damping, DampingRates, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper,
-    RegionSize, Stiffness, StiffnessFactors, VariedDamping, half_width_of, lowest_eigenvalue,
+    RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching, bulk_of};
@@ -273,12 +273,6 @@ impl Body {
         // elastic forces from carrying the body, or its softest part.
         let most = (self.alpha(dt) * self.factor_range().0).min(1.0).sqrt() / dt;
         DampingRates { rate, most, dt }
-    }
-
-    /// Returns the fraction of the elastic velocities that damping keeps in a step at these rates, exp(-2 c dt) with the
-    /// greatest rate c of the body.
-    pub(super) fn kept_fraction(&self, rates: DampingRates) -> f64 {
-        rates.kept(self.pipeline.varied_damping.as_ref().map_or(1.0, VariedDamping::greatest))
     }
 }
 

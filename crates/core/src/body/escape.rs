@@ -1,9 +1,10 @@
 //! A component that begins inside colliders leaves them as a whole.
 //!
 //! The first step, and the step after positions or colliders were set, looks for components inside colliders and
-//! chooses a translation out of them (`contact::escape`). So does the end of a step after which a collider is enabled. The component is translated by a quarter of a cell per
-//! step, or more where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor
-//! contacts act on it. A component with an active pin or handle stays, and its samples are pushed out one by one.
+//! chooses a translation out of them (`contact::escape`). So does the end of a step after which a collider is enabled.
+//! The component is translated by a quarter of a cell per step, or more where it would take more than 64 steps. It
+//! keeps its shape and its velocities: neither gravity nor contacts act on it. A component with an active pin or handle
+//! stays, and its samples are pushed out one by one.
 
 use nalgebra::{Point3, Vector3};
 
@@ -60,8 +61,8 @@ impl Body {
         }
     }
 
-    /// Follows the colliders that are enabled or disabled next, at `time`, the current time: wakes up near them, and leaves
-    /// those that are enabled as a whole.
+    /// Follows the colliders that are enabled or disabled next, at `time`, the current time: wakes up near them, and
+    /// leaves those that are enabled as a whole.
     pub(crate) fn follow_switches(&mut self, colliders: &Colliders, time: f64, gravity: Vector3<f64>) {
         let frame = self.state.frame.body_frame();
         let (center, radius) = self.ball();

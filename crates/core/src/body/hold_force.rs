@@ -113,7 +113,7 @@ impl Body {
     /// freely, which pins, handles and colliders absorb.
     fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, Point3<f64>)) {
         let Self {
-            pipeline: Pipeline { elastic_damping: Some(damper), varied_damping, matching, .. },
+            pipeline: Pipeline { elastic_damping: Some(damper), matching, momentum, .. },
             constraints: Some(constraints),
             state,
             ..
@@ -141,15 +141,13 @@ impl Body {
             let [own, all] = held.get(component).copied().unwrap_or_default();
             if own > 0.0 && !is_held[vertex as usize] {
                 let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
-                let share = varied_damping.as_ref().map_or(1.0, |varied| varied.shares().get(slot)[0]);
-                let change = damped.change(component, state.local(slot), velocity) * f64::from(share);
+                let change = damper.change((component, slot), state.local(slot), velocity);
                 let force = self.mass_of(vertex) * self.shape.lattice.cell_size() / dt * own / all * change;
                 add(force, state.frame.to_world(state.local(slot)));
             }
         }
         // The impulses after the contacts, without the part of the colliders.
-        for ((component, state), [own, all]) in (0..).zip(self.pipeline.damping_tracker().states()).zip(&held)
-        {
+        for ((component, state), [own, all]) in (0..).zip(damper.states(momentum)).zip(&held) {
             if *own > 0.0 {
                 let force =
                     damper.taken_from_surroundings(component) * (self.impulse_unit() / dt * own / all);

@@ -9,9 +9,7 @@ use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::contact::Contacts;
 use crate::contact::bodies::BodyContact;
-use crate::dynamics::{
-    ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper, VariedDamping,
-};
+use crate::dynamics::{ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper};
 use crate::lattice::{Lattice, Masses};
 use crate::matching::{HalfWidth, Matching, Workspace};
 use crate::mesh::Scale;
@@ -70,8 +68,6 @@ pub(super) struct Pipeline {
     pub(super) energy: Option<EnergyLimiter>,
     pub(super) region_damping: Option<RegionDamper>,
     pub(super) elastic_damping: Option<ElasticDamper>,
-    /// Present with `elastic_damping`, if its rate varies.
-    pub(super) varied_damping: Option<VariedDamping>,
     /// The eigenvalue of the lowest elastic mode: see `dynamics::lowest_mode`. Computed when it is needed.
     pub(super) lowest_eigenvalue: OnceLock<f64>,
     /// A vertex that was faster than the limit of sleep.
@@ -115,16 +111,10 @@ impl Pipeline {
             energy: None,
             region_damping: None,
             elastic_damping: None,
-            varied_damping: None,
             lowest_eigenvalue: OnceLock::new(),
             fast_vertex: 0,
             unconverged: 0,
             unconverged_in_step: 0,
         }
-    }
-
-    /// Returns the measurement that the elastic damping computes with.
-    pub(super) fn damping_tracker(&self) -> &MomentumTracker {
-        self.varied_damping.as_ref().map_or(&self.momentum, VariedDamping::tracker)
     }
 }

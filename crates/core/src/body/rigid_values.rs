@@ -10,7 +10,8 @@ use crate::range::{Range, in_range};
 use crate::state::{Placement, Twist};
 
 /// Mass, center of mass and inertia of a rigid body, in place of those of its mesh: see
-/// [`BodyBuilder::mass_properties`](crate::BodyBuilder::mass_properties). Another density, set later, changes them in proportion.
+/// [`BodyBuilder::mass_properties`](crate::BodyBuilder::mass_properties). Another density, set later, changes them in
+/// proportion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
     /// Mass in kilograms, > 0.

@@ -33,7 +33,7 @@ impl Body {
     pub(super) fn create_contacts(&self, spacing: f64) -> Contacts {
         let thickness = self.settings.touching.thickness;
         let mut contacts = Contacts::within(spacing, self.create_samples(spacing), thickness);
-        contacts.set_friction_factors(self.factors_of(Quantity::Friction));
+        contacts.set_friction_factors(self.settings.parts.on(&self.shape.lattice, Quantity::Friction));
         contacts
     }
 

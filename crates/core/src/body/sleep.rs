@@ -32,7 +32,7 @@ use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
-use crate::dynamics::{VariedDamping, effective_gravity};
+use crate::dynamics::{ElasticDamper, effective_gravity};
 use crate::parallel::Executor;
 use crate::state::{Interval, RestSigns, Stay};
 
@@ -184,7 +184,7 @@ impl Body {
         if self.is_rigid() {
             return speed;
         }
-        let least = self.pipeline.varied_damping.as_ref().map_or(1.0, VariedDamping::least);
+        let least = self.pipeline.elastic_damping.as_ref().map_or(1.0, ElasticDamper::least_factor);
         let keep = self.damping_rates(dt, executor).kept(least);
         let rounding = f64::from(f32::EPSILON) * self.shape.extent as f64 / 2.0;
         let noise = NOISE * self.alpha_of_stiffest(dt) / dt * rounding / (1.0 - keep * keep).sqrt();

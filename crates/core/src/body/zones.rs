@@ -42,8 +42,8 @@ impl Body {
         self.stiffness_factors.as_ref().map(StiffnessFactors::specified)
     }
 
-    /// Returns the factors of alpha of the regions, one per lattice vertex: those of the stiffness divided by those of the
-    /// density; `None` if they do not vary.
+    /// Returns the factors of alpha of the regions, one per lattice vertex: those of the stiffness divided by those of
+    /// the density; `None` if they do not vary.
     pub(crate) fn region_factors(&self) -> Option<&[f64]> {
         self.stiffness_factors.as_ref().map(StiffnessFactors::relative)
     }
@@ -60,20 +60,12 @@ impl Body {
         stiffness: Option<Vec<f64>>,
     ) -> Result<Option<StiffnessFactors>, RangeError> {
         let lattice = &self.shape.lattice;
-        let density = parts
-            .of(Quantity::Density)
-            .map(|density| (0..lattice.len() as u32).map(|vertex| density[lattice.source(vertex) as usize]));
+        let density =
+            parts.on(lattice, Quantity::Density).map(|factor| (0..lattice.len() as u32).map(factor));
         // With another density alone, the regions have factors too.
         let varies = stiffness.is_some() || density.is_some();
         let specified = varies.then(|| stiffness.unwrap_or_else(|| vec![1.0; lattice.len()]));
         specified.map(|specified| StiffnessFactors::new(specified, density)).transpose()
-    }
-
-    /// Returns a function that returns the factor of a quantity at a vertex; `None` if all are 1.
-    pub(super) fn factors_of(&self, quantity: Quantity) -> Option<impl Fn(u32) -> f64> {
-        let lattice = &self.shape.lattice;
-        let factors = self.settings.parts.of(quantity)?;
-        Some(move |vertex: u32| factors[lattice.source(vertex) as usize])
     }
 
     /// Replaces the factors by valid ones.
@@ -87,9 +79,8 @@ impl Body {
         if masses {
             self.update_masses();
         }
-        if friction && let Some(mut contacts) = self.contact.contacts.take() {
-            contacts.set_friction_factors(self.factors_of(Quantity::Friction));
-            self.contact.contacts = Some(contacts);
+        if friction {
+            self.pass_friction_factors();
         }
         if damping {
             self.update_elastic_damping();
@@ -131,9 +122,15 @@ impl Body {
     /// Passes the factors of the yield strain to the shape matching.
     pub(super) fn pass_yield_factors(&mut self) {
         let Self { shape: Shape { lattice, .. }, settings: Settings { parts, .. }, pipeline, .. } = self;
-        let factors = parts.of(Quantity::YieldStrain);
-        let factor = factors.map(|factors| |vertex| factors[lattice.source(vertex as u32) as usize]);
-        pipeline.matching.set_yield_factors(factor);
+        pipeline.matching.set_yield_factors(parts.on(lattice, Quantity::YieldStrain));
+    }
+
+    /// Passes the factors of the friction to the contacts with colliders.
+    fn pass_friction_factors(&mut self) {
+        let Self { shape: Shape { lattice, .. }, settings: Settings { parts, .. }, contact, .. } = self;
+        if let Some(contacts) = &mut contact.contacts {
+            contacts.set_friction_factors(parts.on(lattice, Quantity::Friction));
+        }
     }
 
     /// Returns the least and the greatest stiffness factor.
@@ -157,9 +154,9 @@ impl Body {
         self.zone_at(zone, SelectionPose::Start)
     }
 
-    /// Multiplies the stiffness factors of a part of the body in a pose, and the other quantities of a zone, from the next
-    /// step on. The initial spin of a body that has not moved is about its new center of mass. A map of zeros changes
-    /// nothing.
+    /// Multiplies the stiffness factors of a part of the body in a pose, and the other quantities of a zone, from the
+    /// next step on. The initial spin of a body that has not moved is about its new center of mass. A map of zeros
+    /// changes nothing.
     ///
     /// Shapes are in world space and are tested against the lattice vertices of the body. Unlike the shapes of a pin,
     /// they need not contain a mesh vertex.

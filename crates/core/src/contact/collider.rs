@@ -34,10 +34,10 @@ pub struct Collider {
     /// Interpolation between the keyframes. Default: linear.
     pub interpolation: Interpolation,
     /// Whether the collider is enabled, at all times or along keyframes. Default: always. A disabled collider touches
-    /// nothing: it has no contacts, limits no displayed surface, and rays do not meet it. It takes no time in a step, except
-    /// for the deformation of an animated mesh. It moves on along its keyframes, and counts in the automatic number of steps, because it may be enabled later.
-    /// Bodies that sleep near a collider wake up when it is enabled or disabled, and a body that is inside of it when it
-    /// is enabled leaves it whole.
+    /// nothing: it has no contacts, limits no displayed surface, and rays do not meet it. It takes no time in a step,
+    /// except for the deformation of an animated mesh. It moves on along its keyframes, and counts in the automatic
+    /// number of steps, because it may be enabled later. Bodies that sleep near a collider wake up when it is enabled
+    /// or disabled, and a body that is inside of it when it is enabled leaves it whole.
     pub enabled: Switch,
 }
 

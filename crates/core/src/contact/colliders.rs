@@ -142,8 +142,8 @@ impl Colliders {
         self.switching(time).next().is_some()
     }
 
-    /// Returns whether [`switch`](Self::switch) enables or disables a collider that is within `distance` of a point in the
-    /// frame of a body, in cells.
+    /// Returns whether [`switch`](Self::switch) enables or disables a collider that is within `distance` of a point in
+    /// the frame of a body, in cells.
     pub(crate) fn switches_near(
         &self,
         time: f64,
@@ -306,9 +306,9 @@ impl Colliders {
         }
     }
 
-    /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body with the thickness `layer`
-    /// in scene units: with the thickness of both. Animated meshes are as at the end of the last step, or at the time that
-    /// was set.
+    /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body with the thickness
+    /// `layer` in scene units: with the thickness of both. Animated meshes are as at the end of the last step, or at
+    /// the time that was set.
     pub(crate) fn at(
         &self,
         time: f64,

@@ -177,8 +177,8 @@ pub(super) fn mean(vertices: impl Iterator<Item = (u32, f32)>, vector: impl Fn(u
     vertices.fold(Vec4::zeros(), |sum, (row, weight)| sum + vector(row as usize) * weight)
 }
 
-/// Returns the weighted mean of the factors of some vertices: 1 if the list of factors of the rows is empty. `vertices`: see
-/// [`mean`].
+/// Returns the weighted mean of the factors of some vertices: 1 if the list of factors of the rows is empty.
+/// `vertices`: see [`mean`].
 pub(super) fn mean_factor(vertices: impl Iterator<Item = (u32, f32)>, factors: &[f32]) -> f64 {
     if factors.is_empty() {
         return 1.0;

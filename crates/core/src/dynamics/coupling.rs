@@ -33,7 +33,7 @@ pub(crate) struct CoupledComponent {
     /// Size of the body.
     pub(super) size: f64,
     pub(super) cell_size: f64,
-    /// See [`DampingStep`](super::elastic_damping::DampingStep).
+    /// See [`DampingStep`](super::reaction::DampingStep).
     pub(super) layers: f64,
     /// Change (v, ω) of the reference motion by the coupling.
     pub(super) change: Vector6<f64>,

@@ -1,11 +1,11 @@
 //! Damps the elastic modes of a body: moves the velocity of each vertex towards the reference motion of its component.
 //!
 //! The reference motion is the rigid motion that is closest to the velocities in the metric of the mass and meets the
-//! conditions of the surroundings: it moves like the constrained vertices, and, as far as the contacts give the impulses for
-//! it, it does not move into or out of a collider that presses on the component. A step multiplies the difference of the
-//! velocities to the reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c
-//! decays as exp(-c t). A free component keeps its momenta: its reference motion is the rigid motion with its momenta, so
-//! that flight and spin are undamped.
+//! conditions of the surroundings: it moves like the constrained vertices, and, as far as the contacts give the
+//! impulses for it, it does not move into or out of a collider that presses on the component. A step multiplies the
+//! difference of the velocities to the reference motion by exp(-2 c dt), so that the amplitude of a mode with an
+//! angular frequency above c decays as exp(-c t). A free component keeps its momenta: its reference motion is the rigid
+//! motion with its momenta, so that flight and spin are undamped.
 //!
 //! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
 //! motion is elastic, but the velocities of one step do not distinguish it from rolling or sliding. The displacement
@@ -18,19 +18,22 @@
 //! oscillations over short displacements are damped most.
 //!
 //! A step damps in two parts. Before the acceleration the velocities move towards the rigid motion of the component, or
-//! towards its projection on the motion of the constrained vertices: this keeps the momenta of free components. After the
-//! contacts the velocities get the difference to the reference motion that also meets the conditions of the supports,
-//! times the same fraction. It is a rigid motion, by impulses of the supports, whose limits follow from the contacts of the
-//! step: see [`reaction`](super::reaction). Where zones change the rate, the body is damped in the metric of other masses: see
-//! [`varied_damping`](super::varied_damping).
+//! towards its projection on the motion of the constrained vertices: this keeps the momenta of free components. After
+//! the contacts the velocities get the difference to the reference motion that also meets the conditions of the
+//! supports, times the same fraction. It is a rigid motion, by impulses of the supports, whose limits follow from the
+//! contacts of the step: see [`reaction`](super::reaction). Where zones change the rate, the body is damped in the
+//! metric of other masses: see [`varied_damping`](super::varied_damping).
 
 use nalgebra::{Vector3, Vector6};
 
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
 use super::momentum::{Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums};
-use super::reaction::{Reaction, SupportConditions, SupportDirections, SupportLimits};
+use super::reaction::{DampingStep, Reaction, SupportConditions};
 use super::rolling::resistance;
+use super::varied_damping::{DampingRates, VariedDamping};
+use crate::matching::Matching;
+use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 use crate::state::{Momentum, State, Support};
 
@@ -51,6 +54,8 @@ pub(crate) struct ElasticDamper {
     added: Vec<RigidVelocity>,
     /// Fraction of the differences to the reference motions that a step takes away.
     fraction: f64,
+    /// `None` if the rate is the same everywhere.
+    varied: Option<VariedDamping>,
 }
 
 /// The motion of a component after the contacts.
@@ -80,39 +85,12 @@ pub(crate) struct Damped {
     pub(crate) rigid: Vec<RigidVelocity>,
 }
 
-impl Damped {
-    /// Returns the change of the velocity of a vertex of a component, in cells/s, if its share is 1. `position` and `velocity` are in
-    /// cells and cells/s from the origin of the body.
-    pub(crate) fn change(
-        &self,
-        component: usize,
-        position: Vector3<f64>,
-        velocity: Vector3<f64>,
-    ) -> Vector3<f64> {
-        let RigidVelocity { linear, angular } = self.rigid[component];
-        let [linear, angular] = [linear, angular].map(|v| Vector3::from(v.map(f64::from)));
-        velocity * (f64::from(self.keep) - 1.0) + linear + angular.cross(&position)
-    }
-}
-
-/// The numbers of a step that the damping depends on.
-#[derive(Clone, Copy)]
-pub(crate) struct DampingStep<'a> {
-    /// Length of the step in seconds.
-    pub(crate) dt: f64,
-    /// exp(-2 c dt), the fraction of the differences that remains.
-    pub(crate) keep: f64,
-    /// Size of the body in cells.
-    pub(crate) size: f64,
-    /// Number of layers of vertices from the surface to the middle of a region: see [`reaction`](super::reaction).
-    pub(crate) layers: f64,
-    /// Returns the coefficient of rolling resistance on a collider.
-    pub(crate) rolling_resistance: &'a dyn Fn(u32) -> f64,
-    /// Returns the coefficient of friction of a collider.
-    pub(crate) friction: &'a dyn Fn(u32) -> f64,
-}
-
 impl ElasticDamper {
+    /// Creates the stage. `varied`: the rates of a body on which they vary.
+    pub(crate) fn new(varied: Option<VariedDamping>) -> Self {
+        Self { varied, ..Self::default() }
+    }
+
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.constrained.as_slice())
@@ -122,6 +100,7 @@ impl ElasticDamper {
             + size_of_val(self.reactions.as_slice())
             + self.conditions.bytes()
             + size_of_val(self.damped.rigid.as_slice())
+            + self.varied.as_ref().map_or(0, VariedDamping::bytes)
     }
 
     /// Returns the damping of the step.
@@ -129,31 +108,69 @@ impl ElasticDamper {
         &self.damped
     }
 
+    /// Returns the change of the velocity of a vertex of a component by the damping of the step, in cells/s. `position`
+    /// and `velocity` are in cells and cells/s from the origin of the body.
+    pub(crate) fn change(
+        &self,
+        (component, slot): (usize, u32),
+        position: Vector3<f64>,
+        velocity: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let Damped { keep, rigid } = &self.damped;
+        let RigidVelocity { linear, angular } = rigid[component];
+        let [linear, angular] = [linear, angular].map(|v| Vector3::from(v.map(f64::from)));
+        let change = velocity * (f64::from(*keep) - 1.0) + linear + angular.cross(&position);
+        self.shares().map_or(change, |shares| change * f64::from(shares.get(slot)[0]))
+    }
+
+    /// Returns the share of each vertex in the damping; `None` if all are 1.
+    pub(crate) fn shares(&self) -> Option<&Lanes<1>> {
+        self.varied.as_ref().map(VariedDamping::shares)
+    }
+
+    /// Returns the least factor of the rate.
+    pub(crate) fn least_factor(&self) -> f64 {
+        self.varied.as_ref().map_or(1.0, VariedDamping::least)
+    }
+
+    /// Returns the last measurement of each component by `momentum`, or in the metric of the shares.
+    pub(crate) fn states<'a>(&'a self, momentum: &'a MomentumTracker) -> &'a [RigidState] {
+        self.varied.as_ref().map_or(momentum, VariedDamping::tracker).states()
+    }
+
+    /// Returns exp(-2 c dt) with the greatest rate c of the body, and measures the state in the metric of the shares.
+    fn keep(&mut self, rates: DampingRates, moved: (&Matching, &State), executor: &Executor) -> f64 {
+        let Some(varied) = &mut self.varied else { return rates.kept(1.0) };
+        varied.measure(rates, moved, executor);
+        rates.kept(varied.greatest())
+    }
+
     /// Returns the reactions of the supports in the last step.
     pub(crate) fn reactions(&self) -> &[Reaction] {
         &self.reactions
     }
 
-    /// Returns the impulse that the damping took from the constrained vertices of a component after the contacts of the last
-    /// step, and from its colliders.
+    /// Returns the impulse that the damping took from the constrained vertices of a component after the contacts of the
+    /// last step, and from its colliders.
     pub(crate) fn taken_from_surroundings(&self, component: usize) -> Vector3<f64> {
         self.motions.get(component).map_or_else(Vector3::zeros, |moved| moved.given - moved.coupled)
     }
 
-    /// Begins a step: computes the motions towards which the velocities are damped before the acceleration. `keep`:
-    /// exp(-2 c dt), the fraction of the differences that remains. `tracker` has measured the state. `slots` has the slot
-    /// of each lattice vertex.
+    /// Begins a step: computes the motions towards which the velocities are damped before the acceleration. `momentum`
+    /// has measured the state.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
-        (state, slots): (&State, &[u32]),
-        tracker: &MomentumTracker,
-        keep: f64,
+        (matching, state): (&Matching, &State),
+        momentum: &MomentumTracker,
+        (rates, executor): (DampingRates, &Executor),
     ) {
-        self.read_constrained(constraints, (state, slots), tracker);
+        let keep = self.keep(rates, (matching, state), executor);
+        self.read_constrained(constraints, (matching, state), momentum);
         self.damped.keep = keep as f32;
         self.damped.rigid.clear();
-        for (component, rigid) in tracker.states().iter().enumerate() {
+        for component in 0..momentum.states().len() {
+            let rigid = self.states(momentum)[component];
             let motion = rigid.motion(rigid.momentum);
             let free = match self.constrained_vertices(component) {
                 None => motion,
@@ -167,16 +184,16 @@ impl ElasticDamper {
     }
 
     /// Computes the motions that meet the conditions of the supports after the contacts of a step, and advances the
-    /// deflections. `tracker` has measured the state.
+    /// deflections. `momentum` has measured the state.
     pub(crate) fn begin_supports(
         &mut self,
         constraints: Option<&Constraints>,
-        (state, slots): (&mut State, &[u32]),
-        tracker: &MomentumTracker,
-        step: DampingStep<'_>,
+        (matching, state): (&Matching, &mut State),
+        momentum: &MomentumTracker,
+        (step, executor): (DampingStep<'_>, &Executor),
     ) {
-        self.read_constrained(constraints, (state, slots), tracker);
-        self.fraction = 1.0 - step.keep;
+        self.fraction = 1.0 - self.keep(step.rates, (matching, state), executor);
+        self.read_constrained(constraints, (matching, state), momentum);
         let supports = state.supports.list_mut();
         let mut sorted = std::mem::take(&mut self.supports);
         sorted.clear();
@@ -186,11 +203,12 @@ impl ElasticDamper {
         motions.clear();
         self.reactions.clear();
         let mut rest = &*sorted;
-        for (component, rigid) in tracker.states().iter().enumerate() {
+        for component in 0..momentum.states().len() {
+            let rigid = self.states(momentum)[component];
             let count = rest.partition_point(|(supported, _)| *supported as usize == component);
             let (own, others) = rest.split_at(count);
             rest = others;
-            motions.push(self.supported((component, rigid), (supports, own), step));
+            motions.push(self.supported((component, &rigid), (supports, own), step));
         }
         (self.supports, self.motions) = (sorted, motions);
     }
@@ -201,26 +219,27 @@ impl ElasticDamper {
         self.reactions.clear();
     }
 
-    /// Completes the damping of a step: returns the velocities that the supports add to the components, or `None` if
-    /// they add none. Adds them to the momenta that are tracked, about `centers`, the centers of mass of the components.
+    /// Completes the damping of a step: returns the velocities that the supports add to the components, with the share of
+    /// each vertex, or `None` if they add none. Adds them to the momenta that are tracked, `momenta`.
     pub(crate) fn finish_supports(
         &mut self,
         momenta: &mut [Option<Momentum>],
-        tracker: &MomentumTracker,
-        centers: impl Fn(usize) -> Vector3<f64>,
-    ) -> Option<&[RigidVelocity]> {
-        let Self { motions, added, fraction, .. } = self;
+        momentum: &MomentumTracker,
+    ) -> Option<(&[RigidVelocity], Option<&Lanes<1>>)> {
+        let Self { motions, added, fraction, varied, .. } = self;
         added.clear();
-        let moved = tracker.states().iter().zip(motions).zip(momenta);
-        for (component, ((rigid, moved), tracked)) in moved.enumerate() {
+        let states = varied.as_ref().map_or(momentum, VariedDamping::tracker).states();
+        let moved = momentum.states().iter().zip(states).zip(motions).zip(momenta);
+        for (((body, rigid), moved), tracked) in moved {
             let change = (moved.reference - moved.free) * *fraction + moved.rolling;
             moved.given = change.linear * rigid.mass;
             if let Some(tracked) = tracked {
-                tracked.add(rigid.momentum_about(centers(component), change));
+                tracked.add(rigid.momentum_about(body.center, change));
             }
             added.push(change.about_origin(rigid.center));
         }
-        added.iter().any(|velocity| *velocity != RigidVelocity::default()).then_some(added)
+        let adds = added.iter().any(|velocity| *velocity != RigidVelocity::default());
+        adds.then_some((added, varied.as_ref().map(VariedDamping::shares)))
     }
 
     /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
@@ -228,10 +247,10 @@ impl ElasticDamper {
     pub(crate) fn coupled(
         &self,
         side: (u32, u32),
-        (state, tracker): (&State, &MomentumTracker),
+        (state, momentum): (&State, &MomentumTracker),
         (size, cell_mass, layers): (f64, f64, f64),
     ) -> Option<CoupledComponent> {
-        let (frame, measured) = (state.frame, &tracker.states()[side.1 as usize]);
+        let (frame, measured) = (state.frame, &self.states(momentum)[side.1 as usize]);
         let SupportedMotion { motion, reference, projection, .. } = self.motions.get(side.1 as usize)?;
         let cell_size = frame.cell_size();
         let world = |motion: &RigidMotion| RigidMotion {
@@ -258,11 +277,12 @@ impl ElasticDamper {
     pub(crate) fn add_change(
         &mut self,
         component: &CoupledComponent,
-        tracker: &MomentumTracker,
+        momentum: &MomentumTracker,
         (cell_mass, cell_size): (f64, f64),
     ) {
         let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
         let index = component.side.1;
+        let mass = self.states(momentum)[index as usize].mass;
         let moved = &mut self.motions[index as usize];
         moved.reference = moved.reference + RigidMotion { linear: linear / cell_size, angular };
         moved.coupled = component.impulse / (cell_mass * cell_size);
@@ -270,7 +290,6 @@ impl ElasticDamper {
             return;
         }
         // The supports of the component take a part of the impulses: the difference to the change of its momentum.
-        let mass = tracker.states()[index as usize].mass;
         let changed = linear * (mass / cell_size * component.fraction);
         let taken = changed - moved.coupled;
         let own = || self.reactions.iter().filter(|reaction| reaction.component == index);
@@ -284,14 +303,14 @@ impl ElasticDamper {
     fn read_constrained(
         &mut self,
         constraints: Option<&Constraints>,
-        (state, slots): (&State, &[u32]),
+        (matching, state): (&Matching, &State),
         tracker: &MomentumTracker,
     ) {
         self.constrained.clear();
         let Some(constraints) = constraints.filter(|constraints| constraints.any_active()) else { return };
         self.constrained.resize(tracker.states().len(), (Sums::default(), 0.0));
         for vertex in constraints.list().iter().flat_map(|constraint| constraint.held()) {
-            let slot = slots[vertex as usize];
+            let slot = matching.layout.slots()[vertex as usize];
             let (sums, count) = &mut self.constrained[tracker.components().of_slot(slot)];
             let vector = |lanes: &Lanes<3>| lanes.get(slot).map(f64::from);
             sums.add_vertex(1.0, vector(&state.positions), vector(&state.velocities));
@@ -339,7 +358,7 @@ impl ElasticDamper {
         conditions.clear();
         for &(_, index) in own {
             let support = &mut supports[index as usize];
-            rest_on(conditions, (index, support), &step, motion, rigid.center);
+            conditions.rest_on((index, support), &step, motion, rigid.center);
             limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
             let coefficient = (step.rolling_resistance)(support.collider);
             if coefficient > 0.0 && vertices.is_none() {
@@ -381,21 +400,4 @@ fn projection_of(
     let mut projection = Projection::new(mobility.clone(), motion, center);
     vertices.inspect(|vertices| projection.fix_vertices(vertices));
     projection
-}
-
-/// Adds the conditions of a support, and advances its deflections.
-fn rest_on(
-    conditions: &mut SupportConditions,
-    (index, support): (u32, &mut Support),
-    step: &DampingStep<'_>,
-    motion: RigidMotion,
-    center: Vector3<f64>,
-) {
-    let &mut Support { collider, ref mut pressing, velocity, spin, .. } = support;
-    let [point, velocity, spin] = [pressing.point, velocity, spin].map(Vector3::from);
-    let arm = point - center;
-    let relative = [motion.angular - spin, motion.linear + motion.angular.cross(&arm) - velocity];
-    let limits = SupportLimits::new(pressing, (step.friction)(collider), (1.0, step.layers));
-    let directions = SupportDirections::advance(pressing, limits, relative, (step.dt, step.size));
-    conditions.add_support(index, arm, [velocity, spin], &directions);
 }

@@ -3,7 +3,8 @@
 //!
 //! The impulses of a support have *limits*, each for itself:
 //!
-//! * along the normal, the impulse of the contacts in the step along it to take the pressure away, and n p to add to it, with
+//! * along the normal, the impulse of the contacts in the step along it to take the pressure away, and n p to add to
+//!   it, with
 //!   the sum p of their normal impulses. Contacts act
 //!   on one layer of vertices, and elasticity resists over the n = w + 1/2 layers from the surface to the middle of a
 //!   region of half-width w: on all of them, the contacts would press n times as much. For cells n is 1;
@@ -16,8 +17,9 @@
 use nalgebra::{Vector3, Vector6};
 
 use super::deflection::{axes_without, deflect};
-use super::momentum::{Projection, stack};
-use crate::state::Pressing;
+use super::momentum::{Projection, RigidMotion, stack};
+use super::varied_damping::DampingRates;
+use crate::state::{Pressing, Support};
 
 /// Excess over a limit, relative to the limit, that is due to rounding.
 const ROUNDING: f64 = 1e-9;
@@ -191,6 +193,21 @@ impl Reaction {
     }
 }
 
+/// The numbers of a step that the damping depends on.
+#[derive(Clone, Copy)]
+pub(crate) struct DampingStep<'a> {
+    /// The rates of the damping, with the length of the step.
+    pub(crate) rates: DampingRates,
+    /// Size of the body in cells.
+    pub(crate) size: f64,
+    /// Number of layers of vertices from the surface to the middle of a region: see [`reaction`](super::reaction).
+    pub(crate) layers: f64,
+    /// Returns the coefficient of rolling resistance on a collider.
+    pub(crate) rolling_resistance: &'a dyn Fn(u32) -> f64,
+    /// Returns the coefficient of friction of a collider.
+    pub(crate) friction: &'a dyn Fn(u32) -> f64,
+}
+
 impl SupportLimits {
     /// Returns the limits of a contact. `friction`: its coefficient of friction. `layers`: n, see the [module](self).
     /// Lengths are in the unit of `cell_size`. A grip, whose normals all around cancel each other, has only the limits of
@@ -247,6 +264,24 @@ impl SupportConditions {
                 is_limited: false,
             }));
         }
+    }
+
+    /// Adds the conditions of a support of a component with a motion about its center of mass, and advances its
+    /// deflections.
+    pub(super) fn rest_on(
+        &mut self,
+        (index, support): (u32, &mut Support),
+        step: &DampingStep<'_>,
+        motion: RigidMotion,
+        center: Vector3<f64>,
+    ) {
+        let &mut Support { collider, ref mut pressing, velocity, spin, .. } = support;
+        let [point, velocity, spin] = [pressing.point, velocity, spin].map(Vector3::from);
+        let arm = point - center;
+        let relative = [motion.angular - spin, motion.linear + motion.angular.cross(&arm) - velocity];
+        let limits = SupportLimits::new(pressing, (step.friction)(collider), (1.0, step.layers));
+        let directions = SupportDirections::advance(pressing, limits, relative, (step.rates.dt, step.size));
+        self.add_support(index, arm, [velocity, spin], &directions);
     }
 
     /// Projects a motion on the conditions. `project`: creates the projection of a motion on all other conditions.

@@ -1,11 +1,11 @@
 //! Elastic damping with a rate that varies over a body, by zones.
 //!
-//! A step takes the fraction φᵢ = 1 - exp(-2 cᵢ h) of the difference to the reference motion from the velocity of vertex i:
-//! see [`elastic_damping`](super::elastic_damping). With masses m, the momenta stay if the reference motion is the rigid
-//! motion with the momenta of the masses m φᵢ: then Σ m φᵢ (r - v) is zero, and so are its moments. So damping computes
-//! with the masses m sᵢ, and changes the velocity of vertex i by sᵢ times the change of a body whose fraction is φ
-//! everywhere; φ is the greatest fraction, and sᵢ = φᵢ/φ the share of the vertex. Impulses of supports and other bodies
-//! change the momenta of the masses m sᵢ too, and so those of the body.
+//! A step takes the fraction φᵢ = 1 - exp(-2 cᵢ h) of the difference to the reference motion from the velocity of
+//! vertex i: see [`elastic_damping`](super::elastic_damping). With masses m, the momenta stay if the reference motion
+//! is the rigid motion with the momenta of the masses m φᵢ: then Σ m φᵢ (r - v) is zero, and so are its moments. So
+//! damping computes with the masses m sᵢ, and changes the velocity of vertex i by sᵢ times the change of a body whose
+//! fraction is φ everywhere; φ is the greatest fraction, and sᵢ = φᵢ/φ the share of the vertex. Impulses of supports
+//! and other bodies change the momenta of the masses m sᵢ too, and so those of the body.
 
 use super::momentum::MomentumTracker;
 use crate::lattice::{Lattice, Masses};
@@ -146,19 +146,16 @@ mod tests {
             state.velocities.set(slot, [1, 2, 3].map(|axis| noise(axis * 500 + vertex) as f32));
         }
         let factors = (0..lattice.len()).map(|vertex| 100_f64.powf(2.0 * noise(vertex + 77))).collect();
-        let mut varied = VariedDamping::new(factors, &lattice, &masses, &matching);
+        let varied = VariedDamping::new(factors, &lattice, &masses, &matching);
+        let mut damper = ElasticDamper::new(Some(varied));
+        let momentum = MomentumTracker::new(&lattice, &masses, layout, matching.cascade.tasks());
         for rate in [0.1, 20.0] {
             let rates = DampingRates { rate, most: 100.0, dt: 0.01 };
-            varied.measure(rates, (&matching, &state), &Executor::sequential());
-            let mut damper = ElasticDamper::default();
-            let kept = rates.kept(varied.greatest());
-            damper.begin(None, (&state, layout.slots()), varied.tracker(), kept);
+            damper.begin(None, (&matching, &state), &momentum, (rates, &Executor::sequential()));
             let (mut linear, mut angular, mut size) = (Vector3::zeros(), Vector3::zeros(), 0.0);
             for (&mass, &slot) in masses.iter().zip(layout.slots()) {
                 let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
-                let [share] = varied.shares().get(slot).map(f64::from);
-                let change =
-                    damper.damped().change(0, state.local(slot), velocity) * (share * f64::from(mass));
+                let change = damper.change((0, slot), state.local(slot), velocity) * f64::from(mass);
                 linear += change;
                 angular += state.local(slot).cross(&change);
                 size += change.norm();

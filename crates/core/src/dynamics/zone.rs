@@ -1,15 +1,16 @@
 //! Zones: parts of a body with another material.
 
 use super::selection::Selection;
+use crate::lattice::Lattice;
 use crate::motion::Curve;
 use crate::range::{Range, RangeError};
 
 /// A part of a body with another stiffness, rest volume, density, strength, damping, friction or yield strain.
 ///
-/// The part is a selection: the lattice vertices inside a shape, a list of vertices, a group or a map. Around a shape, the
-/// logarithms of all factors decrease linearly to 0 over the length of a cell; a map is the share of them at each vertex,
-/// so that a factor f counts as f^w at the weight w. Lists and groups have no border. The factors of overlapping zones
-/// multiply.
+/// The part is a selection: the lattice vertices inside a shape, a list of vertices, a group or a map. Around a shape,
+/// the logarithms of all factors decrease linearly to 0 over the length of a cell; a map is the share of them at each
+/// vertex, so that a factor f counts as f^w at the weight w. Lists and groups have no border. The factors of
+/// overlapping zones multiply.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zone {
     /// The part.
@@ -104,6 +105,16 @@ impl PartFactors {
     /// Returns the factors of a quantity.
     pub(crate) fn of(&self, quantity: Quantity) -> Option<&[f64]> {
         self.0[quantity as usize].as_deref()
+    }
+
+    /// Returns a function that returns the factor of a quantity at a vertex of a lattice, whole or broken; `None` if all
+    /// are 1.
+    pub(crate) fn on<'a>(
+        &'a self,
+        lattice: &'a Lattice,
+        quantity: Quantity,
+    ) -> Option<impl Fn(u32) -> f64 + 'a> {
+        self.of(quantity).map(|factors| move |vertex| factors[lattice.source(vertex) as usize])
     }
 
     /// Sets the factors of a quantity.

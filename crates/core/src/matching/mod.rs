@@ -160,7 +160,7 @@ impl Matching {
     }
 
     /// Sets the factor of the yield strain around each lattice vertex. `None` removes the factors.
-    pub(crate) fn set_yield_factors(&mut self, factor: Option<impl Fn(usize) -> f64>) {
+    pub(crate) fn set_yield_factors(&mut self, factor: Option<impl Fn(u32) -> f64>) {
         self.regions.set_yield_factors(&self.layout, factor);
     }
 

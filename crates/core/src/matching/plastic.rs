@@ -6,10 +6,11 @@
 //! moves a vertex to R S y + c. The sums over the regions stay the same, and so do the momenta: Σ m/n S y is zero,
 //! and R is optimal for the moments of x and S y. S does not change the volume of the region.
 //!
-//! C = M⁻¹ Σ m/n y yᵀ is the rest covariance of a region, and F = A C⁻¹ its deformation gradient, the matrix for
-//! which F y is closest to x - c. F S⁻¹ is its elastic part, and E = sym(Rᵀ F S⁻¹) the stretch of this part. The
-//! strain is the deviatoric part D of E, relative to the mean stretch e = tr E/3. Without it, |D| is zero, also for a
-//! region that is only compressed or expanded. Where |D| exceeds the yield strain, which may vary over the regions, S moves towards the present shape:
+//! C = M⁻¹ Σ m/n y yᵀ is the rest covariance of a region, and F = A C⁻¹ its deformation gradient, the matrix for which
+//! F y is closest to x - c. F S⁻¹ is its elastic part, and E = sym(Rᵀ F S⁻¹) the stretch of this part. The strain is
+//! the deviatoric part D of E, relative to the mean stretch e = tr E/3. Without it, |D| is zero, also for a region that
+//! is only compressed or expanded. Where |D| exceeds the yield strain, which may vary over the regions, S moves towards
+//! the present shape:
 //!
 //! ```text
 //! k = c (1 - yield/|D|)      H = k D/2      S ← (1 + H) S (1 + H)

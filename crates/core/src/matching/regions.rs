@@ -170,12 +170,12 @@ impl Regions {
         self.inflation = Some(sigma);
     }
 
-    /// Sets the factor of the yield strain around each vertex; that of a cell is the mean over its corners. `None` removes
-    /// the factors.
-    pub(super) fn set_yield_factors(&mut self, layout: &Layout, factor: Option<impl Fn(usize) -> f64>) {
+    /// Sets the factor of the yield strain around each vertex; that of a cell is the mean over its corners. `None`
+    /// removes the factors.
+    pub(super) fn set_yield_factors(&mut self, layout: &Layout, factor: Option<impl Fn(u32) -> f64>) {
         self.yield_factors = factor.map(|factor| {
             let mut factors = Lanes::zeros(layout.blocks());
-            self.set_means(layout, &mut factors, factor);
+            self.set_means(layout, &mut factors, |vertex| factor(vertex as u32));
             for factor in factors.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
                 *factor = if *factor > 0.0 { *factor } else { 1.0 };
             }

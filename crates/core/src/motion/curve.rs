@@ -51,8 +51,8 @@ pub struct CurveKey<V = f64> {
     pub value: V,
 }
 
-/// A number, or with `V = [f64; 3]` a vector, along keyframes. It is linear in time between two keyframes unless it has another [`Interpolation`], and
-/// constant before the first and after the last keyframe.
+/// A number, or with `V = [f64; 3]` a vector, along keyframes. It is linear in time between two keyframes unless it has
+/// another [`Interpolation`], and constant before the first and after the last keyframe.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curve<V = f64> {

@@ -1,4 +1,5 @@
-//! Motions given in advance: poses, numbers and switches along keyframes, and drives to a target pose, for handles and colliders.
+//! Motions given in advance: poses, numbers and switches along keyframes, and drives to a target pose, for handles and
+//! colliders.
 //!
 //! | file | contents |
 //! |---|---|

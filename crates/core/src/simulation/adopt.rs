@@ -19,10 +19,10 @@ impl SimulationState {
 }
 
 impl Simulation {
-    /// Takes gravity, fields, the steps per frame and settings of the bodies from the state `built` of a simulation that was
-    /// built from the same meshes or lattices with other settings, from the next step on. For a simulation that is built
-    /// with other settings and then continues the state of an earlier one: save its state when it is built, restore the
-    /// earlier one, and adopt the settings of the saved one.
+    /// Takes gravity, fields, the steps per frame and settings of the bodies from the state `built` of a simulation
+    /// that was built from the same meshes or lattices with other settings, from the next step on. For a simulation
+    /// that is built with other settings and then continues the state of an earlier one: save its state when it is
+    /// built, restore the earlier one, and adopt the settings of the saved one.
     ///
     /// * `adopted`: the settings to take, one per body.
     ///

@@ -68,9 +68,9 @@ impl SimulationBuilder {
         self
     }
 
-    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude: a vector, or a [`Curve`]
-    /// of vectors. Default: (0, -9.81, 0). A step has gravity at its start. For the regions of a material and the automatic
-    /// number of steps, the greatest gravity of a keyframe counts.
+    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude: a vector, or a
+    /// [`Curve`] of vectors. Default: (0, -9.81, 0). A step has gravity at its start. For the regions of a material and
+    /// the automatic number of steps, the greatest gravity of a keyframe counts.
     #[must_use]
     pub fn gravity(mut self, gravity: impl Into<Curve<[f64; 3]>>) -> Self {
         self.gravity = gravity.into();

@@ -34,9 +34,9 @@ impl Simulation {
                 force: force * sign,
             }
         });
-        let mut contacts: Vec<_> = with_colliders.chain(between).collect();
+        let mut contacts = self.restored_contacts.clone();
+        contacts.extend(with_colliders.chain(between));
         if !self.restored_contacts.is_empty() {
-            contacts.splice(..0, self.restored_contacts.iter().copied());
             contacts.sort_by_key(|contact| match contact.other {
                 Touched::Collider(_) => (0, contact.body),
                 Touched::Body(_) => (1, 0),

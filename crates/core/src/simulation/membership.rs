@@ -23,9 +23,10 @@ impl Simulation {
     }
 
     /// Removes a body, and returns it: another simulation, or this one, can have it. The bodies after it have indices
-    /// that are lower by one. Bodies that touched it wake up. Fields no longer name it, and those that named it alone are
-    /// removed. [`Simulation::contacts`] lists no contacts between bodies until the next step, and none between bodies that
-    /// sleep on. If the body determined an automatic number of steps per frame, the next step chooses it anew.
+    /// that are lower by one. Bodies that touched it wake up. Fields no longer name it, and those that named it alone
+    /// are removed. [`Simulation::contacts`] lists no contacts between bodies until the next step, and none between
+    /// bodies that sleep on. If the body determined an automatic number of steps per frame, the next step chooses it
+    /// anew.
     ///
     /// # Errors
     ///

@@ -36,8 +36,8 @@ struct Surface {
 }
 
 impl Simulation {
-    /// Returns what each ray meets first: a displayed surface from either side, or an enabled collider. `None` where a ray meets
-    /// nothing. A ray that starts in a solid collider meets it there.
+    /// Returns what each ray meets first: a displayed surface from either side, or an enabled collider. `None` where a
+    /// ray meets nothing. A ray that starts in a solid collider meets it there.
     ///
     /// A call evaluates the surfaces of all bodies and builds a tree of each, which takes about 10 ms for 10,000 faces; a
     /// ray takes about a microsecond more. So many rays in one call are fast.
@@ -80,9 +80,11 @@ impl Simulation {
         Ok(rays.iter().map(first).collect())
     }
 
-    /// Returns what is nearest to each point: a point of a displayed surface or of an enabled collider. `None` without any.
+    /// Returns what is nearest to each point: a point of a displayed surface or of an enabled collider. `None` without
+    /// any.
     ///
-    /// It costs as much as [`raycast`](Self::raycast). The distance is never negative, also inside of a body or a collider.
+    /// It costs as much as [`raycast`](Self::raycast). The distance is never negative, also inside of a body or a
+    /// collider.
     ///
     /// # Errors
     ///

@@ -138,8 +138,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets gravity in scene units per second squared, from the next step on: a vector, or a [`Curve`] of vectors over the
-    /// time of the simulation.
+    /// Sets gravity in scene units per second squared, from the next step on: a vector, or a [`Curve`] of vectors over
+    /// the time of the simulation.
     ///
     /// # Errors
     ///

@@ -61,8 +61,8 @@ impl Scene {
         Self::parse(&text, &file, base, overrides)
     }
 
-    /// Reads a scene from text, and the files of `vertices_file`. Error messages name the text `file`. Paths in the scene are
-    /// relative to `base`. `overrides` are as in [`Scene::read_with`].
+    /// Reads a scene from text, and the files of `vertices_file`. Error messages name the text `file`. Paths in the
+    /// scene are relative to `base`. `overrides` are as in [`Scene::read_with`].
     ///
     /// # Errors
     ///
@@ -122,8 +122,8 @@ impl Scene {
         VertexFile::place(&self.vertex_files, table, vertex)
     }
 
-    /// Returns the input files of the scene: meshes, animations and lists of vertices. An absolute path is unchanged, and others are
-    /// resolved.
+    /// Returns the input files of the scene: meshes, animations and lists of vertices. An absolute path is unchanged,
+    /// and others are resolved.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let mut scene = self.clone();
         let bodies = scene.bodies.iter_mut().flat_map(BodyData::files_mut).map(|(_, path)| path);

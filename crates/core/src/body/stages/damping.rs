@@ -64,21 +64,17 @@ impl Stage for DampModes {
             Damping::Ratio(ratio) => format!("ratio {ratio} of the lowest mode"),
             Damping::Rate(rate) => format!("{rate} per second"),
         };
-        let Pipeline { elastic_damping, varied_damping, .. } = &body.pipeline;
-        let varied = varied_damping.as_ref().map_or(0, VariedDamping::bytes);
-        (detail, elastic_damping.as_ref().map_or(0, ElasticDamper::bytes) + varied)
+        (detail, body.pipeline.elastic_damping.as_ref().map_or(0, ElasticDamper::bytes))
     }
 
     fn rebuild(&self, body: &mut Body) {
-        let is_damped = body.needs_damping();
-        let factors = is_damped.then(|| body.factors_of(Quantity::Damping)).flatten();
-        let varied = factors.map(|factor| {
+        let varied = || {
             let Shape { lattice, masses, .. } = &body.shape;
+            let factor = body.settings.parts.on(lattice, Quantity::Damping)?;
             let factors = (0..lattice.len() as u32).map(factor).collect();
-            VariedDamping::new(factors, lattice, masses, &body.pipeline.matching)
-        });
-        body.pipeline.varied_damping = varied;
-        body.pipeline.elastic_damping = is_damped.then(ElasticDamper::default);
+            Some(VariedDamping::new(factors, lattice, masses, &body.pipeline.matching))
+        };
+        body.pipeline.elastic_damping = body.needs_damping().then(|| ElasticDamper::new(varied()));
     }
 }
 
@@ -120,17 +116,8 @@ impl Body {
     /// Measures the motion before the step, and computes the motions towards which the acceleration damps.
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let rates = self.damping_rates(context.interval.dt, executor);
-        let keep = self.kept_fraction(rates);
         let Self {
-            pipeline:
-                Pipeline {
-                    elastic_damping: Some(damping),
-                    varied_damping,
-                    matching,
-                    momentum,
-                    region_damping,
-                    ..
-                },
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, region_damping, .. },
             constraints,
             state,
             ..
@@ -143,10 +130,6 @@ impl Body {
         if !momentum.is_measured || region_damping.is_some() {
             momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
         }
-        if let Some(varied) = varied_damping {
-            varied.measure(rates, (matching, state), executor);
-        }
-        let tracker = varied_damping.as_ref().map_or(&*momentum, VariedDamping::tracker);
-        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), tracker, keep);
+        damping.begin(constraints.as_ref(), (matching, state), momentum, (rates, executor));
     }
 }

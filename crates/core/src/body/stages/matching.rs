@@ -7,7 +7,7 @@ use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings, Shape};
 use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
-use crate::dynamics::{Accelerate, EnergyLimiter, VariedDamping};
+use crate::dynamics::{Accelerate, ElasticDamper, EnergyLimiter};
 use crate::matching::{Purpose, RegionFit, Shapes, Workspace, Workspaces};
 use crate::parallel::{CHUNK, Executor};
 
@@ -86,7 +86,7 @@ impl Body {
         let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
         let weakest = self.is_armed().then(|| self.weakest(dt));
         let Self {
-            pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, varied_damping, .. },
+            pipeline: Pipeline { matching, workspace, momentum, energy, elastic_damping, .. },
             shape: Shape { lattice, .. },
             settings: Settings { material, .. },
             state,
@@ -144,7 +144,7 @@ impl Body {
             damping: elastic_damping
                 .as_ref()
                 .map(|damping| (damping.damped(), components, matching.layout.occupied())),
-            shares: varied_damping.as_ref().map(VariedDamping::shares),
+            shares: elastic_damping.as_ref().and_then(ElasticDamper::shares),
             components: sums_momenta.then_some(components),
         };
         let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());

@@ -4,7 +4,7 @@ use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
-use crate::dynamics::{DampingStep, VariedDamping, add_rigid};
+use crate::dynamics::{DampingStep, add_rigid};
 use crate::parallel::Executor;
 
 /// Computes the motions of the components that meet the conditions of their supports.
@@ -63,14 +63,13 @@ impl Body {
     fn meet_supports(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let rates = self.damping_rates(dt, executor);
-        let keep = self.kept_fraction(rates);
         let size = self.shape.size / self.shape.lattice.cell_size();
         let layers = self.contact_layers();
         let (own, colliders) = (self.rolling_resistance(), context.colliders);
         let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
         let friction = &|collider: u32| colliders.friction(collider);
         let Self {
-            pipeline: Pipeline { elastic_damping: Some(damping), varied_damping, matching, momentum, .. },
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
             constraints,
             state,
             ..
@@ -85,29 +84,19 @@ impl Body {
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
         momentum.is_measured = false;
-        if let Some(varied) = varied_damping {
-            varied.measure(rates, (matching, state), executor);
-        }
-        let tracker = varied_damping.as_ref().map_or(&*momentum, VariedDamping::tracker);
-        let step = DampingStep { dt, keep, size, layers, rolling_resistance, friction };
-        let slots = matching.layout.slots();
-        damping.begin_supports(constraints.as_ref(), (state, slots), tracker, step);
+        let step = DampingStep { rates, size, layers, rolling_resistance, friction };
+        damping.begin_supports(constraints.as_ref(), (matching, state), momentum, (step, executor));
     }
 
     /// Adds the velocities that the supports give.
     fn damp_on_supports(&mut self) {
         let Self {
-            pipeline: Pipeline { elastic_damping: Some(damping), varied_damping, matching, momentum, .. },
-            state,
-            ..
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. }, state, ..
         } = self
         else {
             return;
         };
-        let tracker = varied_damping.as_ref().map_or(&*momentum, VariedDamping::tracker);
-        let centers = |component: usize| momentum.states()[component].center;
-        if let Some(added) = damping.finish_supports(&mut state.momenta, tracker, centers) {
-            let shares = varied_damping.as_ref().map(VariedDamping::shares);
+        if let Some((added, shares)) = damping.finish_supports(&mut state.momenta, momentum) {
             let lanes = (matching.layout.occupied(), shares);
             add_rigid(momentum.components(), added, lanes, &state.positions, &mut state.velocities);
         }

@@ -144,12 +144,7 @@ impl PosedLattice {
         cache: &mut CellCache,
     ) -> Option<Located> {
         let mut locate_within = |is_continued: bool| {
-            self.grid.bin(point).iter().find_map(|&index| {
-                let (cell, bounds) = self.cells[index as usize];
-                if !accepts(cell) || !bounds.contains(point) {
-                    return None;
-                }
-                let continued_sides = continued_sides.get(cell as usize).copied().unwrap_or(0);
+            self.cells_at(point, continued_sides, &accepts).find_map(|(index, cell, continued_sides)| {
                 if is_continued && continued_sides == 0 {
                     return None;
                 }
@@ -161,6 +156,21 @@ impl PosedLattice {
             })
         };
         locate_within(false).or_else(|| if continued_sides.is_empty() { None } else { locate_within(true) })
+    }
+
+    /// Returns the cells that `accepts` takes and whose boxes contain a point: index in the pose, cell, and the sides
+    /// of the cell in `continued_sides`.
+    fn cells_at<'a>(
+        &'a self,
+        point: &'a Point3<f64>,
+        continued_sides: &'a [u8],
+        accepts: &'a impl Fn(u32) -> bool,
+    ) -> impl Iterator<Item = (u32, u32, u8)> + 'a {
+        self.grid.bin(point).iter().filter_map(move |&index| {
+            let (cell, bounds) = self.cells[index as usize];
+            let continued = || continued_sides.get(cell as usize).copied().unwrap_or(0);
+            (accepts(cell) && bounds.contains(point)).then(|| (index, cell, continued()))
+        })
     }
 
     /// Returns the cell that is nearest to a point outside of all cells, and the local coordinates there, which
@@ -175,12 +185,7 @@ impl PosedLattice {
         cache: &mut CellCache,
     ) -> Option<Located> {
         let mut nearest: Option<(f64, Located)> = None;
-        for &index in self.grid.bin(point) {
-            let (cell, bounds) = self.cells[index as usize];
-            if !bounds.contains(point) || !accepts(cell) {
-                continue;
-            }
-            let continued_sides = continued_sides.get(cell as usize).copied().unwrap_or(0);
+        for (index, cell, continued_sides) in self.cells_at(point, continued_sides, &accepts) {
             let (deformed, _) = cache.cell(index, || corners(cell), continued_sides);
             if let Some((distance, local, gradient)) = deformed.locate_outside(point)
                 && nearest.is_none_or(|(least, _)| distance < least)

@@ -15,7 +15,7 @@ use super::deformed_cell::DeformedCell;
 use super::posed::{CellCache, Located, PosedLattice};
 use super::touched_point::{
     MAX_SHELL_DEPTH, RANGE, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
-    touching_distance,
+    rest_point, touching_distance,
 };
 use super::view::BodyView;
 use crate::contact::SKIN;
@@ -299,8 +299,7 @@ impl Pair<'_> {
         let fit_together = encounter.fit_together;
         let (surface, thickness) =
             (self.other.contact.surface(), self.thickness / self.other.lattice.cell_size());
-        let index = self.other.lattice.cells()[cell as usize];
-        let rest = Point3::from(std::array::from_fn(|a| f64::from(index[a]) + local[a]));
+        let rest = rest_point(self.other.lattice, cell, local);
         if !encounter.is_closed {
             return closest_on_shell(surface, (&rest, cell), thickness, |normal, offset| {
                 match (facing, before) {
@@ -334,9 +333,7 @@ impl Pair<'_> {
         if !self.is_same || thickness == 0.0 {
             return thickness;
         }
-        let index = self.body.lattice.cells()[cell as usize];
-        let rest = Point3::from(std::array::from_fn(|a| f64::from(index[a]) + local[a]));
-        thickness.min((rest - touched).norm())
+        thickness.min((rest_point(self.body.lattice, cell, local) - touched).norm())
     }
 }
 

@@ -141,6 +141,12 @@ pub(super) fn closest_on_shell(
     Some(RestPoint { rest: closest.point, normal })
 }
 
+/// Returns the rest coordinates of a point with local coordinates in a cell.
+pub(super) fn rest_point(lattice: &Lattice, cell: u32, local: [f64; 3]) -> Point3<f64> {
+    let index = lattice.cells()[cell as usize];
+    Point3::from(std::array::from_fn(|axis| f64::from(index[axis]) + local[axis]))
+}
+
 /// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that
 /// is near; it is taken if no cell contains the point, as a surface may end at the boundary of the lattice.
 pub(super) fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) {
