@@ -118,14 +118,24 @@ pub fn program() -> &'static str {
     env!("CARGO_BIN_EXE_supple")
 }
 
-/// Returns the names and bytes of the files in a directory; empty if the directory is missing.
+/// Returns the names and bytes of the files in a directory; empty if the directory is missing. A run may go on at the
+/// same time: the files that it renames or removes during the search are left out.
 pub fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let Ok(entries) = std::fs::read_dir(directory) else { return BTreeMap::new() };
-    entries
-        .map(|entry| entry.unwrap())
-        .filter(|entry| entry.path().is_file())
-        .map(|entry| (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap()))
-        .collect()
+    let mut files = BTreeMap::new();
+    for entry in entries {
+        let entry = entry.unwrap();
+        if !entry.path().is_file() {
+            continue;
+        }
+        match std::fs::read(entry.path()) {
+            Ok(bytes) => drop(files.insert(entry.file_name().into_string().unwrap(), bytes)),
+            Err(error) => {
+                assert_eq!(error.kind(), std::io::ErrorKind::NotFound, "{}", entry.path().display())
+            }
+        }
+    }
+    files
 }
 
 /// Exit code and text output of the program.
