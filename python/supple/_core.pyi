@@ -728,6 +728,18 @@ class Body:
         """
     def wake(self) -> None:
         """Wake the body up. It falls asleep again after half a second of rest."""
+    @overload
+    def lattice_positions(self, out: None = None) -> NDArray[np.float64]:
+        """."""
+    @overload
+    def lattice_positions(self, out: NDArray[_Float]) -> NDArray[_Float]:
+        """."""
+    @overload
+    def lattice_velocities(self, out: None = None) -> NDArray[np.float64]:
+        """."""
+    @overload
+    def lattice_velocities(self, out: NDArray[_Float]) -> NDArray[_Float]:
+        """."""
     def goals(self) -> NDArray[np.float64]:
         """Compute the goal positions at the current positions, without advancing time: (n, 3) float64."""
     def corrected_positions(self) -> NDArray[np.float64]:

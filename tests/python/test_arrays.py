@@ -124,14 +124,33 @@ def test_out_arguments_are_filled_and_returned(cube, method):
             getattr(body, method)(out=out)
 
 
+@pytest.mark.parametrize("name", ["positions", "velocities"])
+def test_lattice_arrays_are_filled_and_returned(body, name):
+    sim = supple.Simulation([body], dt=0.01)
+    body.velocities = np.random.default_rng(5).normal(size=(len(body), 3))
+    sim.step(3)
+    function, expected = getattr(body, f"lattice_{name}"), getattr(body, name)
+    assert function().tobytes() == expected.tobytes()
+    out = np.empty((len(body), 3))
+    assert function(out) is out
+    assert out.tobytes() == expected.tobytes()
+    out = np.empty((len(body), 3), np.float32)
+    assert np.array_equal(function(out=out), expected.astype(np.float32))
+    with pytest.raises(ValueError, match=rf"out has the shape \(7, 3\); it must be \({len(body)}, 3\)"):
+        function(out=np.empty((7, 3)))
+
+
 def test_out_allocates_nothing(bust):
     body = supple.Body(bust, lattice_vertices=500)
     out = body.surface().astype(np.float32)
+    positions = np.empty((len(body), 3))
     body.surface(out)
+    body.lattice_positions(positions)
     tracemalloc.start()
     for _ in range(10):
         body.surface(out)
         body.surface_normals(out)
+        body.lattice_positions(positions)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 10_000 < out.nbytes

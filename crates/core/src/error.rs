@@ -39,6 +39,14 @@ pub enum Error {
     /// An invalid link.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// A link that cannot be built.
+    #[error("link {index}: {source}")]
+    InLink {
+        /// Index of the link, in the order of the builder.
+        index: usize,
+        /// Cause.
+        source: Box<Error>,
+    },
     /// Automatic steps per frame without frames per second.
     #[error("substeps = \"auto\" needs fps, the number of frames per second")]
     AutoSubstepsWithoutFps,

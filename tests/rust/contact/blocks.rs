@@ -291,6 +291,37 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..Default::default() })]
+
+    /// A body that turns about its contact points is pushed out if a sample is then deeper than 0.01 cells. The rounds
+    /// of the push-out leave at most a tenth of this.
+    #[test]
+    fn impacts_on_a_plane_leave_no_deep_sample(
+        angles in prop::array::uniform3(-180.0..180.0_f64),
+        depth in 0.0..0.2_f64,
+        speed in 0.0..0.2_f64,
+        slide in -0.3..0.3_f64,
+        spin in prop::array::uniform3(-0.1..0.1_f64),
+    ) {
+        let mut block = Block::new([3, 2, 4], CELL, None);
+        block.place(&euler_degrees(angles), Point3::origin());
+        let rise = (lowest(&block) + depth) * CELL;
+        block.place(&euler_degrees(angles), Point3::new(0.0, -rise, 0.0));
+        let center = Vector3::from(vertices_of(&block).iter().fold([0.0; 3], |sum, p| {
+            std::array::from_fn(|c| sum[c] + p[c] / block.rest.len() as f64)
+        }));
+        // In cells per step, so that the samples were outside before the step.
+        for v in 0..block.rest.len() {
+            let turn = Vector3::from(spin).cross(&(block.position(v) - center));
+            let velocity = (Vector3::new(slide, -speed, 0.0) + turn) / DT;
+            block.velocities.set(block.slots[v], velocity.map(|x| x as f32).into());
+        }
+        block.resolve(&colliders(&[ground()]), Interval::of_step(0, DT));
+        prop_assert!(lowest(&block) > -0.011, "{}", lowest(&block));
+    }
+}
+
 /// Indices of the items that satisfy a condition.
 trait IndicesWhere: Iterator + Sized {
     /// Returns the indices of the items that satisfy `condition`.

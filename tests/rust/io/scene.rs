@@ -415,6 +415,9 @@ fn a_file_of_vertices_takes_the_place_of_the_list() {
         error,
         format!("{rim}:4: body.bust.pin.0: vertex 8 is out of range: the mesh has 8 vertices, 0 to 7")
     );
+    let link = "[[link]]\nbody = \"bust\"\nvertices_file = \"rim.txt\"";
+    let error = supple_io::run::prepare(&read(link).unwrap()).unwrap_err().to_string();
+    assert_eq!(error, format!("{rim}:4: link.0: vertex 8 is out of range: the mesh has 8 vertices, 0 to 7"));
     let fingerprint = |text: &str| {
         write(text);
         supple_io::run::fingerprint(&read(pin).unwrap()).unwrap()

@@ -6,12 +6,22 @@ use super::soft_body::Body;
 use super::surface::Surface;
 use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::parallel::Executor;
+use crate::simd::Coordinate;
 use crate::state::ArrayError;
 
 impl Body {
     /// Returns the positions, shape `(n, 3)`.
     pub fn positions(&self) -> Vec<Point3<f64>> {
         self.by_vertex(|slot| self.state.frame.to_world(self.state.local(slot)))
+    }
+
+    /// Writes the positions to `out`, one row per vertex, `f32` or `f64`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the length of `out` is not the number of vertices.
+    pub fn positions_into<T: Coordinate>(&self, out: &mut [[T; 3]]) {
+        self.write_rows(out, |slot| self.state.frame.to_world(self.state.local(slot)).coords);
     }
 
     /// Sets all positions, one per vertex. Velocities, pins and all other state are unchanged.
@@ -46,6 +56,15 @@ impl Body {
         self.by_vertex(|slot| self.state.frame.velocity_to_world(self.state.velocities.get(slot)))
     }
 
+    /// Writes the velocities in scene units per second to `out`, one row per vertex, `f32` or `f64`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the length of `out` is not the number of vertices.
+    pub fn velocities_into<T: Coordinate>(&self, out: &mut [[T; 3]]) {
+        self.write_rows(out, |slot| self.state.frame.velocity_to_world(self.state.velocities.get(slot)));
+    }
+
     /// Sets all velocities, one per vertex. Positions, pins and all other state are unchanged.
     ///
     /// # Errors
@@ -70,6 +89,15 @@ impl Body {
         let mut local = vec![[0.0; 3]; embedding.len()];
         embedding.interpolate_rates(&positions, &velocities, &mut local);
         local.into_iter().map(|velocity| self.state.frame.velocity_to_world(velocity)).collect()
+    }
+
+    /// Writes a vector per vertex, computed from the slot of the vertex, to the rows of `out`.
+    fn write_rows<T: Coordinate>(&self, out: &mut [[T; 3]], value: impl Fn(u32) -> Vector3<f64>) {
+        let slots = self.pipeline.matching.layout.slots();
+        assert_eq!(out.len(), slots.len(), "one row per vertex");
+        for (row, &slot) in out.iter_mut().zip(slots) {
+            *row = value(slot).map(nalgebra::convert).into();
+        }
     }
 
     /// Returns the rotation of the region around each vertex, from the rest pose, as of the last step, shape

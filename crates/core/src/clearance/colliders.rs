@@ -218,7 +218,8 @@ impl Sample<'_> {
     #[inline(always)]
     fn position_in<S: Simd>(&self, simd: S, field: &ShapeField<'_>, corners: &[u32; 8]) -> Point3<f64> {
         let [half, lane] = self.index;
-        field.positions(simd, &field.cell(corners), &monomials(simd, &self.block.positions)[half])[lane]
+        let monomials: [_; 2] = monomials(simd, &self.block.positions);
+        field.positions(simd, &field.cell(corners), &monomials[half])[lane]
     }
 }
 
@@ -243,8 +244,9 @@ fn search<S: Simd>(
             let interpolants = field.cell(&samples.corners[cell]);
             let (mut least, mut nearest) = (distance, None);
             for block in samples.cell_blocks(cell) {
-                for (half, half_monomials) in monomials(simd, &block.positions).iter().enumerate() {
-                    let positions = field.positions(simd, &interpolants, half_monomials);
+                let monomials: [_; 2] = monomials(simd, &block.positions);
+                for (half, monomials) in monomials.iter().enumerate().take(block.halves()) {
+                    let positions = field.positions(simd, &interpolants, monomials);
                     for (lane, position) in positions.into_iter().enumerate() {
                         let distance = field.shape.signed_distance(&position).distance;
                         if distance <= least {

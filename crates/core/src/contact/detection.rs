@@ -2,7 +2,7 @@
 //!
 //! A row is an index into `SampleCells::vertices`.
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 
 use super::field::{
     Field, HeightSlopes, PlaneField, ShapeField, may_touch, may_touch_for_any_slopes, smooth_may_touch,
@@ -11,7 +11,7 @@ use super::interpolant::monomials;
 use super::memory::buffer_bytes;
 use super::patch::{Patch, Touching};
 use super::posed_collider::PosedCollider;
-use super::samples::SampleCells;
+use super::samples::{SampleBlock, SampleCells};
 use super::shape::PosedShape;
 use super::sides::Side;
 use super::smooth_rows::{RowSlopes, SmoothRows};
@@ -304,20 +304,38 @@ impl Patches {
                     if !field.may_touch_block(simd, &interpolants, block, skin) {
                         continue;
                     }
-                    let monomials = monomials(simd, &block.positions);
-                    let low = field.distances(simd, &interpolants, &monomials[0]);
-                    let high = field.distances(simd, &interpolants, &monomials[1]);
-                    if let Some(touching) = Touching::within(simd, [low, high], &block.fractions, skin) {
-                        count += touching.count;
-                        report.deepest = report.deepest.max(touching.deepest);
-                        let patch = self.patch_at(corners[usize::from(block.corner)]);
-                        patch.add(simd, &touching, block, corners, &monomials);
-                    }
+                    let place = (corners, block);
+                    count += match block.halves() {
+                        1 => self.add_block::<_, _, 1>(simd, (field, &interpolants), place, skin, report),
+                        _ => self.add_block::<_, _, 2>(simd, (field, &interpolants), place, skin, report),
+                    };
                 }
             }
         }
         // The fractions are powers of two, so the sum is exact.
         report.contacts += count as usize;
+    }
+
+    /// Adds the touching samples of a block to the patch of their corner. Returns their number, by fractions.
+    #[inline(always)]
+    fn add_block<S: Simd, F: Field, const HALVES: usize>(
+        &mut self,
+        simd: S,
+        (field, interpolants): (&F, &F::Cell),
+        (corners, block): (&[u32; 8], &SampleBlock),
+        skin: f64,
+        report: &mut ContactReport,
+    ) -> f64 {
+        let monomials: [_; HALVES] = monomials(simd, &block.positions);
+        let mut distances = [f64x4::splat(simd, 0.0); HALVES];
+        for half in 0..HALVES {
+            distances[half] = field.distances(simd, interpolants, &monomials[half]);
+        }
+        let Some(touching) = Touching::within(simd, distances, &block.fractions, skin) else { return 0.0 };
+        report.deepest = report.deepest.max(touching.deepest);
+        let patch = self.patch_at(corners[usize::from(block.corner)]);
+        patch.add(simd, &touching, block, corners, &monomials);
+        touching.count
     }
 
     /// Collects the samples that a sweep finds into patches, as [`search`](Self::search). `is_mesh`: whether the shape
@@ -338,7 +356,7 @@ impl Patches {
             count += touching.count;
             report.deepest = report.deepest.max(touching.deepest);
             let patch = self.patch_at(corners[usize::from(block.corner)]);
-            patch.add(simd, &touching, block, corners, &monomials(simd, &block.positions));
+            patch.add::<_, 2>(simd, &touching, block, corners, &monomials(simd, &block.positions));
             patch.add_sides(contacts, &block.fractions, skin, is_mesh);
         });
         report.contacts += count as usize;

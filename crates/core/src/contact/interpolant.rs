@@ -5,18 +5,25 @@ use fearless_simd::{Simd, SimdBase, f32x8, f64x4};
 use crate::lattice::{self, SmoothCoordinate, SmoothTerms, polynomial};
 use crate::simd::lanes::LANES;
 
-/// Computes the monomials 1, x, y, xy, z, xz, yz, xyz at eight positions in a cell.
+/// Computes the monomials 1, x, y, xy, z, xz, yz, xyz at the first four of eight positions in a cell, or at all.
 ///
 /// The first element of the result belongs to the first four positions, the second element to the last four.
 /// `positions`: x, y and z of the positions, as in `SampleBlock::positions`.
 #[inline(always)]
-pub(crate) fn monomials<S: Simd>(simd: S, positions: &[[f32; LANES]; 3]) -> [[f64x4<S>; 8]; 2] {
+pub(crate) fn monomials<S: Simd, const HALVES: usize>(
+    simd: S,
+    positions: &[[f32; LANES]; 3],
+) -> [[f64x4<S>; 8]; HALVES] {
     let one = f64x4::splat(simd, 1.0);
-    let mut halves = [[one; 3]; 2];
+    let mut places = [[one; 3]; 2];
     for a in 0..3 {
-        (halves[0][a], halves[1][a]) = simd.widen_f32x8(f32x8::load_array_ref(simd, &positions[a]));
+        (places[0][a], places[1][a]) = simd.widen_f32x8(f32x8::load_array_ref(simd, &positions[a]));
     }
-    [lattice::monomials(one, halves[0]), lattice::monomials(one, halves[1])]
+    let mut halves = [[one; 8]; HALVES];
+    for half in 0..HALVES {
+        halves[half] = lattice::monomials(one, places[half]);
+    }
+    halves
 }
 
 /// Evaluates a polynomial at four positions. `terms`: its coefficients, as returned by
@@ -102,7 +109,7 @@ mod tests {
             (0..3).for_each(|a| block[a][2 * lane] = position[a]);
         }
         dispatch!(level(), simd => {
-            let halves = monomials(simd, &block);
+            let halves: [_; 2] = monomials(simd, &block);
             let mut sums = [0.0; 8];
             for (lane, position) in positions.iter().enumerate() {
                 let weights = trilinear(*position);

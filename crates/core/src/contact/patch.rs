@@ -57,20 +57,20 @@ pub(super) struct PatchSide {
     pub(super) distance_before: f64,
 }
 
-/// Touching samples of one [`SampleBlock`] of eight samples.
-pub(super) struct Touching<S: Simd> {
+/// Touching samples of one [`SampleBlock`] of eight samples, or of the first half of it.
+pub(super) struct Touching<S: Simd, const HALVES: usize> {
     /// Number of touching samples. A sample with n equally near corners counts 1/n here, because it is in the
     /// blocks of all n corners.
     pub(super) count: f64,
     /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
     /// Sample weights, in cells; zero for samples that do not touch.
-    sample_weights: [f64x4<S>; 2],
+    sample_weights: [f64x4<S>; HALVES],
     /// Signed distances of the samples, in cells; zero for samples that do not touch.
-    distances: [f64x4<S>; 2],
+    distances: [f64x4<S>; HALVES],
 }
 
-impl<S: Simd> Touching<S> {
+impl<S: Simd, const HALVES: usize> Touching<S, HALVES> {
     /// Selects the samples whose signed distance from the shape is at most `skin`, in cells.
     ///
     /// Returns `None` if no sample touches. A sample with a NaN distance does not touch. `fractions`: see
@@ -78,14 +78,15 @@ impl<S: Simd> Touching<S> {
     #[inline(always)]
     pub(super) fn within(
         simd: S,
-        distances: [f64x4<S>; 2],
+        distances: [f64x4<S>; HALVES],
         fractions: &[f32; LANES],
         skin: f64,
     ) -> Option<Self> {
         let (zero, lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
         let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, fractions));
-        let (mut sample_weights, mut touching, mut count, mut deepest) = ([zero; 2], [zero; 2], zero, lowest);
-        for (half, fraction) in [low, high].into_iter().enumerate() {
+        let (mut sample_weights, mut touching) = ([zero; HALVES], [zero; HALVES]);
+        let (mut count, mut deepest) = (zero, lowest);
+        for (half, fraction) in [low, high].into_iter().enumerate().take(HALVES) {
             // Depth below the outer bound of the skin.
             let depth = f64x4::splat(simd, skin) - distances[half];
             let touches = depth.simd_ge(zero);
@@ -128,27 +129,30 @@ impl Patch {
     /// * `corners`: rows of the corners of the block's cell.
     /// * `monomials`: the monomials 1, x, y, xy, ... of the positions of the block's samples in the cell.
     #[inline(always)]
-    pub(super) fn add<S: Simd>(
+    pub(super) fn add<S: Simd, const HALVES: usize>(
         &mut self,
         simd: S,
-        touching: &Touching<S>,
+        touching: &Touching<S, HALVES>,
         block: &SampleBlock,
         corners: &[u32; 8],
-        monomials: &[[f64x4<S>; 8]; 2],
+        monomials: &[[f64x4<S>; 8]; HALVES],
     ) {
         self.deepest = self.deepest.max(touching.deepest);
         let mut sums = [0.0; 8];
         for k in 0..8 {
             let mut sum = f64x4::splat(simd, 0.0);
-            for half in 0..2 {
+            for half in 0..HALVES {
                 sum += monomials[half][k] * touching.sample_weights[half];
             }
             let [a, b, c, d] = sum.to_array();
             sums[k] = (a + b) + (c + d);
         }
         self.total_weight += sums[0];
-        let [low, high] = [0, 1].map(|half| touching.sample_weights[half] * touching.distances[half]);
-        let [a, b, c, d] = (low + high).to_array();
+        let mut sum = touching.sample_weights[0] * touching.distances[0];
+        for half in 1..HALVES {
+            sum += touching.sample_weights[half] * touching.distances[half];
+        }
+        let [a, b, c, d] = sum.to_array();
         self.distance_sum += (a + b) + (c + d);
         let sums = corner_sums(sums);
         let nearest = OFFSETS[usize::from(block.corner)];
@@ -211,13 +215,29 @@ impl Patch {
         self.distance_sum / self.total_weight
     }
 
-    /// Returns the contact point as a weighted mean of lattice vertices: pairs of row and weight.
-    pub(super) fn vertices(&self) -> impl Iterator<Item = (u32, f32)> + Clone {
+    /// Returns the contact point as a weighted mean of lattice vertices.
+    pub(super) fn vertices(&self) -> PatchVertices {
+        let (mut count, mut list) = (0, [(0, 0.0); NEIGHBORHOOD]);
         let (mut remaining, scale) = (self.used, 1.0 / self.total_weight);
-        std::iter::from_fn(move || {
+        while remaining != 0 {
             let k = remaining.trailing_zeros() as usize;
-            remaining &= remaining.wrapping_sub(1);
-            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.vertex_sums[k] * scale) as f32))
-        })
+            remaining &= remaining - 1;
+            list[count] = (self.rows[k], (self.vertex_sums[k] * scale) as f32);
+            count += 1;
+        }
+        PatchVertices { count, list }
+    }
+}
+
+/// The contact point of a patch as a weighted mean of lattice vertices.
+pub(super) struct PatchVertices {
+    count: usize,
+    list: [(u32, f32); NEIGHBORHOOD],
+}
+
+impl PatchVertices {
+    /// Returns pairs of row and weight.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u32, f32)> + Clone + '_ {
+        self.list[..self.count].iter().copied()
     }
 }

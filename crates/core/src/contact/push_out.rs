@@ -60,7 +60,8 @@ impl Contacts {
         for (index, collider) in colliders.during(step, state.frame, *thickness) {
             detection.find(index, &collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
-                let position = || mean_position(patch.vertices(), detection.positions());
+                let vertices = patch.vertices();
+                let position = || mean_position(vertices.iter(), detection.positions());
                 let (normal, distance) = match patch.side() {
                     Some(side) => (side.normal, patch.mean_distance()),
                     None => {
@@ -71,7 +72,7 @@ impl Contacts {
                 };
                 let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
                 let contact = Contact { normal, target, approach: target, ..Contact::default() };
-                solver.add_patch(contact, (patch, position), samples, rigid.as_ref());
+                solver.add_patch(contact, (&vertices, position), samples, rigid.as_ref());
             }
         }
         report.deepest

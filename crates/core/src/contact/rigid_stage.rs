@@ -2,7 +2,7 @@
 
 use super::colliders::Colliders;
 use super::constraint::{Contact, SOFT_DEPTH};
-use super::patch::Patch;
+use super::patch::PatchVertices;
 use super::push_out::PUSH_ROUNDS;
 use super::samples::SampleCells;
 use super::solver::{Solver, Tolerance, Units};
@@ -103,12 +103,12 @@ impl Solver {
     pub(super) fn add_patch(
         &mut self,
         contact: Contact,
-        (patch, position): (&Patch, impl FnOnce() -> Point3<f64>),
+        (vertices, position): (&PatchVertices, impl FnOnce() -> Point3<f64>),
         samples: &SampleCells,
         rigid: Option<&RigidMobility>,
     ) {
         match rigid {
-            None => self.add(contact, samples.links(patch)),
+            None => self.add(contact, samples.links(vertices)),
             Some(mobility) => {
                 self.add(contact, std::iter::empty());
                 self.rigid.link(self.len() - 1, 0, 1.0, narrow(position().coords - mobility.center));

@@ -54,6 +54,13 @@ pub(crate) struct SampleBlock {
     pub(super) fractions: [f32; LANES],
 }
 
+impl SampleBlock {
+    /// Returns the number of halves of the lanes that have samples: 1 or 2.
+    pub(crate) fn halves(&self) -> usize {
+        if self.fractions[LANES / 2] > 0.0 { 2 } else { 1 }
+    }
+}
+
 impl SampleCells {
     /// Groups samples by cell: sample `i` lies in lattice cell `cells[i]` at `local[i]`.
     ///

@@ -219,6 +219,16 @@ impl Solver {
         })
     }
 
+    /// Returns the least change of the normal velocity of a vertex of each contact.
+    pub(super) fn least_changes(&self) -> impl Iterator<Item = f32> {
+        self.constraints.iter().map(|constraint| {
+            let links = self.links[constraint.links.clone()].iter();
+            let changes =
+                links.map(|link| dot(&self.changes[link.vertex as usize], &constraint.contact.normal));
+            changes.fold(f32::INFINITY, f32::min)
+        })
+    }
+
     /// Returns the normal impulse and the friction impulse of each contact.
     pub(super) fn impulses(&self) -> impl Iterator<Item = (f32, Vec4)> {
         self.constraints.iter().map(|constraint| (constraint.normal_impulse, constraint.friction_impulse))

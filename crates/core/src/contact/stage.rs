@@ -9,7 +9,7 @@ use super::colliders::Colliders;
 use super::constraint::{SOFT_DEPTH, SurfacePoint, mean, mean_factor, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::memory::buffer_bytes;
-use super::patch::Patch;
+use super::patch::{Patch, PatchVertices};
 use super::pressure::Pressure;
 use super::samples::SampleCells;
 use super::shape::PosedShape;
@@ -49,6 +49,9 @@ pub struct Contacts {
     pub(super) solver: Solver,
     /// Factor of the coefficient of friction at the vertex of each row; empty if all are 1.
     friction_factors: Vec<f32>,
+    /// Whether all contacts of the step are with one plane, nothing else moves their vertices, and the samples follow
+    /// them linearly.
+    is_on_plane: bool,
     /// Rows of the components that leave colliders. They have no contacts.
     pub(super) leaving: Vec<u32>,
     /// The contacts of the last step.
@@ -88,6 +91,7 @@ impl Contacts {
             detection: Detection::new(rows),
             solver: Solver::new(rows),
             friction_factors: Vec::new(),
+            is_on_plane: false,
             leaving: Vec::new(),
             pressures: Vec::new(),
             begin: Vec::new(),
@@ -210,6 +214,7 @@ impl Contacts {
         solver.begin_rigid(rigid);
         self.begin.clear();
         let mut report = ContactReport::default();
+        self.is_on_plane = rigid.is_none() && samples.stencils().is_none();
         if !colliders.any_enabled() {
             return report;
         }
@@ -225,16 +230,19 @@ impl Contacts {
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }
+            let is_touched = detection.patches().next().is_some();
+            self.is_on_plane &= !is_touched || pressures.is_empty() && collider.shape.plane().is_some();
             for patch in detection.patches() {
-                let position = mean_position(patch.vertices(), detection.positions());
+                let vertices = patch.vertices();
+                let position = mean_position(vertices.iter(), detection.positions());
                 let point = SurfacePoint {
                     position,
                     offset: samples.offset(patch, &collider.shape, &position),
                     side: patch.side(),
                     deepest: patch.deepest,
-                    velocity: mean(patch.vertices(), |row| velocities[row]),
-                    velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
-                    friction_factor: mean_factor(patch.vertices(), friction_factors),
+                    velocity: mean(vertices.iter(), |row| velocities[row]),
+                    velocity_before: mean(vertices.iter(), |row| velocities_before[row]),
+                    friction_factor: mean_factor(vertices.iter(), friction_factors),
                 };
                 let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
@@ -250,7 +258,7 @@ impl Contacts {
                     velocity: collider.velocity_at(&position),
                     spin: collider.spin(),
                 });
-                solver.add_patch(contact, (patch, || point.position), samples, rigid);
+                solver.add_patch(contact, (&vertices, || point.position), samples, rigid);
             }
         }
         report
@@ -270,6 +278,7 @@ impl Contacts {
         (impulses, units): (&[(f32, Vec4)], Units),
     ) {
         if !self.pressures.is_empty() {
+            self.is_on_plane = false;
             self.solver.set_impulses(impulses, units);
             self.touched.extend(self.solver.changes().map(|(row, _)| row));
             self.finish(state, colliders, step);
@@ -294,19 +303,24 @@ impl Contacts {
         self.touched.dedup();
     }
 
-    /// Stores the impulses of a step of `dt` seconds. Returns the greatest depth that may remain.
+    /// Stores the impulses of a step of `dt` seconds. Returns a bound of the greatest depth that remains.
+    ///
+    /// The impulses of a plane move no vertex inwards, and a sample at least as far outwards as the least moved vertex
+    /// of its cell that has a weight in it. Elsewhere, samples that turn about the contact point of an impact may be
+    /// deeper than it, by its motion at most.
     pub(super) fn store_impulses(&mut self, dt: f64) -> f64 {
-        let Self { solver, pressures, displacements, .. } = self;
+        let Self { solver, pressures, displacements, is_on_plane, .. } = self;
         for (pressure, (impulse, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.impulse = f64::from(impulse);
             pressure.friction = wide(&friction);
         }
         let mut remaining = 0.0_f64;
-        for (pressure, (_, change)) in pressures.iter_mut().zip(solver.contacts()) {
-            let motion = f64::from(change) * dt;
+        let changes = solver.contacts().map(|(_, change)| change).zip(solver.least_changes());
+        for (pressure, (change, least)) in pressures.iter_mut().zip(changes) {
+            let (motion, before) = (f64::from(change) * dt, pressure.depth);
             pressure.depth -= motion;
-            // Samples that turn about the contact point of an impact may be deeper than it.
-            remaining = remaining.max(pressure.depth).max(motion.abs());
+            let bound = if *is_on_plane { before - f64::from(least) * dt } else { motion.abs() };
+            remaining = remaining.max(pressure.depth).max(bound);
         }
         for (row, change) in solver.normal_changes() {
             // The displacement plus the velocity change times the step; the two are equal.
@@ -381,8 +395,11 @@ impl Contacts {
 
 impl SampleCells {
     /// Returns the contact point of a patch as a mean of vertices: row, weight and inverse mass.
-    pub(super) fn links<'a>(&'a self, patch: &'a Patch) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
-        patch.vertices().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
+    pub(super) fn links<'a>(
+        &'a self,
+        vertices: &'a PatchVertices,
+    ) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
+        vertices.iter().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
     }
 
     /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact

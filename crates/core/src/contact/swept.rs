@@ -161,10 +161,10 @@ impl Sweep<'_> {
                 }
                 let interpolants = (self.field.cell(corners), self.displacements.cell(corners));
                 for (index, block) in blocks.zip(samples.cell_blocks(cell)) {
-                    let monomials = monomials(simd, &block.positions);
+                    let monomials: [_; 2] = monomials(simd, &block.positions);
                     let mut ends = [Point3::origin(); LANES];
                     let mut displaced = [Point3::origin(); LANES];
-                    for half in 0..2 {
+                    for half in 0..block.halves() {
                         let positions = self.field.positions(simd, &interpolants.0, &monomials[half]);
                         let moved = self.displacements.positions(simd, &interpolants.1, &monomials[half]);
                         ends[4 * half..4 * half + 4].copy_from_slice(&positions);

@@ -94,9 +94,11 @@ impl Links {
     ///
     /// # Errors
     ///
-    /// A body that does not exist, an invalid link, an empty part, or glue over a distance.
+    /// A body that does not exist, an invalid link, an empty part, or glue over a distance, as [`Error::InLink`].
     pub(super) fn new(links: Vec<Link>, bodies: &[Body]) -> Result<Self, Error> {
-        let list = links.into_iter().map(|link| Joined::new(link, bodies));
+        let list = links.into_iter().enumerate().map(|(index, link)| {
+            Joined::new(link, bodies).map_err(|source| Error::InLink { index, source: Box::new(source) })
+        });
         Ok(Self { list: list.collect::<Result<_, _>>()? })
     }
 

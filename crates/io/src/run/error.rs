@@ -34,10 +34,10 @@ pub enum RunError {
     /// A mesh file is invalid.
     #[error(transparent)]
     Mesh(#[from] ModelError),
-    /// A body cannot be built, or one of its pins or handles selects no vertices.
+    /// A body or a link cannot be built, or one of its selections takes no vertices.
     #[error("{}: {source}", Escaped(key))]
     Body {
-        /// Key of the body, pin or handle in the scene: `body.bust`, `body.bust.pin.0`.
+        /// Key of the body, pin, handle or link in the scene: `body.bust`, `body.bust.pin.0`, `link.0`.
         key: String,
         /// Cause.
         source: supple::Error,

@@ -119,19 +119,36 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     }
     let builder = scene.fields.iter().cloned().fold(builder, SimulationBuilder::field);
     let builder = scene.links.iter().cloned().fold(builder, SimulationBuilder::link);
-    let mut simulation = builder.build().map_err(RunError::Simulation)?;
+    let mut simulation = builder.build().map_err(|error| in_scene(scene, error))?;
     let substeps = simulation.substeps() as u32;
     let cautions = Caution::all(&mut simulation);
     Ok(Prepared { simulation, substeps, inputs, cautions })
 }
 
-/// Adds the line of a `vertices_file` to the error that a vertex of the body with an index does not exist.
+/// Adds the key of the scene to an error of its links.
+fn in_scene(scene: &Scene, error: supple::Error) -> RunError {
+    match error {
+        supple::Error::InLink { index, source } => {
+            let key = format!("link.{index}");
+            with_line(scene, &key.clone(), key, *source)
+        }
+        error => RunError::Simulation(error),
+    }
+}
+
+/// Adds the line of a `vertices_file` to an error of the body with an index.
 fn placed(scene: &Scene, index: usize, error: RunError) -> RunError {
     let RunError::Body { key, source } = error else { return error };
     let table = key.replacen(&format!("body.{}", scene.bodies[index].name), &format!("body.{index}"), 1);
+    with_line(scene, &table, key, source)
+}
+
+/// Returns the error of a selection, with the line of its `vertices_file` if a vertex of that does not exist. `table`:
+/// key of the selection, with indices.
+fn with_line(scene: &Scene, table: &str, key: String, source: supple::Error) -> RunError {
     let place = match &source {
         &supple::Error::Selection(SelectionError::MeshVertexOutOfRange { vertex, .. }) => {
-            scene.line_of_vertex(&table, vertex)
+            scene.line_of_vertex(table, vertex)
         }
         _ => None,
     };

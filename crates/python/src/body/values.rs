@@ -97,6 +97,33 @@ impl Body {
         Ok(arrays::frozen(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?)))
     }
 
+    /// Copy the positions of the lattice vertices: (n, 3), as the attribute positions, and into a given array.
+    ///
+    /// out : (n, 3) float32 or float64, optional
+    ///     Array to write to and return. Default: a new float64 array.
+    #[pyo3(signature = (out=None))]
+    fn lattice_positions<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.rows(py, out, Rows::LatticePositions)
+    }
+
+    /// Copy the velocities of the lattice vertices in length/s: (n, 3), as the attribute velocities, and into a given
+    /// array.
+    ///
+    /// out : (n, 3) float32 or float64, optional
+    ///     Array to write to and return. Default: a new float64 array.
+    #[pyo3(signature = (out=None))]
+    fn lattice_velocities<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.rows(py, out, Rows::LatticeVelocities)
+    }
+
     /// Compute the goal positions at the current positions, without advancing time: (n, 3) float64.
     fn goals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(arrays::from_points(py, self.read(py, supple::Body::goals)?))
@@ -120,7 +147,7 @@ impl Body {
     /// Raises ValueError for a bare lattice, which has no mesh.
     #[pyo3(signature = (out=None))]
     fn surface<'py>(&self, py: Python<'py>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        self.surface_rows(py, out, Rows::Positions)
+        self.rows(py, out, Rows::Positions)
     }
 
     /// Evaluate the unit normals of the displayed surface: (k, 3).
@@ -137,7 +164,7 @@ impl Body {
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.surface_rows(py, out, Rows::Normals)
+        self.rows(py, out, Rows::Normals)
     }
 
     /// Evaluate the velocities of the vertices of the surface in scene units per second: (k, 3).
@@ -155,7 +182,7 @@ impl Body {
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.surface_rows(py, out, Rows::Velocities)
+        self.rows(py, out, Rows::Velocities)
     }
 
     /// Volume after the correction, in cubed scene units, never negative.
@@ -234,12 +261,26 @@ impl Body {
     }
 }
 
-/// The rows of the displayed surface to evaluate, one per mesh vertex.
+/// The rows to evaluate: one per lattice vertex, or one per mesh vertex of the displayed surface.
 #[derive(Clone, Copy)]
 enum Rows {
+    LatticePositions,
+    LatticeVelocities,
     Positions,
     Normals,
     Velocities,
+}
+
+impl Rows {
+    /// Returns the number of rows of a body, and whether the body broke; `None` for the surface of a bare lattice.
+    fn size(self, body: &supple::Body) -> Option<(usize, bool)> {
+        match self {
+            Self::LatticePositions | Self::LatticeVelocities => {
+                Some((body.lattice().len(), body.topology_version() > 0))
+            }
+            Self::Positions | Self::Normals | Self::Velocities => mesh_size(body),
+        }
+    }
 }
 
 impl Body {
@@ -270,11 +311,11 @@ impl Body {
 impl SharedBody {
     /// Evaluates the displayed surface into the array `out`.
     pub(crate) fn write_surface(&self, out: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.surface_rows(out.py(), Some(out), Rows::Positions).map(drop)
+        self.rows(out.py(), Some(out), Rows::Positions).map(drop)
     }
 
-    /// Evaluates rows of the displayed surface into the array `out`, or into a new array.
-    fn surface_rows<'py>(
+    /// Evaluates rows into the array `out`, or into a new array.
+    fn rows<'py>(
         &self,
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
@@ -282,7 +323,7 @@ impl SharedBody {
     ) -> PyResult<Bound<'py, PyAny>> {
         // Another thread can break the body between the two locks; the lengths are then compared again.
         loop {
-            let Some(size) = self.read(py, mesh_size)? else {
+            let Some(size) = self.read(py, |body| rows.size(body))? else {
                 return Err(PyValueError::new_err(
                     "the body is a bare lattice without a mesh; use corrected_positions()",
                 ));
@@ -302,7 +343,7 @@ impl SharedBody {
         }
     }
 
-    /// Evaluates rows of the displayed surface into `out`. Returns false if it has another number of rows.
+    /// Evaluates rows into `out`. Returns false if it has another number of rows.
     fn write_rows<T: Element + Coordinate>(
         &self,
         out: &Bound<'_, PyArray2<T>>,
@@ -311,13 +352,14 @@ impl SharedBody {
         let mut is_written = false;
         arrays::fill(out, T::zero(), |target| {
             is_written = self.in_context(out.py(), |body| {
-                if mesh_size(&body).is_none_or(|(count, _)| count != target.len()) {
+                if rows.size(&body).is_none_or(|(count, _)| count != target.len()) {
                     return false;
                 }
-                let mut display = self.display();
                 match rows {
-                    Rows::Positions => display.evaluate(body).surface_into(target, None),
-                    Rows::Normals => display.evaluate(body).normals_into(target),
+                    Rows::LatticePositions => body.positions_into(target),
+                    Rows::LatticeVelocities => body.velocities_into(target),
+                    Rows::Positions => self.display().evaluate(body).surface_into(target, None),
+                    Rows::Normals => self.display().evaluate(body).normals_into(target),
                     Rows::Velocities => {
                         for (row, velocity) in target.iter_mut().zip(body.surface_velocities()) {
                             *row = velocity.map(nalgebra::convert).into();
