@@ -272,13 +272,8 @@ impl Matching {
         match (gradients, regions.rest_volumes()) {
             (Some(Gradients { values, stretched, least }), Some(volumes)) => {
                 let fit = MeasureGradients { fit, constants, volumes, least };
-                if values.is_empty() {
-                    let memory = (memory, stretched);
-                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
-                } else {
-                    let memory = (memory, (stretched, values));
-                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
-                }
+                let memory = (memory, (stretched, values));
+                cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
             }
             _ => cascade.forward(layout, executor, workspace, field, (fit, memory), purpose),
         }
