@@ -5,7 +5,7 @@ use super::per_frame::{Renames, check_files};
 use super::record::{Compare, Record};
 use super::sink::{FrameRun, FrameSink};
 use super::{Format, FrameWriter, OutputError, Sequence, Source};
-use super::{clip, film, grids, obj, package, page, pc2, ply, stage};
+use super::{clip, film, grids, obj, page, pc2, ply, stage};
 
 /// What a run does with the files of a format.
 pub(super) struct Kind {
@@ -97,7 +97,7 @@ static PC2: Kind = Kind {
 static USD: Kind = Kind {
     // The points and their bounds.
     frame_bytes: |source| 12 * source.mesh().vertices().len() as u64 + 48,
-    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run, false)?)),
+    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run, None)?)),
     check: |_, sequence, records, compare| stage::check(sequence, records, compare),
     finish: stage::is_complete,
     check_link: Sequence::check_continued_path,
@@ -106,8 +106,12 @@ static USD: Kind = Kind {
 
 static USDZ: Kind = Kind {
     frame_bytes: USD.frame_bytes,
-    open: |sequence, _, run| Ok(Box::new(package::PackageWriter::open(&sequence, run)?)),
-    check: |found, sequence, records, compare| package::check(sequence, records, compare, found.continues),
+    open: |sequence, _, run| {
+        Ok(Box::new(stage::StageWriter::open(&sequence.frames(), run, Some(sequence.path(0)))?))
+    },
+    check: |found, sequence, records, compare| {
+        stage::check_package(sequence, records, compare, found.continues)
+    },
     finish: |sequence, _, _| Ok(clip::is_complete(sequence)),
     check_link: clip::check_link,
     ..PER_FRAME
@@ -151,8 +155,7 @@ static VTU: Kind = Kind { frame_bytes: grids::surface_bytes, ..GRID };
 static LATTICE: Kind = GRID;
 
 static FILM: Kind = Kind {
-    open: |sequence, _, run| Ok(Box::new(film::FilmWriter::open(sequence, run)?)),
-    check: |found, sequence, records, compare| film::check(sequence, records, compare, found.continues),
+    check: |found, sequence, records, compare| page::check_film(sequence, records, compare, found.continues),
     finish: |sequence, _, _| Ok(film::is_complete(sequence)),
     ..PAGE
 };

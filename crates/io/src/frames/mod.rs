@@ -26,11 +26,10 @@
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
 //! file of a refined mesh in the same way.
 //!
-//! A USD stage is written by a `StageWriter`, and a package of it by a `PackageWriter`. A page is written by a
-//! `PageWriter`. GLB files and textures are written by a `ClipWriter`, and films by a `FilmWriter`, which keep their
-//! frames in a file of their own until the run ends. Grids are written by a `GridWriter`. A run uses them through the
-//! trait `FrameSink`; the table in `kinds` says how the files of a format are opened, checked and completed, and
-//! `format` what they are called.
+//! A USD stage, and a package of it, is written by a `StageWriter`. A page or a film is written by a `PageWriter`, and
+//! GLB files and textures by a `ClipWriter`; both keep the frames in a file of their own until the run ends. Grids are
+//! written by a `GridWriter`. A run uses them through the trait `FrameSink`; the table in `kinds` says how the files of
+//! a format are opened, checked and completed, and `format` what they are called.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`, and `single_file` for files with all
@@ -55,7 +54,6 @@ mod obj_context;
 mod obj_pieces;
 mod open;
 mod options;
-mod package;
 mod page;
 mod page_data;
 mod pc2;
