@@ -38,10 +38,7 @@ impl Refine {
 
     /// Returns the name of the value in [`Refine::NAMED`].
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Auto => "auto",
-        }
+        Self::NAMED[self as usize].0
     }
 
     /// Returns the refined mesh of a body with cells of this size; `None` if the mesh stays as it is.
