@@ -1,10 +1,9 @@
 //! Tables of the cells of a lattice.
 
-use nalgebra::Vector3;
-
 use super::determinants::{Corners, least_determinant};
 use crate::lattice::{Joint, Lattice};
 use crate::mesh::Csr;
+use crate::simd::vector::wide;
 
 /// The corners of the cells of a lattice, and the cells around its vertices.
 #[derive(Debug, Default)]
@@ -58,7 +57,7 @@ impl Cells {
 
     /// Returns the positions of the corners of a cell.
     pub(super) fn corners(&self, cell: u32, positions: &[[f32; 3]]) -> Corners {
-        self.vertices(cell).map(|vertex| vector(&positions[vertex as usize]))
+        self.vertices(cell).map(|vertex| wide(positions[vertex as usize]))
     }
 
     /// Returns the least determinant of a cell.
@@ -70,9 +69,4 @@ impl Cells {
     pub(super) fn around(&self, vertex: u32) -> impl ExactSizeIterator<Item = (u32, usize)> + '_ {
         self.around.row(vertex as usize).iter().map(|corner| (corner / 8, (corner % 8) as usize))
     }
-}
-
-/// Returns a position in f64.
-pub(super) fn vector(position: &[f32; 3]) -> Vector3<f64> {
-    Vector3::from(position.map(f64::from))
 }
