@@ -60,6 +60,21 @@ impl Format {
     }
 }
 
+/// Returns an error if a sequence of a run cannot be written. Changes nothing. `body`: as for [`open_sink`].
+pub(crate) fn check_run(sequence: &Sequence, body: usize, run: &FrameRun<'_>) -> Result<(), OutputError> {
+    (sequence.format.kind().check_run)(sequence, body, run)
+}
+
+/// Starts the files of a sequence, or continues them after the frames that `run` keeps. `body`: the index of the body
+/// of a sequence that has one body.
+pub(crate) fn open_sink(
+    sequence: Sequence,
+    body: usize,
+    run: &FrameRun<'_>,
+) -> Result<Box<dyn FrameSink>, OutputError> {
+    (sequence.format.kind().open)(sequence, body, run)
+}
+
 impl Source<'_> {
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
     /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them;
