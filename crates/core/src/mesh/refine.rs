@@ -112,11 +112,10 @@ impl Mesh {
             vertices: vertices.into(),
             faces: Arc::new(Faces { polygons, triangles }),
             weld: weld.into(),
-            is_cut: self.is_cut,
-            bounds: self.bounds,
             topology: Arc::default(),
             open: Arc::default(),
             named: Arc::new(self.named.refined(&points)),
+            ..self.clone()
         };
         Ok(Some(RefinedMesh { mesh, points, sources }))
     }
