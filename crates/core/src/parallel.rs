@@ -206,7 +206,8 @@ fn take_front<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     items.split_off_mut(..count).unwrap_or_default()
 }
 
-/// Arrays of equal length that can be divided: a slice, a pair of such arrays, or `()`, which stands for no array.
+/// Arrays of equal length that can be divided: a slice, a pair of such arrays, or `()`, which stands for no array. A
+/// slice that is not needed is empty.
 pub(crate) trait Split: Send + Sized {
     /// Splits off the first `count` items, or all if there are fewer.
     #[must_use]

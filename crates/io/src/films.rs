@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use supple::{Executor, Mesh};
 
+use crate::collider;
 use crate::escape::Escaped;
 use crate::file::{self, write_durably};
 use crate::film::{FilmFile, FilmOptions, Footage, Moment, PlaneAt, Solid, Surface, Tint, write_film};
@@ -293,9 +294,7 @@ impl Footage for Frames {
             let document = Arc::new(read_document(path).map_err(io::Error::other)?);
             let part = document.part(None).map_err(io::Error::other)?;
             let (mesh, colors) = (part.mesh(), document.face_colors(&part));
-            let finite = |number: f64| number.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
-            let positions: Vec<[f32; 3]> =
-                mesh.vertices().iter().map(|vertex| vertex.coords.map(finite).into()).collect();
+            let positions: Vec<_> = mesh.vertices().iter().copied().map(collider::finite).collect();
             let surface = self.surface(body, mesh, &positions, &colors);
             moment.bodies.push(Solid { surface, positions, volume: None });
         }

@@ -14,7 +14,7 @@ use crate::dynamics::{PartFactors, RigidError};
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{Embedding, Lattice, LatticeError, Masses, Resolution, cell_shares};
-use crate::mesh::Scale;
+use crate::mesh::{RefinedMesh, Scale};
 use crate::skin::{Skin, SkinKind};
 use crate::state::State;
 use crate::volume::Correction;
@@ -26,7 +26,16 @@ impl BodyBuilder {
     ///
     /// A number out of range, a lattice that cannot be built or exceeds the memory limit, a volume measure
     /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
-    pub fn build(mut self) -> Result<Body, Error> {
+    pub fn build(self) -> Result<Body, Error> {
+        self.build_refined().map(|(body, _)| body)
+    }
+
+    /// Builds the body. Also returns the refined mesh of the body, if its mesh is refined: see [`BodyBuilder::refine`].
+    ///
+    /// # Errors
+    ///
+    /// As [`BodyBuilder::build`].
+    pub fn build_refined(mut self) -> Result<(Body, Option<RefinedMesh>), Error> {
         self.material.validate()?;
         self.keyed.validate()?;
         let (material, volume) = match self.rigid {
@@ -42,6 +51,7 @@ impl BodyBuilder {
         self.placement.validate()?;
         self.touching.validate()?;
         self.fracture.iter().try_for_each(FractureOptions::validate)?;
+        let mut refined = None;
         let (lattice, surface) = match self.shape {
             Model::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
                 return Err(LatticeError::Broken.into());
@@ -55,7 +65,7 @@ impl BodyBuilder {
             Model::Mesh(mesh) => {
                 let mesh = mesh.scaled(self.scale)?;
                 let lattice = Lattice::from_mesh(&mesh, &options)?;
-                let refined = self.refine.apply(&mesh, lattice.cell_size())?;
+                refined = self.refine.apply(&mesh, lattice.cell_size())?;
                 if let Some(refined) = &refined {
                     let zones = self.zones.iter_mut().map(|zone| &mut zone.selection);
                     let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
@@ -63,7 +73,7 @@ impl BodyBuilder {
                     let all = zones.chain(pins).chain(handles);
                     all.for_each(|selection| selection.refine(refined));
                 }
-                let mesh = refined.map_or(mesh, |refined| refined.mesh);
+                let mesh = refined.as_ref().map_or(mesh, |refined| refined.mesh.clone());
                 let embedding = Embedding::new(&lattice, mesh.vertices());
                 let embedding = match self.skin {
                     SkinKind::Linear => embedding,
@@ -143,7 +153,7 @@ impl BodyBuilder {
         self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;
-        Ok(body)
+        Ok((body, refined))
     }
 
     /// Checks that a rigid body has no settings of bodies that deform, beside those of its material.

@@ -86,7 +86,8 @@ impl Cracks {
         for (joint, _) in lattice.joints() {
             let component = lattice.component_of_cell(joint.cell) as usize;
             let (Some(plane), Some(grid_plane)) = (&planes[component], &in_grid[component]) else { continue };
-            if lattice.is_broken(joint) || !grid_plane.is_between(lattice, joint) {
+            let face = (lattice.cells()[joint.cell as usize], joint.axis.into());
+            if lattice.is_broken(joint) || !grid_plane.is_between(0, face) {
                 continue;
             }
             let number = *numbers[component].get_or_insert_with(|| {
@@ -141,7 +142,7 @@ impl Cracks {
                     let near = Joint { cell, axis };
                     if lattice.cell_beyond(cell, axis, 1).is_none()
                         || lattice.is_broken(near)
-                        || !plane.is_between(lattice, near)
+                        || !plane.is_between(0, (lattice.cells()[cell as usize], axis.into()))
                     {
                         continue;
                     }

@@ -7,7 +7,6 @@
 
 use super::cut::CutMesh;
 use crate::lattice::Lattice;
-use crate::mesh::UnionFind;
 
 /// Greatest share of the vertices of a shell that may follow cells of other pieces, in a mesh with
 /// openings. There the cut is open as well, and a shell with a greater share lies in several pieces. In a closed mesh
@@ -20,13 +19,7 @@ pub(super) fn follow_one_piece(cut: &mut CutMesh, lattice: &Lattice) {
     let CutMesh { mesh, hosts, .. } = cut;
     let greatest_share = if mesh.is_closed() { 1.0 } else { GREATEST_SHARE };
     let welded = |vertex: u32| mesh.weld()[vertex as usize];
-    let mut shells = UnionFind::new(hosts.len());
-    for face in mesh.faces() {
-        face.iter().for_each(|&vertex| {
-            shells.unite(welded(face[0]), welded(vertex));
-        });
-    }
-    let (count, shell_of) = shells.labels();
+    let (count, shell_of) = mesh.face_components();
     let piece = |hosts: &[u32], vertex: u32| lattice.component_of_cell(hosts[vertex as usize]);
     let member = |(vertex, &shell): (u32, &u32)| (shell, piece(hosts, vertex));
     let mut members: Vec<(u32, u32)> =

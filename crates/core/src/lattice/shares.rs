@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::Lattice;
 use crate::mesh::{Mesh, OpenSurface, WindingTree};
+use crate::simd::vector::cross;
 use crate::voxel::entered_cells;
 
 /// Least share of an occupied cell. Cells that the surface only touches and cells of bridges have it, so that every
@@ -245,7 +246,7 @@ fn passes_above(from: [f64; 3], to: [f64; 3], [y, z]: [f64; 2]) -> i32 {
 /// Returns the x at which a line along x crosses the plane of a triangle, within the range of the triangle.
 fn x_at([a, b, c]: &[[f64; 3]; 3], [y, z]: [f64; 2]) -> f64 {
     let [u, v] = [b, c].map(|corner| [0, 1, 2].map(|k| corner[k] - a[k]));
-    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let normal = cross(u, v);
     let x = a[0] - (normal[1] * (y - a[1]) + normal[2] * (z - a[2])) / normal[0];
     let (low, high) = (a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]));
     if x.is_finite() { x.clamp(low, high) } else { 0.5 * (low + high) }

@@ -29,7 +29,7 @@ pub(crate) struct Gradients<'a> {
 }
 
 /// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the
-/// third part [`Gradients::values`].
+/// third part [`Gradients::values`], which may be empty.
 pub(super) struct MeasureGradients<'a, T> {
     pub(super) fit: &'a T,
     /// 1/M and d of each region.
@@ -44,20 +44,6 @@ pub(super) struct Unfitted;
 impl RegionTransform<()> for Unfitted {
     #[inline(always)]
     fn apply<S: Simd>(&self, _: S, _: usize, _: &mut [Block<12>], (): ()) {}
-}
-
-impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, &mut [u8])> for MeasureGradients<'_, T> {
-    #[inline(always)]
-    fn apply<S: Simd>(
-        &self,
-        simd: S,
-        first: usize,
-        sums: &mut [Block<12>],
-        (memory, stretched): (M, &mut [u8]),
-    ) {
-        self.measure(simd, first, sums, stretched, &mut []);
-        self.fit.apply(simd, first, sums, memory);
-    }
 }
 
 impl<M: Split, T: RegionTransform<M>> RegionTransform<(M, (&mut [u8], &mut [Block<9>]))>

@@ -272,13 +272,8 @@ impl Matching {
         match (gradients, regions.rest_volumes()) {
             (Some(Gradients { values, stretched, least }), Some(volumes)) => {
                 let fit = MeasureGradients { fit, constants, volumes, least };
-                if values.is_empty() {
-                    let memory = (memory, stretched);
-                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
-                } else {
-                    let memory = (memory, (stretched, values));
-                    cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
-                }
+                let memory = (memory, (stretched, values));
+                cascade.forward(layout, executor, workspace, field, (&fit, memory), purpose);
             }
             _ => cascade.forward(layout, executor, workspace, field, (fit, memory), purpose),
         }
@@ -298,14 +293,9 @@ impl Matching {
     /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
-        self.goals_into(workspace, executor, &mut goals);
-        goals
-    }
-
-    /// As [`Matching::goals`], in existing memory.
-    pub(crate) fn goals_into(&self, workspace: &Workspace, executor: &Executor, goals: &mut Lanes<3>) {
         let update = WriteGoals { weights: self.regions.mean_weights() };
         self.cascade.adjoint(&self.layout, executor, workspace, &update, goals.blocks_mut(), &mut []);
+        goals
     }
 
     /// Returns the memory of the layout, the regions and the cascade's tables, in bytes.

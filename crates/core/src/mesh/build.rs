@@ -155,15 +155,13 @@ impl Mesh {
             self.faces.clone()
         };
         Ok(Self {
-            // Keeps the weld of the unscaled mesh, even if rounding makes two positions equal.
-            weld: self.weld.clone(),
-            is_cut: self.is_cut,
             faces,
             vertices: vertices.into(),
             bounds,
             topology: Arc::default(),
             open: Arc::default(),
-            named: self.named.clone(),
+            // Keeps the weld of the unscaled mesh, even if rounding makes two positions equal.
+            ..self.clone()
         })
     }
 }

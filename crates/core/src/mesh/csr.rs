@@ -1,7 +1,8 @@
 //! Stores rows of different lengths in one array (compressed sparse rows, CSR).
 
-/// Rows of items in one array. The items of row `r` are `items[starts[r]..starts[r + 1]]`.
-#[derive(Clone, Debug, PartialEq)]
+/// Rows of items in one array. The items of row `r` are `items[starts[r]..starts[r + 1]]`. The
+/// default stands for rows that are not built yet, and allocates nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Csr<T> {
     starts: Vec<u32>,
     items: Vec<T>,
@@ -45,7 +46,7 @@ impl<T> Csr<T> {
     }
 
     /// Returns the number of rows.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }
 

@@ -5,7 +5,6 @@ use std::cmp::Ordering;
 
 use super::csr::Csr;
 use super::polygons::Mesh;
-use super::union_find::UnionFind;
 use super::weld::is_degenerate;
 
 /// The faces that repeat others.
@@ -155,11 +154,7 @@ fn remove_walls(mesh: &Mesh, groups: &[Group], uses: &mut [Use]) {
     let mut is_wall = vec![false; uses.len()];
     groups.iter().filter(|group| group.is_balanced).for_each(|group| is_wall[group.first as usize] = true);
     let weld = mesh.weld();
-    let mut sets = UnionFind::new(weld.len());
-    for edge in mesh.faces().flat_map(|face| face.windows(2)) {
-        sets.unite(weld[edge[0] as usize], weld[edge[1] as usize]);
-    }
-    let (count, labels) = sets.labels();
+    let (count, labels) = mesh.face_components();
     let label =
         |face: usize| mesh.face(face).first().map(|&corner| labels[weld[corner as usize] as usize] as usize);
     // Whether each component is open.

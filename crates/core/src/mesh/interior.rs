@@ -5,7 +5,6 @@ use nalgebra::Point3;
 use super::csr::Csr;
 use super::description::OpenSurface;
 use super::polygons::Mesh;
-use super::union_find::UnionFind;
 use super::winding_tree::WindingTree;
 
 /// Rule by which points are inside a surface.
@@ -74,11 +73,7 @@ impl OpenSurface {
     /// twice, or of a sheet inside another surface; then the component alone decides.
     fn new(mesh: &Mesh) -> Self {
         let (surface, weld) = (mesh.surface(), mesh.weld());
-        let mut sets = UnionFind::new(weld.len());
-        for face in mesh.faces() {
-            face.windows(2).for_each(|edge| _ = sets.unite(weld[edge[0] as usize], weld[edge[1] as usize]));
-        }
-        let (count, labels) = sets.labels();
+        let (count, labels) = mesh.face_components();
         let label = |corner: u32| labels[weld[corner as usize] as usize];
         let members =
             Csr::sorted(count, (0..).zip(surface).map(|(index, triangle)| (label(triangle[0]), index)));

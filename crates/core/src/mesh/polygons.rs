@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Point3};
 use super::csr::Csr;
 use super::description::{OpenSurface, Topology};
 use super::triangles;
+use super::union_find::UnionFind;
 use super::volume::{signed_volume, volume_moments};
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
@@ -92,6 +93,23 @@ impl Mesh {
     /// the crack are distinct.
     pub fn weld(&self) -> &[u32] {
         &self.weld
+    }
+
+    /// Returns the component of each vertex: vertices that faces connect, directly or through others, have the same
+    /// number, as have vertices that are welded. A vertex without faces is a component. Shape `(n,)`.
+    pub fn component_of_vertices(&self) -> Vec<u32> {
+        let (_, labels) = self.face_components();
+        self.weld.iter().map(|&first| labels[first as usize]).collect()
+    }
+
+    /// Returns the number of labels, and the label of the component of each vertex that [`weld`](Self::weld) gives.
+    /// Every other vertex has a label of its own.
+    pub(crate) fn face_components(&self) -> (usize, Vec<u32>) {
+        let mut sets = UnionFind::new(self.weld.len());
+        for edge in self.faces().flat_map(|face| face.windows(2)) {
+            sets.unite(self.weld[edge[0] as usize], self.weld[edge[1] as usize]);
+        }
+        sets.labels()
     }
 
     /// Returns the vertex indices of the corners of a face.

@@ -38,10 +38,7 @@ impl Refine {
 
     /// Returns the name of the value in [`Refine::NAMED`].
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Auto => "auto",
-        }
+        Self::NAMED[self as usize].0
     }
 
     /// Returns the refined mesh of a body with cells of this size; `None` if the mesh stays as it is.
@@ -115,11 +112,10 @@ impl Mesh {
             vertices: vertices.into(),
             faces: Arc::new(Faces { polygons, triangles }),
             weld: weld.into(),
-            is_cut: self.is_cut,
-            bounds: self.bounds,
             topology: Arc::default(),
             open: Arc::default(),
             named: Arc::new(self.named.refined(&points)),
+            ..self.clone()
         };
         Ok(Some(RefinedMesh { mesh, points, sources }))
     }

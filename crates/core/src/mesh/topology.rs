@@ -4,7 +4,6 @@ use super::csr::Csr;
 use super::description::{Component, Topology};
 use super::duplicates::{self, Repeated, Use};
 use super::polygons::Mesh;
-use super::union_find::UnionFind;
 use super::weld;
 use super::weld::is_degenerate;
 
@@ -170,11 +169,7 @@ impl EdgeCounts {
 /// vertices of open edges.
 fn components(mesh: &Mesh, triangles: &[[u32; 3]], open: &[u32]) -> Vec<Component> {
     let weld = mesh.weld();
-    let mut sets = UnionFind::new(weld.len());
-    for edge in mesh.faces().flat_map(|face| face.windows(2)) {
-        sets.unite(weld[edge[0] as usize], weld[edge[1] as usize]);
-    }
-    let (count, labels) = sets.labels();
+    let (count, labels) = mesh.face_components();
     let label = |corner: u32| labels[weld[corner as usize] as usize];
     let triangles = Csr::sorted(count, triangles.iter().map(|triangle| (label(triangle[0]), *triangle)));
     let component = |members: &[[u32; 3]]| Component {

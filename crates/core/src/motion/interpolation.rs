@@ -21,11 +21,7 @@ impl Interpolation {
 
     /// Returns the name of the value in [`Interpolation::NAMED`].
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Smooth => "smooth",
-            Self::Cubic => "cubic",
-        }
+        Self::NAMED[self as usize].0
     }
 
     /// Returns whether this is the default.

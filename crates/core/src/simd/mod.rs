@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `lanes` | numbers of lattice vertices, stored in blocks of eight vertices |
 //! | `bounds` | bounds of the numbers of all lattice vertices |
-//! | `vector` | products of 3-vectors, one vector in each lane of three registers |
+//! | `vector` | products of 3-vectors, one vector in each lane of three registers; a vector in `f64` |
 //! | `xyzx` | points stored as the four numbers (x, y, z, x) |
 //! | `moving` | points that move along straight lines |
 //! | `tile` | scratch points of a thread, read by 16-bit offsets |

@@ -3,6 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use fearless_simd::{Simd, SimdFloat};
+use nalgebra::Vector3;
 
 /// Computes the scalar product a·b. Each product and each sum is rounded.
 #[inline(always)]
@@ -20,6 +21,12 @@ pub(crate) fn dot_fused<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
 #[inline(always)]
 pub(crate) fn cross<V: Copy + Sub<Output = V> + Mul<Output = V>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Converts a vector to f64.
+#[inline]
+pub(crate) fn wide(v: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(v.map(f64::from))
 }
 
 /// Computes the product of the scalar s and the vector v.

@@ -48,10 +48,7 @@ impl SkinKind {
 
     /// Returns the name of the value in [`SkinKind::NAMED`].
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Smooth => "smooth",
-        }
+        Self::NAMED[self as usize].0
     }
 }
 

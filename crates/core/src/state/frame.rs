@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::simd::lanes::Lanes;
+use crate::simd::vector::wide;
 
 /// The frame in which the state of a body is stored. The world position of a stored position x is
 /// `base` + `cell_size` (`shift` + x).
@@ -146,12 +147,6 @@ impl BodyState<'_> {
     pub fn set_velocity(&mut self, slot: u32, velocity: Vector3<f64>) {
         self.velocities.set(slot, velocity.map(|x| x as f32).into());
     }
-}
-
-/// Converts a vector to f64.
-#[inline]
-fn wide(value: [f32; 3]) -> Vector3<f64> {
-    Vector3::from(value.map(f64::from))
 }
 
 /// The time interval of a step, in seconds.

@@ -3,7 +3,7 @@
 
 use nalgebra::{Point3, Vector3, center};
 
-use crate::mesh::signed_volume;
+use crate::mesh::{Csr, signed_volume};
 
 /// Number of vertices of a shell that are tested to decide whether the shell lies inside another shell. The
 /// majority decides.
@@ -90,14 +90,12 @@ pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
 ///
 /// The winding number is the sum of the signed crossings of a ray from the position towards +x with the
 /// triangles. The triangles are binned by y and z.
-pub(super) struct Winding<'a> {
+struct Winding<'a> {
     vertices: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
     bins: Bins,
-    /// Start of the triangles of each bin in `members` (CSR offsets).
-    starts: Vec<u32>,
     /// Triangles that overlap each bin.
-    members: Vec<u32>,
+    members: Csr<u32>,
 }
 
 /// Uniform grid over the (y, z) plane.
@@ -120,7 +118,7 @@ impl Bins {
 
 impl<'a> Winding<'a> {
     /// Bins the triangles of a shell with the AABB `(low, high)`.
-    pub(super) fn new(
+    fn new(
         vertices: &'a [Point3<f64>],
         triangles: &'a [[u32; 3]],
         (low, high): (Point3<f64>, Point3<f64>),
@@ -131,7 +129,6 @@ impl<'a> Winding<'a> {
             if extent > 0.0 { count as f64 / extent } else { 0.0 }
         });
         let bins = Bins { low: [low.y, low.z], per_length, count };
-        let mut starts = vec![0_u32; count * count + 1];
         let covered_bins = |triangle: &[u32; 3]| {
             let corners = triangle.map(|corner| vertices[corner as usize]);
             let range = |axis: usize| {
@@ -140,31 +137,19 @@ impl<'a> Winding<'a> {
                 first..corner_bins.into_iter().fold(0, usize::max) + 1
             };
             let (columns, rows) = (range(0), range(1));
-            rows.flat_map(move |row| columns.clone().map(move |column| row * count + column))
+            rows.flat_map(move |row| columns.clone().map(move |column| (row * count + column) as u32))
         };
-        for bin in triangles.iter().flat_map(covered_bins) {
-            starts[bin + 1] += 1;
-        }
-        for bin in 1..starts.len() {
-            starts[bin] += starts[bin - 1];
-        }
-        let mut next = starts.clone();
-        let mut members = vec![0_u32; starts[count * count] as usize];
-        for (index, triangle) in triangles.iter().enumerate() {
-            for bin in covered_bins(triangle) {
-                members[next[bin] as usize] = index as u32;
-                next[bin] += 1;
-            }
-        }
-        Self { vertices, triangles, bins, starts, members }
+        let entry = |(index, triangle)| covered_bins(triangle).map(move |bin| (bin, index));
+        let members = Csr::sorted(count * count, (0..).zip(triangles).flat_map(entry));
+        Self { vertices, triangles, bins, members }
     }
 
     /// Returns the winding number at `point`: 0 outside the shell; inside, 1 if the shell is oriented
     /// outwards and -1 if it is oriented inwards.
-    pub(super) fn number(&self, point: &Point3<f64>) -> i32 {
+    fn number(&self, point: &Point3<f64>) -> i32 {
         let bin = self.bins.at(1, point.z) * self.bins.count + self.bins.at(0, point.y);
-        let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
-        members.iter().map(|&member| self.crossing(self.triangles[member as usize], point)).sum()
+        let members = self.members.row(bin).iter();
+        members.map(|&member| self.crossing(self.triangles[member as usize], point)).sum()
     }
 
     /// Returns the signed crossing of the ray from `point` towards +x with a triangle: 1 if the triangle's

@@ -5,7 +5,7 @@ use super::per_frame::{Renames, check_files};
 use super::record::{Compare, Record};
 use super::sink::{FrameRun, FrameSink};
 use super::{Format, FrameWriter, OutputError, Sequence, Source};
-use super::{clip, film, grids, obj, package, page, pc2, ply, stage};
+use super::{clip, film, grids, obj, page, pc2, ply, stage};
 
 /// What a run does with the files of a format.
 pub(super) struct Kind {
@@ -60,6 +60,21 @@ impl Format {
     }
 }
 
+/// Returns an error if a sequence of a run cannot be written. Changes nothing. `body`: as for [`open_sink`].
+pub(crate) fn check_run(sequence: &Sequence, body: usize, run: &FrameRun<'_>) -> Result<(), OutputError> {
+    (sequence.format.kind().check_run)(sequence, body, run)
+}
+
+/// Starts the files of a sequence, or continues them after the frames that `run` keeps. `body`: the index of the body
+/// of a sequence that has one body.
+pub(crate) fn open_sink(
+    sequence: Sequence,
+    body: usize,
+    run: &FrameRun<'_>,
+) -> Result<Box<dyn FrameSink>, OutputError> {
+    (sequence.format.kind().open)(sequence, body, run)
+}
+
 impl Source<'_> {
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
     /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them;
@@ -97,7 +112,7 @@ static PC2: Kind = Kind {
 static USD: Kind = Kind {
     // The points and their bounds.
     frame_bytes: |source| 12 * source.mesh().vertices().len() as u64 + 48,
-    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run, false)?)),
+    open: |sequence, _, run| Ok(Box::new(stage::StageWriter::open(&sequence, run, None)?)),
     check: |_, sequence, records, compare| stage::check(sequence, records, compare),
     finish: stage::is_complete,
     check_link: Sequence::check_continued_path,
@@ -106,8 +121,12 @@ static USD: Kind = Kind {
 
 static USDZ: Kind = Kind {
     frame_bytes: USD.frame_bytes,
-    open: |sequence, _, run| Ok(Box::new(package::PackageWriter::open(&sequence, run)?)),
-    check: |found, sequence, records, compare| package::check(sequence, records, compare, found.continues),
+    open: |sequence, _, run| {
+        Ok(Box::new(stage::StageWriter::open(&sequence.frames(), run, Some(sequence.path(0)))?))
+    },
+    check: |found, sequence, records, compare| {
+        stage::check_package(sequence, records, compare, found.continues)
+    },
     finish: |sequence, _, _| Ok(clip::is_complete(sequence)),
     check_link: clip::check_link,
     ..PER_FRAME
@@ -151,8 +170,7 @@ static VTU: Kind = Kind { frame_bytes: grids::surface_bytes, ..GRID };
 static LATTICE: Kind = GRID;
 
 static FILM: Kind = Kind {
-    open: |sequence, _, run| Ok(Box::new(film::FilmWriter::open(sequence, run)?)),
-    check: |found, sequence, records, compare| film::check(sequence, records, compare, found.continues),
+    check: |found, sequence, records, compare| page::check_film(sequence, records, compare, found.continues),
     finish: |sequence, _, _| Ok(film::is_complete(sequence)),
     ..PAGE
 };

@@ -26,11 +26,10 @@
 //! files, with `piece_normals` for their `vn` and `obj_context` for faces at the end of the file. `refined` writes the
 //! file of a refined mesh in the same way.
 //!
-//! A USD stage is written by a `StageWriter`, and a package of it by a `PackageWriter`. A page is written by a
-//! `PageWriter`. GLB files and textures are written by a `ClipWriter`, and films by a `FilmWriter`, which keep their
-//! frames in a file of their own until the run ends. Grids are written by a `GridWriter`. A run uses them through the
-//! trait `FrameSink`; the table in `kinds` says how the files of a format are opened, checked and completed, and
-//! `format` what they are called.
+//! A USD stage, and a package of it, is written by a `StageWriter`. A page or a film is written by a `PageWriter`, and
+//! GLB files and textures by a `ClipWriter`; both keep the frames in a file of their own until the run ends. Grids are
+//! written by a `GridWriter`. A run uses them through the trait `FrameSink`; the table in `kinds` says how the files of
+//! a format are opened, checked and completed, and `format` what they are called.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`, and `single_file` for files with all
@@ -53,9 +52,7 @@ mod number;
 mod obj;
 mod obj_context;
 mod obj_pieces;
-mod open;
 mod options;
-mod package;
 mod page;
 mod page_data;
 mod pc2;
@@ -78,10 +75,10 @@ mod writer;
 pub use error::OutputError;
 pub use format::{Format, Formats, UnknownFormat};
 pub use grids::lattice_frame_bytes;
+pub(crate) use kinds::{check_run, open_sink};
 pub(crate) use library_path::written_images;
 pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
-pub(crate) use open::{check_run, open_sink};
 pub(crate) use per_frame::Renames;
 pub use pieces::Pieces;
 pub(crate) use present::{Present, check, check_link, finish};

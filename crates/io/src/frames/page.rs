@@ -1,5 +1,5 @@
-//! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the
-//! page `NAME.html`, from which a later run can take them again.
+//! Writes the page or the film of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then
+//! become the page `NAME.html`, from which a later run can take them again.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -9,24 +9,28 @@ use std::path::{Path, PathBuf};
 use supple::Simulation;
 
 use super::error::check_finite;
-use super::page_data::{self, Data, DataFrames, data_path};
+use super::film::{self, Film};
+use super::page_data::{self, Data, DataFrames, data_path, run_of};
 use super::pieces::Pieces;
-use super::record::{Compare, Record};
-use super::single_file::{changed, too_short};
+use super::record::{Compare, Record, hash_of_frames};
+use super::single_file::{changed, no_frames, other_frames, too_short};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence};
 use crate::collider;
 use crate::file::{self, is_link, write_durably};
+use crate::film::read_facts;
 use crate::html::{
     BrokenBody, FrameBuilder, FrameSource, Header, Layout, Run, Topology, animated_positions, read_page,
     write_page,
 };
 use crate::space::FileSpace;
 
-/// A page that is being written, as `NAME.html.data`.
+/// A page or a film that is being written, as `NAME.html.data` or the data of a film.
 #[derive(Debug)]
 pub(super) struct PageWriter {
     sequence: Sequence,
+    /// The film; `None` for a page.
+    film: Option<Film>,
     /// Coordinates of the page.
     space: FileSpace,
     /// Whether the frames have the volumes of the bodies; otherwise they are zero.
@@ -42,22 +46,16 @@ pub(super) struct PageWriter {
 }
 
 impl PageWriter {
-    /// Starts a page, or continues a finished or unfinished one after the frames that `run` keeps, and removes later
-    /// frames.
+    /// Starts a page or a film, or continues a finished or unfinished page, or an unfinished film, after the frames that
+    /// `run` keeps, and removes later frames.
     pub(super) fn open(sequence: Sequence, run: &FrameRun<'_>) -> Result<Self, OutputError> {
-        Self::open_with(sequence, run, true, |_| {})
-    }
-
-    /// As [`PageWriter::open`]. `describe` adds to the description of the run.
-    pub(super) fn open_with(
-        sequence: Sequence,
-        run: &FrameRun<'_>,
-        has_volumes: bool,
-        describe: impl FnOnce(&mut Header),
-    ) -> Result<Self, OutputError> {
         let &FrameRun { simulation, ref name, fps, space, kept, .. } = run;
         let (mut header, arrays) = Header::new(simulation, name, fps, sequence.first, sequence.every, space);
-        describe(&mut header);
+        let film = Film::of(&sequence, run);
+        if film.is_some() {
+            header.set_colors(&run.sources.iter().map(film::colors).collect::<Vec<_>>());
+        }
+        let has_volumes = film.as_ref().is_none_or(Film::has_volumes);
         let path = data_path(&sequence);
         let (mut data, written) = match kept {
             None => (page_data::create(&path, &header, &arrays)?, BTreeMap::new()),
@@ -65,12 +63,7 @@ impl PageWriter {
         };
         data.truncate(kept.unwrap_or(0)).map_err(OutputError::io("write", &path))?;
         let (frame, bodies, broken) = (FrameBuilder::default(), 0, BTreeMap::new());
-        Ok(Self { sequence, space, has_volumes, data, frame, bodies, written, broken })
-    }
-
-    /// Returns the data of the frames so far.
-    pub(super) fn into_data(self) -> Data {
-        self.data
+        Ok(Self { sequence, film, space, has_volumes, data, frame, bodies, written, broken })
     }
 }
 
@@ -167,8 +160,13 @@ impl FrameSink for PageWriter {
         vec![data_path(&self.sequence)]
     }
 
-    fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
-        complete(&self.sequence, self.data).map(|()| Vec::new())
+    fn finish(self: Box<Self>, ending: Ending) -> Result<Vec<String>, OutputError> {
+        let Self { sequence, film, data, .. } = *self;
+        match film {
+            Some(film) => film.write(&sequence, data, ending)?,
+            None => complete(&sequence, data)?,
+        }
+        Ok(Vec::new())
     }
 }
 
@@ -184,12 +182,6 @@ fn complete(sequence: &Sequence, data: Data) -> Result<(), OutputError> {
     write_durably(&path, write).map_err(OutputError::io("write", &path))?;
     drop((runs, data));
     fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
-}
-
-/// Returns the run of data, which are in the file `path`.
-pub(super) fn run_of(path: &Path, data: &Data) -> Result<Run<'static>, OutputError> {
-    let frames = Box::new(DataFrames::open(path, data)?);
-    Ok(Run { header: data.page_header(), arrays: data.arrays.clone(), frames })
 }
 
 /// Reads the only run of a page.
@@ -272,6 +264,29 @@ fn check_frames(
         }
     }
     Ok(None)
+}
+
+/// Compares the frames of an unfinished film, or a finished one, with the records of the frames. Returns the problem if
+/// they differ. `continues`: whether frames are added.
+pub(super) fn check_film(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+    continues: bool,
+) -> Result<Option<String>, OutputError> {
+    let path = sequence.path(0);
+    if records.is_empty() || data_path(sequence).exists() {
+        return check(sequence, records, compare);
+    }
+    if continues {
+        return Ok(Some(no_frames(&path)));
+    }
+    if !path.is_file() {
+        return Ok(Some(format!("{} is missing", path.display())));
+    }
+    let found = read_facts(&path).map_err(OutputError::io("read", &path))?;
+    let is_same = found == Some(film::facts(records.len(), hash_of_frames(records)));
+    Ok((!is_same).then(|| other_frames(&path)))
 }
 
 /// Writes the page of unfinished data that have all frames, without the frames after `records`.

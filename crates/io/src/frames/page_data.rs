@@ -129,6 +129,12 @@ impl Data {
     }
 }
 
+/// Returns the run of data, which are in the file `path`.
+pub(super) fn run_of(path: &Path, data: &Data) -> Result<Run<'static>, OutputError> {
+    let frames = Box::new(DataFrames::open(path, data)?);
+    Ok(Run { header: data.page_header(), arrays: data.arrays.clone(), frames })
+}
+
 /// The frames of a data file.
 pub(super) struct DataFrames {
     file: File,

@@ -51,7 +51,7 @@ impl<'a> Pieces<'a> {
 
     /// Returns the piece of each vertex.
     pub(super) fn of_vertices(&self) -> Vec<u32> {
-        if self.is_broken { components(self.mesh) } else { vec![0; self.mesh.vertices().len()] }
+        if self.is_broken { self.mesh.component_of_vertices() } else { vec![0; self.mesh.vertices().len()] }
     }
 
     /// Returns the texture coordinates of the corners of the caps, in the unit of the input, as are the `vt` of faces
@@ -90,25 +90,4 @@ pub(super) fn on_face(origin: &Origin, vertex: u32, face: &[u32]) -> Blend {
         // No face of the surface has a vertex inside the mesh.
         Origin::Cap { .. } => [(corner(vertex), 1.0), (0, 0.0), (0, 0.0)],
     }
-}
-
-/// Returns the component of each vertex: the first vertex that faces connect it with.
-fn components(mesh: &Mesh) -> Vec<u32> {
-    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
-        while parents[vertex as usize] != vertex {
-            let above = parents[parents[vertex as usize] as usize];
-            parents[vertex as usize] = above;
-            vertex = above;
-        }
-        vertex
-    }
-    let mut parents: Vec<u32> = (0..mesh.vertices().len() as u32).collect();
-    let welds = mesh.weld().iter().enumerate().map(|(vertex, &weld)| [vertex as u32, weld]);
-    let edges = mesh.faces().flat_map(|face| face.windows(2).map(|edge| [edge[0], edge[1]]));
-    for [a, b] in welds.chain(edges) {
-        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-        // The first vertex is the root.
-        parents[a.max(b) as usize] = a.min(b);
-    }
-    (0..parents.len() as u32).map(|vertex| root(&mut parents, vertex)).collect()
 }

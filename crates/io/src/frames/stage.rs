@@ -1,5 +1,6 @@
 //! Writes the USD stage of a run. Its frames go into the file `NAME.usd.part` one after another; when the run ends, the
-//! structure of the stage follows them, and the file becomes `NAME.usd`. A later run continues it after any frame.
+//! structure of the stage follows them, and the file becomes `NAME.usd`. A later run continues it after any frame. The
+//! stage of a package is `NAME.usdz.usd.part` until the run ends, and then goes into `NAME.usdz` with its images.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -14,12 +15,14 @@ use super::error::check_finite;
 use super::library_path::write_images;
 use super::normal_transform::NormalTransform;
 use super::record::{Compare, Record};
-use super::single_file::{check_frames, too_short};
+use super::single_file::{check_frames, no_frames, too_short, without};
 use super::sink::{BodyFrame, Ending, FrameRun, FrameSink};
 use super::{OutputError, Sequence, Source};
-use crate::file::{create_part, part_path};
+use crate::file::{create_part, part_path, write_durably};
 use crate::space::FileSpace;
-use crate::usd::{BodyInput, CONTENTS, FRAMES, Packed, PiecesBuilder, Places, Stage, StageDescription, head};
+use crate::usd::{
+    BodyInput, CONTENTS, FRAMES, PACKAGED_STAGE, Packed, PiecesBuilder, Places, Stage, StageDescription, head,
+};
 
 /// Size of the beginning of a file that does not depend on its end, in bytes.
 const SIGNATURE: usize = 16;
@@ -28,6 +31,8 @@ const SIGNATURE: usize = 16;
 #[derive(Debug)]
 pub(super) struct StageWriter {
     path: PathBuf,
+    /// Path of the package of the stage, if it has one.
+    package: Option<PathBuf>,
     file: File,
     stage: Stage,
     /// For each body with normals, their computation.
@@ -77,11 +82,11 @@ impl Velocities {
 
 impl StageWriter {
     /// Starts a stage, or continues a finished or unfinished one after the frames that `run` keeps. Changes nothing if
-    /// it cannot be continued. `is_packed`: whether a package has the stage and its images.
+    /// it cannot be continued. `package`: path of the package of the stage, if it has one.
     pub(super) fn open(
         sequence: &Sequence,
         run: &FrameRun<'_>,
-        is_packed: bool,
+        package: Option<PathBuf>,
     ) -> Result<Self, OutputError> {
         let &FrameRun { simulation, ref sources, fps, space, ref options, kept, .. } = run;
         let &Sequence { first, every, .. } = sequence;
@@ -94,7 +99,7 @@ impl StageWriter {
             fps,
             first,
             every,
-            is_packed,
+            is_packed: package.is_some(),
             has_velocities,
         };
         // A frame of the simulation is one of the file, which may be played at another rate.
@@ -140,6 +145,7 @@ impl StageWriter {
         Ok(Self {
             normals: sources.iter().zip(stage.bodies()).map(transform).collect(),
             path,
+            package,
             file,
             stage,
             velocities,
@@ -157,7 +163,7 @@ impl StageWriter {
     }
 
     /// Completes the stage in the file, whose path it returns, with the images of its package.
-    pub(super) fn complete(self) -> Result<(PathBuf, Packed), OutputError> {
+    fn complete(self) -> Result<(PathBuf, Packed), OutputError> {
         let Self { path, file, stage, frames, .. } = self;
         drop(file);
         let part = part_path(&path);
@@ -251,12 +257,24 @@ impl FrameSink for StageWriter {
         vec![part_path(&self.path)]
     }
 
-    /// Completes the stage, and gives the file its final name when it is on disk.
-    fn finish(self: Box<Self>, _: Ending) -> Result<Vec<String>, OutputError> {
-        let path = self.path.clone();
-        let (part, _) = self.complete()?;
-        fs::rename(&part, &path).map_err(OutputError::io("rename to", &path))?;
-        Ok(Vec::new())
+    /// Completes the stage, and gives the file its final name when it is on disk. Or writes the package of the stage,
+    /// and removes the stage if the run is complete.
+    fn finish(mut self: Box<Self>, ending: Ending) -> Result<Vec<String>, OutputError> {
+        let (path, package) = (self.path.clone(), self.package.take());
+        let (part, packed) = self.complete()?;
+        let Some(package) = package else {
+            fs::rename(&part, &path).map_err(OutputError::io("rename to", &path))?;
+            return Ok(Vec::new());
+        };
+        let mut stage = File::open(&part).map_err(OutputError::io("read", &part))?;
+        write_durably(&package, |file| packed.write(file, &mut stage))
+            .map_err(OutputError::io("write", &package))?;
+        if ending == Ending::Complete {
+            drop(stage);
+            fs::remove_file(&part).map_err(OutputError::io("remove", &part))?;
+        }
+        let file = package.file_name().unwrap_or_default().to_string_lossy();
+        Ok(without(&file, packed.left_out()).collect())
     }
 }
 
@@ -349,4 +367,31 @@ pub(super) fn check(
         return Ok(Some(format!("cannot continue {}: {reason}", sequence.continued_path().display())));
     }
     check_frames(sequence, records, compare, FRAMES)
+}
+
+/// Compares the frames of an unfinished package, or a finished one, with the records of the frames. Returns the problem
+/// if they differ. `continues`: whether frames are added.
+pub(super) fn check_package(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+    continues: bool,
+) -> Result<Option<String>, OutputError> {
+    let stage = sequence.frames();
+    if records.is_empty() || part_path(&stage.path(0)).exists() {
+        return check(&stage, records, compare);
+    }
+    let path = sequence.path(0);
+    if continues {
+        return Ok(Some(no_frames(&path)));
+    }
+    let length = match fs::metadata(&path) {
+        Ok(found) if found.is_file() => found.len(),
+        _ => return Ok(Some(format!("{} is missing", path.display()))),
+    };
+    let start = PACKAGED_STAGE + FRAMES;
+    if length < start + records.iter().map(|record| record.bytes).sum::<u64>() {
+        return Ok(Some(format!("{} is incomplete or was changed", path.display())));
+    }
+    check_frames(sequence, records, compare, start)
 }

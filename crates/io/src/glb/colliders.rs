@@ -7,7 +7,7 @@ use nalgebra::{Matrix4, Point3, Rotation3, UnitQuaternion, Vector3};
 use supple::mesh::Mesh;
 use supple::{Shape, Simulation, euler_degrees, vertex_normals};
 
-use super::motion::Pose;
+use super::motion::{Pose, near};
 use super::{BodyPoints, Materials, Samples, SplitSurface};
 use crate::collider::{self, Divisions};
 use crate::space::FileSpace;
@@ -151,9 +151,7 @@ impl ColliderSurface {
             samples.read(frame, self.first..self.first + POSE, &mut vectors)?;
             let [translation, axis] = [0, 1].map(|k| Vector3::from(vectors[k].map(f64::from)));
             let rotation = UnitQuaternion::from_scaled_axis(axis);
-            let is_far = poses.last().is_some_and(|pose| pose.rotation.coords.dot(&rotation.coords) < 0.0);
-            let rotation =
-                if is_far { UnitQuaternion::new_unchecked(-rotation.into_inner()) } else { rotation };
+            let rotation = poses.last().map_or(rotation, |before| near(rotation, before.rotation));
             poses.push(Pose { rotation, translation });
         }
         Ok(ColliderNode {

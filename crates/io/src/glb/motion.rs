@@ -329,15 +329,15 @@ fn poses(samples: &mut dyn Samples, points: Range<usize>) -> io::Result<(Vec<Pos
             .map(|(now, first)| (wide(now) - translation) * (wide(first) - center).transpose());
         let before = poses[frame - 1].rotation;
         let rotation = best_rotation(&products.sum::<Matrix3<f64>>()).unwrap_or(before);
-        // Of the two quaternions of a rotation, the one from which viewers interpolate on the short way.
-        let rotation = if rotation.coords.dot(&before.coords) < 0.0 {
-            UnitQuaternion::new_unchecked(-rotation.into_inner())
-        } else {
-            rotation
-        };
-        poses.push(Pose { rotation, translation });
+        poses.push(Pose { rotation: near(rotation, before), translation });
     }
     Ok((poses, size))
+}
+
+/// Returns the one of the two quaternions of a rotation to which viewers interpolate on the short way from `before`.
+pub(super) fn near(rotation: UnitQuaternion<f64>, before: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let is_far = rotation.coords.dot(&before.coords) < 0.0;
+    if is_far { UnitQuaternion::new_unchecked(-rotation.into_inner()) } else { rotation }
 }
 
 /// Returns the rotation nearest to a matrix; `None` if rotations about an axis are equally near.

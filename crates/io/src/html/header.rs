@@ -7,6 +7,7 @@ use supple::{Shape, Simulation, euler_degrees};
 
 use super::pieces::{ears, links};
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
+use crate::collider;
 use crate::film::{Color, Tint};
 use crate::space::FileSpace;
 
@@ -263,10 +264,9 @@ impl ColliderShape {
 fn placed(shape: &Shape, space: FileSpace, vertices: impl Iterator<Item = Point3<f64>>) -> Vec<[f32; 3]> {
     let &Shape::Mesh { scale, rotate, translate, .. } = shape else { return Vec::new() };
     let rotation = euler_degrees(rotate);
-    let finite = |number: f64| number.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
     let place = |vertex: Point3<f64>| {
         let place = rotation * (vertex.coords * scale) + Vector3::from(translate);
-        space.position(place.into()).map(finite)
+        collider::finite(space.position(place.into()).into())
     };
     vertices.map(place).collect()
 }

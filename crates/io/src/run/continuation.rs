@@ -12,8 +12,7 @@ use super::prepare::Prepared;
 use super::resume::Earlier;
 use super::settings::Settings;
 use super::states;
-use super::stats::read_rows;
-use crate::frames::{Compare, Listing, Present, Record, check, check_link};
+use crate::frames::{Listing, Present, Record, check, check_link};
 
 impl Job {
     /// Checks [`Job::from`].
@@ -75,28 +74,13 @@ impl Job {
         }
         let records: Vec<&[Record]> = saved.checkpoint.frames.iter().map(Vec::as_slice).collect();
         let listing = Listing::read(&sequences)?;
-        let compare = if self.verify { Compare::Contents } else { Compare::Sizes };
-        let renames = match check(&listing, &sequences, &records, (compare, true))? {
+        let renames = match check(&listing, &sequences, &records, (self.compare(), true))? {
             Present::All(renames) => renames,
             Present::Not(reason) => return Err(refused(reason)),
         };
-        let frame = saved.checkpoint.frame;
-        let numbers = (self.number(0), self.number(frame / self.every * self.every));
-        let stats = match (&self.stats, &saved.checkpoint.stats) {
-            (Some(path), Some(rows)) => Some(read_rows(path, rows, numbers)?),
-            _ => None,
-        };
+        let stats = self.kept_rows(&saved.checkpoint)?;
         sequences.iter().try_for_each(check_link)?;
-        let state = saved.state()?;
-        Ok(Earlier {
-            path,
-            checkpoint: saved.checkpoint,
-            state,
-            stats,
-            listing,
-            renames,
-            changes: Some(changes),
-        })
+        Earlier::new(saved, stats, (listing, renames), Some(changes))
     }
 
     /// Returns the newest kept state or checkpoint at or before the frame with the number `from`.

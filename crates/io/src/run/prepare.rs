@@ -15,8 +15,8 @@ use crate::model;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
 use supple::{
-    Body, Collider, CollisionMesh, Map, MeshError, Refine, RefinedMesh, Scale, Selection, SelectionError,
-    Simulation, SimulationBuilder,
+    Body, Collider, CollisionMesh, Map, RefinedMesh, Scale, Selection, SelectionError, Simulation,
+    SimulationBuilder,
 };
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
@@ -237,9 +237,8 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
     let builder = Body::builder(input.part.mesh().clone()).name(&data.name).memory_limit(memory_limit());
-    let mut body = data.apply(builder).build().map_err(failed)?;
+    let (mut body, refined) = data.apply(builder).build_refined().map_err(failed)?;
     let written = input.clone().scaled(data.scale)?;
-    let refined = refined(data, &input, &body).map_err(|source| failed(source.into()))?;
     // Weights are those of the file.
     let refine = |selection: &mut Selection| refined.iter().for_each(|refined| selection.refine(refined));
     for (index, mut zone) in data.zones.iter().cloned().enumerate() {
@@ -273,14 +272,6 @@ fn build(data: &BodyData, input: Input, animations: &mut Animations<'_>) -> Resu
         Some(refined) => written.refined(&body, refined)?,
     };
     Ok((body, written))
-}
-
-/// Returns the refined mesh of a body; `None` if it is that of its input.
-fn refined(data: &BodyData, input: &Input, body: &Body) -> Result<Option<RefinedMesh>, MeshError> {
-    match data.refine {
-        Refine::Off => Ok(None),
-        refine => refine.apply(&input.part.mesh().scaled(data.scale)?, body.lattice().cell_size()),
-    }
 }
 
 #[cfg(test)]

@@ -50,6 +50,19 @@ pub(super) struct Earlier {
     pub(super) changes: Option<Changes>,
 }
 
+impl Earlier {
+    /// Reads the state of a checkpoint or kept state.
+    pub(super) fn new(
+        saved: Saved,
+        stats: Option<Recorder>,
+        (listing, renames): (Listing, Renames),
+        changes: Option<Changes>,
+    ) -> Result<Self, RunError> {
+        let (path, state) = (saved.path().to_owned(), saved.state()?);
+        Ok(Self { path, checkpoint: saved.checkpoint, state, stats, listing, renames, changes })
+    }
+}
+
 impl Job {
     /// Returns the starting point of a resumed job, from the contents of its directory.
     pub(super) fn choose_start(
@@ -98,7 +111,7 @@ impl Job {
             })
             .collect();
         let listing = Listing::read(&sequences)?;
-        let compare = if self.verify { Compare::Contents } else { Compare::Sizes };
+        let compare = self.compare();
         let renames = match check(&listing, &sequences, &records, (compare, frame < last_frame))? {
             Present::All(renames) => renames,
             Present::Not(reason) => {
@@ -106,11 +119,7 @@ impl Job {
                 return Ok(Start::Fresh);
             }
         };
-        let numbers = (self.number(0), self.number(frame / self.every * self.every));
-        let stats = match (&self.stats, &saved.checkpoint.stats) {
-            (Some(path), Some(rows)) => Some(read_rows(path, rows, numbers)?),
-            _ => None,
-        };
+        let stats = self.kept_rows(&saved.checkpoint)?;
         if frame >= last_frame {
             let mut unfinished = Vec::new();
             for (sequence, records) in sequences.into_iter().zip(&saved.checkpoint.frames) {
@@ -123,16 +132,18 @@ impl Job {
             return Ok(Start::Finished { checkpoint: Box::new(saved.checkpoint), unfinished });
         }
         sequences.iter().try_for_each(check_link)?;
-        let state = saved.state()?;
-        let (path, checkpoint) = (saved.path().to_owned(), saved.checkpoint);
-        Ok(Start::After(Box::new(Earlier {
-            path,
-            checkpoint,
-            state,
-            stats,
-            listing,
-            renames,
-            changes: None,
-        })))
+        Ok(Start::After(Box::new(Earlier::new(saved, stats, (listing, renames), None)?)))
+    }
+
+    /// Returns what of the files of an earlier run is compared with its records.
+    pub(super) fn compare(&self) -> Compare {
+        if self.verify { Compare::Contents } else { Compare::Sizes }
+    }
+
+    /// Reads the rows of the statistics up to a checkpoint, if both the job and the checkpoint have statistics.
+    pub(super) fn kept_rows(&self, checkpoint: &Checkpoint) -> Result<Option<Recorder>, RunError> {
+        let (Some(path), Some(rows)) = (&self.stats, &checkpoint.stats) else { return Ok(None) };
+        let last = checkpoint.frame / self.every * self.every;
+        read_rows(path, rows, (self.number(0), self.number(last))).map(Some)
     }
 }

@@ -152,15 +152,20 @@ fn check_paths<'a>(
     }
 }
 
+/// Checks that `bodies` has a body with this name, which is not `own`.
+fn check_other(name: &str, own: Option<&str>, bodies: &[BodyData], at: &Field<'_>) -> Result<(), SceneError> {
+    if own != Some(name) && bodies.iter().any(|body| body.name == name) {
+        return Ok(());
+    }
+    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+    Err(at.no_other_body(name, own.unwrap_or_default(), &names))
+}
+
 /// Checks that the bodies that a body does not touch are other bodies of the scene.
 fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError> {
-    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
     for (index, body) in bodies.iter().enumerate() {
         for (entry, name) in body.touching.ignored.iter().enumerate() {
-            if *name == body.name || !names.contains(&name.as_str()) {
-                let field = root.at(&format!("body.{index}.ignore.{entry}"));
-                return Err(field.no_other_body(name, &body.name, &names));
-            }
+            check_other(name, Some(&body.name), bodies, &root.at(&format!("body.{index}.ignore.{entry}")))?;
         }
     }
     Ok(())
@@ -168,12 +173,10 @@ fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError
 
 /// Checks the shapes of fields, and that the bodies on which they act exist.
 fn check_fields(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
-    let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
     for (index, field) in scene.fields.iter().enumerate() {
         let place = root.at(&format!("field.{index}"));
-        if let Some(entry) = field.bodies.iter().position(|name| !names.contains(&name.as_str())) {
-            let place = place.at(&format!("bodies.{entry}"));
-            return Err(place.no_other_body(&field.bodies[entry], "", &names));
+        for (entry, name) in field.bodies.iter().enumerate() {
+            check_other(name, None, &scene.bodies, &place.at(&format!("bodies.{entry}")))?;
         }
         if let Some(shape) = &field.within {
             check_box(shape, &place)?;
@@ -184,16 +187,11 @@ fn check_fields(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
 
 /// Checks the shapes of links, and that the bodies that they join exist and differ.
 fn check_links(scene: &Scene, root: &Field<'_>) -> Result<(), SceneError> {
-    let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
     for (index, link) in scene.links.iter().enumerate() {
         let place = root.at(&format!("link.{index}"));
-        if !names.contains(&link.body.as_str()) {
-            return Err(place.at("body").no_other_body(&link.body, "", &names));
-        }
-        if let Some(other) = &link.other
-            && (*other == link.body || !names.contains(&other.as_str()))
-        {
-            return Err(place.at("other").no_other_body(other, &link.body, &names));
+        check_other(&link.body, None, &scene.bodies, &place.at("body"))?;
+        if let Some(other) = &link.other {
+            check_other(other, Some(&link.body), &scene.bodies, &place.at("other"))?;
         }
         check_box(&link.selection, &place)?;
     }

@@ -13,6 +13,19 @@ fn no_mesh() -> PyErr {
     PyValueError::new_err("the body is a bare lattice without a mesh; it has no faces")
 }
 
+properties! {
+    /// Number of pieces: connected components of the lattice.
+    pieces: usize = supple::Body::pieces;
+    /// Number of broken joints. A joint is the common face of two cells.
+    broken_joints: usize = supple::Body::broken_joints;
+    /// Number of steps and cuts in which joints broke.
+    ///
+    /// While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the vertices of the whole
+    /// body keep their numbers, in the lattice and in the mesh, and copies follow them. The numbers of copies can
+    /// change each time. Restoring a state restores it too.
+    topology_version: u64 = supple::Body::topology_version;
+}
+
 #[pymethods]
 impl Body {
     /// Fracture: a dict with strength or strain, rotation, cracks, noise, seed and surface; None if the body breaks
@@ -34,28 +47,6 @@ impl Body {
     fn cut(&self, plane: &Bound<'_, PyAny>) -> PyResult<usize> {
         let [point, normal] = constraint::plane(plane)?;
         self.with(plane.py(), |body| body.cut(point, normal))?.map_err(error::value)
-    }
-
-    /// Number of pieces: connected components of the lattice.
-    #[getter]
-    fn pieces(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py, supple::Body::pieces)
-    }
-
-    /// Number of broken joints. A joint is the common face of two cells.
-    #[getter]
-    fn broken_joints(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py, supple::Body::broken_joints)
-    }
-
-    /// Number of steps and cuts in which joints broke.
-    ///
-    /// While it stays the same, so do faces, lattice, and the lengths of arrays. When it grows, the vertices of the whole
-    /// body keep their numbers, in the lattice and in the mesh, and copies follow them. The numbers of copies can
-    /// change each time. Restoring a state restores it too.
-    #[getter]
-    fn topology_version(&self, py: Python<'_>) -> PyResult<u64> {
-        self.read(py, supple::Body::topology_version)
     }
 
     /// Triangles of the displayed surface as it is now: (m, 3) int64, read-only. Larger faces are fanned from their

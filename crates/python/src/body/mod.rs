@@ -1,5 +1,19 @@
 //! Defines `supple.Body`: a soft body, outside or in a simulation.
 
+/// Defines read-only properties of `supple.Body`, each by a function that reads it.
+macro_rules! properties {
+    ($($(#[$doc:meta])* $name:ident: $value:ty = $read:expr;)*) => {
+        #[pymethods]
+        impl Body {$(
+            $(#[$doc])*
+            #[getter]
+            fn $name(&self, py: Python<'_>) -> PyResult<$value> {
+                self.read(py, $read)
+            }
+        )*}
+    };
+}
+
 mod build;
 mod class;
 mod fields;

@@ -23,14 +23,26 @@ pub(super) fn need_simulation<T>(value: Option<T>, name: &str) -> PyResult<T> {
 /// A rotation (3, 3) and a translation (3,).
 type Pose<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
+properties! {
+    /// Mass: the sum of masses.
+    mass: f64 = supple::Body::mass;
+    /// Kinetic energy in mass x length^2/s^2.
+    ///
+    /// Velocities are those of the middle of the last step, and positions those of its end. So the sum of the
+    /// energies of an undamped body oscillates by the fraction dt x omega / 2, with the greatest angular frequency
+    /// omega of its motion.
+    kinetic_energy: f64 = supple::Body::kinetic_energy;
+    /// Whether the body is rigid: the argument rigid.
+    is_rigid: bool = supple::Body::is_rigid;
+    /// Whether the body sleeps: it came to rest and is not stepped until something moves it, or wake() is called.
+    ///
+    /// A body falls asleep if every vertex was nearly still for half a second while the body was held or rested on a
+    /// collider. See the argument sleep of Simulation.
+    is_asleep: bool = supple::Body::is_asleep;
+}
+
 #[pymethods]
 impl Body {
-    /// Mass: the sum of masses.
-    #[getter]
-    fn mass(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, supple::Body::mass)
-    }
-
     /// Center of mass: (3,) float64, read-only.
     #[getter]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -62,16 +74,6 @@ impl Body {
         self.vector(py, |body| body.angular_momentum().into())
     }
 
-    /// Kinetic energy in mass x length^2/s^2.
-    ///
-    /// Velocities are those of the middle of the last step, and positions those of its end. So the sum of the
-    /// energies of an undamped body oscillates by the fraction dt x omega / 2, with the greatest angular frequency
-    /// omega of its motion.
-    #[getter]
-    fn kinetic_energy(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, supple::Body::kinetic_energy)
-    }
-
     /// Elastic energy in mass x length^2/s^2: the work that the elastic forces give back when the body returns to
     /// its shape. Raises ValueError outside a simulation.
     #[getter]
@@ -84,21 +86,6 @@ impl Body {
     #[getter]
     fn gravity_energy(&self, py: Python<'_>) -> PyResult<f64> {
         need_simulation(self.in_context(py, |body| body.gravity_energy())?, "gravity_energy")
-    }
-
-    /// Whether the body is rigid: the argument rigid.
-    #[getter]
-    fn is_rigid(&self, py: Python<'_>) -> PyResult<bool> {
-        self.read(py, supple::Body::is_rigid)
-    }
-
-    /// Whether the body sleeps: it came to rest and is not stepped until something moves it, or wake() is called.
-    ///
-    /// A body falls asleep if every vertex was nearly still for half a second while the body was held or rested on a
-    /// collider. See the argument sleep of Simulation.
-    #[getter]
-    fn is_asleep(&self, py: Python<'_>) -> PyResult<bool> {
-        self.read(py, supple::Body::is_asleep)
     }
 
     /// Wake the body up. It falls asleep again after half a second of rest.

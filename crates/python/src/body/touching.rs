@@ -5,40 +5,23 @@ use pyo3::types::PyTuple;
 
 use super::Body;
 
-#[pymethods]
-impl Body {
+properties! {
     /// Coulomb friction coefficient at other bodies, >= 0.
-    #[getter]
-    fn friction(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, |body| body.touching().friction)
-    }
-
+    friction: f64 = |body| body.touching().friction;
     /// Coefficient of restitution at other bodies, in [0, 1].
-    #[getter]
-    fn restitution(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, |body| body.touching().restitution)
-    }
-
+    restitution: f64 = |body| body.touching().restitution;
     /// Coefficient of rolling resistance on colliders, >= 0: the greatest distance of the center of pressure of a contact from its
     /// middle, as a fraction of the radius of the contact. Unless it is set, 0.08 times the damping ratio, or 0.016 with a
     /// damping_rate above 0.
-    #[getter]
-    fn rolling_resistance(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, supple::Body::rolling_resistance)
-    }
-
+    rolling_resistance: f64 = supple::Body::rolling_resistance;
     /// Distance outside of the surface at which the body touches, in scene units, >= 0.
-    #[getter]
-    fn thickness(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, |body| body.touching().thickness)
-    }
-
+    thickness: f64 = |body| body.touching().thickness;
     /// Whether parts of the body touch each other: bool, or None if the simulation decides.
-    #[getter]
-    fn self_contact(&self, py: Python<'_>) -> PyResult<Option<bool>> {
-        self.read(py, |body| body.touching().self_contact)
-    }
+    self_contact: Option<bool> = |body| body.touching().self_contact;
+}
 
+#[pymethods]
+impl Body {
     /// Names of bodies that the body does not touch: tuple of str.
     #[getter]
     fn ignore<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {

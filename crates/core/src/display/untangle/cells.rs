@@ -1,9 +1,9 @@
 //! Tables of the cells of a lattice.
 
-use nalgebra::Vector3;
-
 use super::determinants::{Corners, least_determinant};
 use crate::lattice::{Joint, Lattice};
+use crate::mesh::Csr;
+use crate::simd::vector::wide;
 
 /// The corners of the cells of a lattice, and the cells around its vertices.
 #[derive(Debug, Default)]
@@ -14,17 +14,15 @@ pub(super) struct Cells {
     broken: Vec<Joint>,
     /// Vertices at the corners of each cell.
     vertices: Vec<[u32; 8]>,
-    /// First entry of each vertex in `around`, then the number of entries.
-    first: Vec<u32>,
     /// The corners of cells at each vertex: 8 times the cell, plus the number of the corner.
-    around: Vec<u32>,
+    around: Csr<u32>,
 }
 
 impl Cells {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.indices) + size_of_val(&*self.vertices);
-        cells + size_of_val(&*self.broken) + size_of_val(&*self.first) + size_of_val(&*self.around)
+        cells + size_of_val(&*self.broken) + self.around.bytes()
     }
 
     /// Builds the tables of a lattice, if they are of another lattice.
@@ -38,22 +36,8 @@ impl Cells {
         self.indices.extend_from_slice(lattice.cells());
         self.vertices.clear();
         self.vertices.extend(lattice.corner_table().iter());
-        self.first.clear();
-        self.first.resize(lattice.len() + 1, 0);
-        for &vertex in self.vertices.as_flattened() {
-            self.first[vertex as usize + 1] += 1;
-        }
-        for vertex in 0..lattice.len() {
-            self.first[vertex + 1] += self.first[vertex];
-        }
-        let mut next = self.first.clone();
-        self.around.clear();
-        self.around.resize(8 * self.vertices.len(), 0);
-        for (corner, &vertex) in (0..).zip(self.vertices.as_flattened()) {
-            let next = &mut next[vertex as usize];
-            self.around[*next as usize] = corner;
-            *next += 1;
-        }
+        let corners = (0..).zip(self.vertices.as_flattened()).map(|(corner, &vertex)| (vertex, corner));
+        self.around = Csr::sorted(lattice.len(), corners);
     }
 
     /// Returns the number of cells.
@@ -63,7 +47,7 @@ impl Cells {
 
     /// Returns the number of vertices.
     pub(super) fn vertex_count(&self) -> usize {
-        self.first.len() - 1
+        self.around.len()
     }
 
     /// Returns the vertices at the corners of a cell.
@@ -73,7 +57,7 @@ impl Cells {
 
     /// Returns the positions of the corners of a cell.
     pub(super) fn corners(&self, cell: u32, positions: &[[f32; 3]]) -> Corners {
-        self.vertices(cell).map(|vertex| vector(&positions[vertex as usize]))
+        self.vertices(cell).map(|vertex| wide(positions[vertex as usize]))
     }
 
     /// Returns the least determinant of a cell.
@@ -83,12 +67,6 @@ impl Cells {
 
     /// Iterates over the cells around a vertex, with the number of the corner that the vertex is in each cell.
     pub(super) fn around(&self, vertex: u32) -> impl ExactSizeIterator<Item = (u32, usize)> + '_ {
-        let [first, end] = [0, 1].map(|next| self.first[vertex as usize + next] as usize);
-        self.around[first..end].iter().map(|corner| (corner / 8, (corner % 8) as usize))
+        self.around.row(vertex as usize).iter().map(|corner| (corner / 8, (corner % 8) as usize))
     }
-}
-
-/// Returns a position in f64.
-pub(super) fn vector(position: &[f32; 3]) -> Vector3<f64> {
-    Vector3::from(position.map(f64::from))
 }

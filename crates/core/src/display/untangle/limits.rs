@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::cells::vector;
+use crate::simd::vector::wide;
 use crate::volume::{Limits, Motion, project};
 
 /// The limits of displacements.
@@ -30,8 +30,8 @@ impl Within<'_> {
         if self.fixed[index] {
             return;
         }
-        let position = vector(&positions[index]);
-        let before = position - vector(&self.start[index]);
+        let position = wide(positions[index]);
+        let before = position - wide(self.start[index]);
         let limits = self.limits.of(vertex);
         let (mut step, motion) = project(limits, before, step);
         if let Motion::Sliding(normal) = motion {

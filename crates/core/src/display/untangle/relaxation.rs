@@ -6,9 +6,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cells::{Cells, vector};
+use super::cells::Cells;
 use super::determinants::{mean_edges, opened};
 use super::limits::Within;
+use crate::simd::vector::wide;
 
 /// Iterations of a relaxation. A few move a part far enough out of its minimum.
 pub(super) const ITERATIONS: usize = 4;
@@ -68,7 +69,7 @@ impl Relaxation {
             }
             for (&vertex, (sum, count)) in vertices.iter().zip(&self.goals) {
                 if *count > 0.0 {
-                    let step = sum / *count - vector(&positions[vertex as usize]);
+                    let step = sum / *count - wide(positions[vertex as usize]);
                     let along = |normal: Vector3<f64>, along| step + normal * (along - normal.dot(&step));
                     within.advance(vertex, step, along, positions);
                 }

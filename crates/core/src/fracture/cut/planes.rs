@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::lattice::{Joint, Lattice};
+use crate::lattice::Lattice;
 
 /// The plane of a crack, in the model frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ impl CrackPlane {
     ///
     /// * `cell`: grid index `[x, y, z]` of the cell.
     pub fn is_positive(&self, lattice: &Lattice, cell: [i32; 3]) -> bool {
-        Planes::new(lattice, std::slice::from_ref(self)).is_positive(0, cell)
+        self.in_grid(lattice).is_positive(0, cell)
     }
 }
 
@@ -36,7 +36,7 @@ pub(super) fn step(mut cell: Cell, axis: usize, by: i32) -> Cell {
 }
 
 /// The planes of the cracks, with lengths in cells from the origin of the lattice.
-pub(super) struct Planes {
+pub(in crate::fracture) struct Planes {
     planes: Vec<(Vector3<f64>, f64)>,
     origin: Point3<f64>,
     cell_size: f64,
@@ -94,23 +94,17 @@ impl Planes {
         let center = Vector3::from(cell.map(|x| f64::from(x) + 0.5));
         self.distance(crack, &center) >= 0.0
     }
+
+    /// Returns whether a face is between cells on opposite sides of a plane.
+    pub(in crate::fracture) fn is_between(&self, crack: u32, (cell, axis): Face) -> bool {
+        self.is_positive(crack, cell) != self.is_positive(crack, step(cell, axis, 1))
+    }
 }
 
 impl CrackPlane {
     /// Prepares the plane for tests of many joints.
-    pub(in crate::fracture) fn in_grid(&self, lattice: &Lattice) -> GridPlane {
-        GridPlane(Planes::new(lattice, std::slice::from_ref(self)))
-    }
-}
-
-/// A plane, prepared for tests of the joints of a lattice.
-pub(in crate::fracture) struct GridPlane(Planes);
-
-impl GridPlane {
-    /// Returns whether the centers of the cells of a joint are on different sides of the plane.
-    pub(in crate::fracture) fn is_between(&self, lattice: &Lattice, joint: Joint) -> bool {
-        let cell = lattice.cells()[joint.cell as usize];
-        self.0.is_positive(0, cell) != self.0.is_positive(0, step(cell, usize::from(joint.axis), 1))
+    pub(in crate::fracture) fn in_grid(&self, lattice: &Lattice) -> Planes {
+        Planes::new(lattice, std::slice::from_ref(self))
     }
 }
 
@@ -124,9 +118,6 @@ pub(super) fn staircase_neighbors(planes: &Planes, crack: u32, (cell, axis): Fac
             neighbors.extend([(beside, axis), (low, other), (high, other)]);
         }
     }
-    let opposite = |&(cell, axis): &Face| {
-        planes.is_positive(crack, cell) != planes.is_positive(crack, step(cell, axis, 1))
-    };
-    neighbors.retain(opposite);
+    neighbors.retain(|&face| planes.is_between(crack, face));
     neighbors
 }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::evaluate::Correction;
 use super::workspace::{CorrectionWorkspace, LimitedVertex};
 use crate::parallel::Executor;
+use crate::simd::vector::wide;
 use crate::volume::limits::{Limits, Motion, project};
 
 /// Maximum number of passes of the active-set iteration in [`Correction::solve_within`]. Three to five
@@ -67,8 +68,8 @@ impl Correction {
         for (limited, limits) in limited.iter_mut().zip(limits.by_vertex()) {
             let (index, free) = (limited.vertex as usize, limited.free);
             let lambda = lambdas[self.adjacency.component(index)];
-            let (offset, along) = (offsets.get(index).copied().unwrap_or_default(), vector(free.direction()));
-            let (displacement, motion) = project(limits, Vector3::zeros(), vector(offset) + along * lambda);
+            let (offset, along) = (offsets.get(index).copied().unwrap_or_default(), wide(free.direction()));
+            let (displacement, motion) = project(limits, Vector3::zeros(), wide(offset) + along * lambda);
             has_changed |=
                 motion != limited.motion || motion == Motion::Stopped && displacement != limited.displacement;
             (limited.motion, limited.displacement) = (motion, displacement);
@@ -79,7 +80,7 @@ impl Correction {
                 Motion::Stopped => Vector3::zeros(),
             };
             // The point reaches the displacement at the current `lambda`.
-            let position = vector(free.position()) - vector(offset) + displacement - direction * lambda;
+            let position = wide(free.position()) - wide(offset) + displacement - direction * lambda;
             let point = &mut scratch.points[index];
             point.set_position(position.map(|x| x as f32).into());
             point.set_direction(direction.map(|x| x as f32).into());
@@ -97,8 +98,4 @@ impl Correction {
             self.report(workspace, component, volume - workspace.rest[component]);
         }
     }
-}
-
-fn vector(v: [f32; 3]) -> Vector3<f64> {
-    Vector3::from(v.map(f64::from))
 }

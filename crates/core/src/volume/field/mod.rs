@@ -14,6 +14,7 @@ use super::adjacency::{Adjacency, Corners, octants};
 use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
+use crate::simd::vector::cross;
 
 /// Field at rest, in the model's frame. The correction rotates each vector by the shape-matching rotation of
 /// its vertex.
@@ -65,9 +66,6 @@ impl Field {
 #[inline]
 pub(super) fn rotated(q: &[f32; 4], v: &[f32; 3]) -> [f32; 3] {
     let [x, y, z, w] = *q;
-    let cross = |a: [f32; 3], b: [f32; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
     // v + 2 u × (u × v + w v), where u is the vector part (x, y, z) of q.
     let inner = cross([x, y, z], *v);
     let inner = std::array::from_fn(|k| inner[k] + w * v[k]);
