@@ -1,10 +1,12 @@
 //! Measures the cost of contact in a step: for a fine mesh at rest on a plane, and for a fine mesh that falls
-//! far above a plane, each compared with the same mesh in a simulation without a plane; for bodies that touch no
-//! other body, and for a heap of bodies in a bin.
+//! far above a plane, each compared with the same mesh in a simulation without a plane; for a large cube on a plane,
+//! for bodies that touch no other body, and for a heap of bodies in a bin.
 
 use std::time::Duration;
 
-use supple::{Body, Collider, Lattice, Material, Mesh, Preservation, Simulation, Substeps};
+use supple::{
+    Body, Collider, Lattice, Material, Mesh, Preservation, Simulation, SimulationBuilder, Substeps,
+};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, block};
 
@@ -14,6 +16,8 @@ use crate::step::step_alternately;
 
 /// Lattice vertices along each axis of the bodies that touch each other, or could: 729 in total.
 const CUBE: i32 = 9;
+/// Lattice vertices along each axis of the cube on a plane: 10,648 in total, of which 484 touch the plane.
+const LARGE_CUBE: i32 = 22;
 /// Number of bodies that are far from each other.
 const FAR: usize = 100;
 /// Frames, at 60 frames per second, after which the heap has fallen together and is not at rest.
@@ -42,8 +46,31 @@ pub(crate) fn bench(bench: &mut Bench) {
     // Gravity is so weak that the statue stays far above the ground in the longest run.
     let simulations = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
     compare(bench, ["falling", "falling, nothing touched", "without a plane"], 0.01, simulations);
+    lying(bench);
     far(bench);
     heaps(bench);
+}
+
+/// Measures a step of a large cube on a plane, relative to a step without gravity and plane.
+fn lying(bench: &mut Bench) {
+    bench.section("a cube of 10,648 lattice vertices on a plane, E = 1 MPa, edge 1 m, one thread, full step");
+    let simulation = |gravity: f64, ground: Option<Collider>| {
+        let body = Body::from_lattice(block([LARGE_CUBE; 3])).scale(1.0 / f64::from(LARGE_CUBE - 1));
+        let body = body.youngs_modulus(1e6).volume(Preservation::Off).build().expect("the body is valid");
+        let empty = Simulation::builder().gravity([0.0, gravity, 0.0]).fps(60.0).substeps(Substeps::Auto);
+        let all =
+            ground.into_iter().fold(empty.body(body).threads(1).sleep(false), SimulationBuilder::collider);
+        let mut simulation = all.build().expect("the simulation is valid");
+        simulation.advance(FALL);
+        simulation
+    };
+    let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+    let simulations = || [simulation(-9.81, Some(ground.clone())), simulation(0.0, None)];
+    let samples = bench.measure(["contact", "lying"], Sampling::Many, simulations, step_alternately);
+    if let Some(samples) = samples {
+        let comparison = comparison(&samples, "free");
+        bench.row("on a plane, against free", (samples.ratio(0, 1), "times"), Some(AtMost(1.3)), comparison);
+    }
 }
 
 /// Measures what contact between bodies costs bodies that are far from each other.

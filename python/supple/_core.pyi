@@ -730,16 +730,34 @@ class Body:
         """Wake the body up. It falls asleep again after half a second of rest."""
     @overload
     def lattice_positions(self, out: None = None) -> NDArray[np.float64]:
-        """."""
+        """Copy the positions of the lattice vertices: (n, 3), as the attribute positions, and into a given array.
+
+        out : (n, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+        """
     @overload
     def lattice_positions(self, out: NDArray[_Float]) -> NDArray[_Float]:
-        """."""
+        """Copy the positions of the lattice vertices: (n, 3), as the attribute positions, and into a given array.
+
+        out : (n, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+        """
     @overload
     def lattice_velocities(self, out: None = None) -> NDArray[np.float64]:
-        """."""
+        """Copy the velocities of the lattice vertices in length/s: (n, 3), as the attribute velocities, and into a given
+        array.
+
+        out : (n, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+        """
     @overload
     def lattice_velocities(self, out: NDArray[_Float]) -> NDArray[_Float]:
-        """."""
+        """Copy the velocities of the lattice vertices in length/s: (n, 3), as the attribute velocities, and into a given
+        array.
+
+        out : (n, 3) float32 or float64, optional
+            Array to write to and return. Default: a new float64 array.
+        """
     def goals(self) -> NDArray[np.float64]:
         """Compute the goal positions at the current positions, without advancing time: (n, 3) float64."""
     def corrected_positions(self) -> NDArray[np.float64]:
