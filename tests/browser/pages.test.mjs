@@ -246,6 +246,17 @@ test('colliders are drawn, and can be hidden', async (t) => {
   assert.ok(changed > 1000, `${changed} values differ`);
 });
 
+test('colliders are drawn in the frames in which they are enabled', async (t) => {
+  const { page } = await opened(t, colliders);
+  const visible = async (key) => {
+    await page.keyboard.press(key);
+    await drawn(page);
+    return page.evaluate(() => player.views.views[0].colliders.map((collider) => collider.content.visible));
+  };
+  assert.deepEqual(await visible('Home'), [true, true, true, true, true]);
+  assert.deepEqual(await visible('End'), [true, true, false, true, true]);
+});
+
 test('the ground is as large as the bodies and their shadows need', async (t) => {
   const { page } = await opened(t, kept);
   const scenes = [

@@ -310,6 +310,28 @@ def test_animated_colliders_have_points_in_every_frame(folder):
     assert problems(stage) == []
 
 
+def test_disabled_colliders_are_invisible_and_keep_their_place(folder):
+    out_and_in = [{"time": 0.08, "value": False}, {"time": 0.16, "value": True}]
+    late = [{"time": 0.04, "value": True}]
+    overrides = {"collider.1.enabled": out_and_in, "collider.2.enabled": late, "collider.3.enabled": False}
+    stage = run(folder, overrides=overrides)
+    prims = {prim.GetName(): UsdGeom.Imageable(prim) for prim in stage.GetPrimAtPath("/World/Colliders").GetChildren()}
+    # The capsule is never enabled.
+    assert list(prims) == ["plane", "sphere", "box", "mesh"]
+
+    def visible(name: str) -> list[bool]:
+        return [prims[name].ComputeVisibility(frame) != "invisible" for frame in range(7)]
+
+    assert visible("sphere") == [True, True, False, False, True, True, True]
+    assert visible("box") == [False] + 6 * [True]
+    assert visible("plane") == visible("mesh") == 7 * [True]
+    assert not any(prims[name].GetVisibilityAttr().HasAuthoredValue() for name in ("plane", "mesh"))
+    places = [UsdGeom.Xformable(prims["sphere"]).ComputeLocalToWorldTransform(frame) for frame in range(7)]
+    assert np.allclose([place.ExtractTranslation()[0] for place in places], np.array([0, 1, 1, 1, 4, 5, 6]) / 6)
+    assert not UsdGeom.Xformable(prims["box"]).GetTimeSamples()
+    assert problems(stage) == []
+
+
 def test_validators_find_no_problem_and_do_find_one_in_a_broken_stage(folder):
     stage = run(folder)
     assert problems(stage) == []

@@ -108,13 +108,13 @@ fn ball() -> String {
 }
 
 /// A film: its size, and its pictures with their durations in ms.
-struct Film {
+pub(crate) struct Film {
     size: [usize; 2],
-    pictures: Vec<(Vec<u8>, u32)>,
+    pub(crate) pictures: Vec<(Vec<u8>, u32)>,
 }
 
 impl Film {
-    fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let mut decoder = WebPDecoder::new(Cursor::new(fs::read(path).unwrap())).unwrap();
         let (width, height) = decoder.dimensions();
         let channels = if decoder.has_alpha() { 4 } else { 3 };

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use gltf::animation::Interpolation;
 use gltf::animation::util::ReadOutputs;
 use gltf::{Gltf, Primitive};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -77,6 +78,8 @@ pub(crate) struct Played {
     pub(crate) frames: Vec<Vec<Vector3<f64>>>,
     /// Lengths of the normals of the frames, before they are normalized, and the normals.
     pub(crate) normals: Vec<Vec<Vector3<f64>>>,
+    /// Whether the scale of each frame is 1, and not 0.
+    pub(crate) is_shown: Vec<bool>,
 }
 
 impl File {
@@ -108,6 +111,11 @@ impl File {
             })
             .collect();
         let (mut times, mut rotations, mut translations, mut weights) = (vec![], vec![], vec![], vec![]);
+        let mut is_shown = Vec::new();
+        let shows = |scale: [f32; 3]| {
+            assert!(scale == [0.0; 3] || scale == [1.0; 3], "{scale:?}");
+            scale == [1.0; 3]
+        };
         for channel in self.gltf.animations().flat_map(|animation| animation.channels()) {
             if channel.target().node().index() != node.index() {
                 continue;
@@ -123,7 +131,10 @@ impl File {
                         .collect();
                 }
                 ReadOutputs::MorphTargetWeights(found) => weights = found.into_f32().collect(),
-                ReadOutputs::Scales(_) => panic!("no node is scaled"),
+                ReadOutputs::Scales(found) => {
+                    assert_eq!(channel.sampler().interpolation(), Interpolation::Step);
+                    is_shown = found.map(shows).collect();
+                }
             }
         }
         // A collider that rests has no channel.
@@ -131,11 +142,14 @@ impl File {
             let channel = self.gltf.animations().next().unwrap().channels().next().unwrap();
             times = channel.reader(buffer).read_inputs().unwrap().collect();
         }
-        let (translation, rotation, _) = node.transform().decomposed();
+        let (translation, rotation, scale) = node.transform().decomposed();
         let rotation = UnitQuaternion::from_quaternion(Quaternion::from(rotation.map(f64::from)));
         translations.resize(times.len(), wide(translation));
         rotations.resize(times.len(), rotation);
-        let mut played = Played { targets: targets.len(), times, frames: Vec::new(), normals: Vec::new() };
+        is_shown.resize(times.len(), shows(scale));
+        assert_eq!(is_shown[0], shows(scale));
+        let (frames, normals_of) = (Vec::new(), Vec::new());
+        let mut played = Played { targets: targets.len(), times, frames, normals: normals_of, is_shown };
         for frame in 0..played.times.len() {
             let weights = &weights[frame * targets.len()..(frame + 1) * targets.len()];
             assert!(weights.iter().all(|weight| (0.0..=1.0).contains(weight)));

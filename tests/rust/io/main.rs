@@ -1,6 +1,7 @@
 //! Files: OBJ, frames, pages, stages and scenes, with fuzzers of the readers.
 
 mod broken_pages;
+mod disabled_colliders;
 mod film;
 mod frames;
 mod fuzz;

@@ -35,10 +35,25 @@ pub(crate) fn local(shape: &Shape) -> Matrix4<f64> {
 }
 
 /// Returns the displacement of the center of the collider with an index in a simulation, and its rotation about the center
-/// in degrees. A program can remove colliders from a simulation; these stay where the scene puts them.
-pub(crate) fn pose(simulation: &Simulation, index: usize) -> ([f64; 3], [f64; 3]) {
-    let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
-    collider.map(|collider| (collider.translation(), collider.rotation())).unwrap_or_default()
+/// in degrees; `None` while it is disabled. In the data of frames, the numbers of a pose are then NaN, and no file shows the
+/// collider. A program can remove colliders from a simulation; these stay where the scene puts them.
+pub(crate) fn pose(simulation: &Simulation, index: usize) -> Option<([f64; 3], [f64; 3])> {
+    if index >= simulation.collider_count() {
+        return Some(Default::default());
+    }
+    let collider = simulation.collider(index);
+    collider.is_enabled().then(|| (collider.translation(), collider.rotation()))
+}
+
+/// Returns for each frame the one whose pose a file has in it: the last frame so far in which the collider is shown, before
+/// the first of these the first one. `None` if it is shown in no frame.
+pub(crate) fn posed_frames(is_shown: &[bool]) -> Option<Vec<usize>> {
+    let mut last = is_shown.iter().position(|&is_shown| is_shown)?;
+    let posed = is_shown.iter().enumerate().map(|(frame, &is_shown)| {
+        last = if is_shown { frame } else { last };
+        last
+    });
+    Some(posed.collect())
 }
 
 /// Returns the motion of a collider from where the scene puts it.

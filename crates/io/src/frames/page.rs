@@ -134,8 +134,9 @@ impl FrameSink for PageWriter {
         let space = self.space;
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
-            let (translate, rotate) = collider::pose(simulation, index);
-            self.frame.push_pose(space.position(translate), space.angles(rotate));
+            let pose = collider::pose(simulation, index);
+            self.frame
+                .push_pose(pose.map(|(translate, rotate)| (space.position(translate), space.angles(rotate))));
         }
         let mut animated = animated_positions(simulation, space);
         for points in self.data.layout.animated() {

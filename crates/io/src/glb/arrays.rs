@@ -9,6 +9,9 @@ use super::layout::{Array, Element, Layout, Usage};
 use super::motion::{Motion, Pose, Vectors};
 use super::{Samples, SplitSurface};
 
+/// The scale of a node: 1, or 0 in frames in which it is not shown.
+const SCALE: (&str, Element) = ("scale", Element::Vector(3));
+
 /// The arrays of a body or a collider.
 pub(super) struct BodyArrays {
     pub(super) positions: Array,
@@ -20,7 +23,7 @@ pub(super) struct BodyArrays {
     corners: Vec<(usize, Array)>,
     /// The displacements of positions and of normals of each morph target.
     targets: Vec<[Array; 2]>,
-    /// Translations, rotations and weights of the frames, those that change.
+    /// Translations, rotations, scales and weights of the frames, those that change.
     motion: Vec<(&'static str, Array)>,
 }
 
@@ -76,6 +79,7 @@ impl BodyArrays {
         let numbers = numbers.into_iter().filter(|&(_, _, count)| frames > 1 && count > 0);
         let add = |(path, element, count)| (path, layout.add(element, count, Usage::Other));
         self.motion = numbers.map(add).collect();
+        self.add_changing([SCALE], &motion.poses, layout);
     }
 
     /// Adds second texture coordinates. The first ones are needed too, which are then zero.
@@ -136,8 +140,19 @@ impl BodyArrays {
 
     /// Adds the arrays of the frames of a collider, if it moves.
     pub(super) fn add_poses(&mut self, poses: &[Pose], layout: &mut Layout) {
+        let paths = [("translation", Element::Vector(3)), ("rotation", Element::Vector(4)), SCALE];
+        self.add_changing(paths, poses, layout);
+    }
+
+    /// Adds the arrays of those paths along which poses change.
+    fn add_changing<const N: usize>(
+        &mut self,
+        paths: [(&'static str, Element); N],
+        poses: &[Pose],
+        layout: &mut Layout,
+    ) {
         let first = [poses[0]];
-        for (path, element) in [("translation", Element::Vector(3)), ("rotation", Element::Vector(4))] {
+        for (path, element) in paths {
             let start = numbers_of(path, &first);
             if poses.iter().any(|pose| numbers_of(path, &[*pose]) != start) {
                 self.motion.push((path, layout.add(element, poses.len() as u64, Usage::Other)));
@@ -190,7 +205,7 @@ impl BodyArrays {
     }
 }
 
-/// Returns the translations or the rotations of poses; `None` for weights.
+/// Returns the translations, the rotations or the scales of poses; `None` for weights.
 fn numbers_of(path: &str, poses: &[Pose]) -> Option<Vec<f32>> {
     let poses = poses.iter();
     match path {
@@ -200,6 +215,7 @@ fn numbers_of(path: &str, poses: &[Pose]) -> Option<Vec<f32>> {
         "rotation" => {
             Some(poses.flat_map(|pose| <[f32; 4]>::from(pose.rotation.coords.cast::<f32>())).collect())
         }
+        "scale" => Some(poses.flat_map(|pose| [f32::from(u8::from(pose.is_shown)); 3]).collect()),
         _ => None,
     }
 }
@@ -210,7 +226,11 @@ pub(super) fn animation(name: &str, times: Array, bodies: &[BodyArrays]) -> Valu
     for (node, arrays) in bodies.iter().enumerate() {
         for &(path, array) in &arrays.motion {
             channels.push(json!({ "sampler": samplers.len(), "target": { "node": node, "path": path } }));
-            samplers.push(json!({ "input": times.accessor, "output": array.accessor }));
+            let mut sampler = json!({ "input": times.accessor, "output": array.accessor });
+            if path == SCALE.0 {
+                sampler["interpolation"] = json!("STEP");
+            }
+            samplers.push(sampler);
         }
     }
     json!({ "name": name, "samplers": samplers, "channels": channels })

@@ -93,9 +93,12 @@ impl ColliderSurface {
     }
 
     /// Appends its vectors of the present frame to a sample. `spaces`: the coordinates of the other files, and those of
-    /// this one in these.
+    /// this one in these. They are NaN while the collider is disabled.
     pub(crate) fn push(&self, simulation: &Simulation, spaces: [FileSpace; 2], sample: &mut Vec<[f32; 3]>) {
-        let pose = collider::pose(simulation, self.index);
+        let Some(pose) = collider::pose(simulation, self.index) else {
+            sample.extend(std::iter::repeat_n([f32::NAN; 3], self.len()));
+            return;
+        };
         let Some(mut positions) = collider::animated_positions(&self.shape, simulation.time()) else {
             let (translate, rotate) = pose;
             let angles = spaces[1].angles(spaces[0].angles(rotate));
@@ -125,6 +128,11 @@ impl ColliderSurface {
         normals
     }
 
+    /// Returns its vectors in a sample.
+    pub(super) fn vectors(&self) -> Range<usize> {
+        self.first..self.first + self.len()
+    }
+
     /// Returns the points of an animated mesh.
     pub(super) fn points(&self) -> BodyPoints<'_> {
         BodyPoints { name: &self.name, surface: &self.surface, first: self.first }
@@ -152,7 +160,7 @@ impl ColliderSurface {
             let [translation, axis] = [0, 1].map(|k| Vector3::from(vectors[k].map(f64::from)));
             let rotation = UnitQuaternion::from_scaled_axis(axis);
             let rotation = poses.last().map_or(rotation, |before| near(rotation, before.rotation));
-            poses.push(Pose { rotation, translation });
+            poses.push(Pose { rotation, translation, is_shown: samples.is_shown(frame, self.first) });
         }
         Ok(ColliderNode {
             name: &self.name,

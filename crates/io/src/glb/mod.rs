@@ -7,7 +7,8 @@
 //! ```
 //!
 //! A body is a node with a mesh. The node moves rigidly; what remains of the motion are morph targets, one per component,
-//! with a weight in each frame. Colliders are children of a node of their own, and move rigidly.
+//! with a weight in each frame. Colliders are children of a node of their own, and move rigidly. In frames in which a collider is
+//! disabled the scale of its node is 0, by which glTF animates visibility (section 3.5.3 of the specification).
 
 mod arrays;
 mod colliders;
@@ -15,6 +16,7 @@ mod layout;
 mod materials;
 mod motion;
 mod scene;
+mod shown;
 mod surface;
 
 pub(crate) use colliders::ColliderSurface;

@@ -38,6 +38,11 @@ pub(crate) trait Samples {
 
     /// Reads the vectors of a range of points in a frame.
     fn read(&mut self, frame: usize, points: Range<usize>, out: &mut Vec<[f32; 3]>) -> io::Result<()>;
+
+    /// Returns whether a file shows a point in a frame.
+    fn is_shown(&self, _frame: usize, _point: usize) -> bool {
+        true
+    }
 }
 
 /// The vectors of points.
@@ -52,6 +57,8 @@ pub(super) enum Vectors {
 pub(super) struct Pose {
     pub(super) rotation: UnitQuaternion<f64>,
     pub(super) translation: Vector3<f64>,
+    /// Whether the node is shown.
+    pub(super) is_shown: bool,
 }
 
 /// The motion of a surface.
@@ -319,7 +326,9 @@ fn poses(samples: &mut dyn Samples, points: Range<usize>) -> io::Result<(Vec<Pos
         );
     let size = (high - low).max().max(0.0);
     let center = mean(&first);
-    let mut poses = vec![Pose { rotation: UnitQuaternion::identity(), translation: center }];
+    let is_shown = |samples: &dyn Samples, frame| samples.is_shown(frame, points.start);
+    let rotation = UnitQuaternion::identity();
+    let mut poses = vec![Pose { rotation, translation: center, is_shown: is_shown(samples, 0) }];
     for frame in 1..samples.frames() {
         samples.read(frame, points.clone(), &mut now)?;
         let translation = mean(&now);
@@ -329,7 +338,8 @@ fn poses(samples: &mut dyn Samples, points: Range<usize>) -> io::Result<(Vec<Pos
             .map(|(now, first)| (wide(now) - translation) * (wide(first) - center).transpose());
         let before = poses[frame - 1].rotation;
         let rotation = best_rotation(&products.sum::<Matrix3<f64>>()).unwrap_or(before);
-        poses.push(Pose { rotation: near(rotation, before), translation });
+        let rotation = near(rotation, before);
+        poses.push(Pose { rotation, translation, is_shown: is_shown(samples, frame) });
     }
     Ok((poses, size))
 }

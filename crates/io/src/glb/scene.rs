@@ -18,6 +18,7 @@ use super::arrays::{Binary, BodyArrays, animation};
 use super::colliders::{ColliderNode, ColliderSurface, bounds_of};
 use super::layout::{Element, Layout, Usage};
 use super::motion::{Motion, Pose};
+use super::shown::ShownSamples;
 use super::{BodyPoints, Materials, Samples};
 use crate::collider::COLLIDERS;
 use crate::space::FileSpace;
@@ -58,15 +59,17 @@ pub(crate) fn write_scene(
     materials: &Materials,
     samples: &mut dyn Samples,
 ) -> io::Result<(Vec<WrittenMotion>, Vec<PathBuf>)> {
+    let (mut samples, colliders) = ShownSamples::new(samples, colliders)?;
+    let samples: &mut dyn Samples = &mut samples;
     let frames = samples.frames();
     let moved = colliders.iter().filter(|collider| !collider.is_animated);
-    let bounds = match colliders {
+    let bounds = match colliders[..] {
         [] => Default::default(),
         _ => bounds_of(samples, bodies.iter().map(BodyPoints::positions))?,
     };
     let nodes =
         moved.map(|collider| collider.node(samples, spaces, bounds)).collect::<io::Result<Vec<_>>>()?;
-    let animated = colliders.iter().filter(|collider| collider.is_animated).map(ColliderSurface::points);
+    let animated = colliders.iter().filter(|collider| collider.is_animated).map(|collider| collider.points());
     let shown = bodies.len();
     let bodies: Vec<BodyPoints<'_>> = bodies.iter().copied().chain(animated).collect();
     let split = |body: &BodyPoints<'_>| Motion::new(samples, body.positions(), description.tolerance);
@@ -85,17 +88,15 @@ pub(crate) fn write_scene(
         arrays
     }));
     let of_bodies = || bodies.iter().zip(&motions).zip(&arrays);
-    let node = |(mesh, ((body, motion), _)): (usize, ((&BodyPoints<'_>, &Motion), &BodyArrays))| {
-        let translation = <[f32; 3]>::from(motion.poses[0].translation.cast::<f32>());
-        json!({ "name": body.name, "mesh": mesh, "translation": translation })
+    let of_body = |(mesh, (body, motion)): (usize, (&BodyPoints<'_>, &Motion))| {
+        node_json(body.name, mesh, &motion.poses[0])
     };
     let of_node = |(index, node): (usize, &ColliderNode<'_>)| {
-        let Pose { translation, rotation } = node.poses[0];
-        let translation = <[f32; 3]>::from(translation.cast::<f32>());
-        let rotation = <[f32; 4]>::from(rotation.coords.cast::<f32>());
-        json!({ "name": node.name, "mesh": bodies.len() + index, "translation": translation, "rotation": rotation })
+        let mut json = node_json(node.name, bodies.len() + index, &node.poses[0]);
+        json["rotation"] = json!(<[f32; 4]>::from(node.poses[0].rotation.coords.cast::<f32>()));
+        json
     };
-    let mut all: Vec<Value> = of_bodies().enumerate().map(node).collect();
+    let mut all: Vec<Value> = bodies.iter().zip(&motions).enumerate().map(of_body).collect();
     all.extend(nodes.iter().enumerate().map(of_node));
     let mut roots: Vec<usize> = (0..shown).collect();
     if !colliders.is_empty() {
@@ -129,6 +130,16 @@ pub(crate) fn write_scene(
         error: if motion.size > 0.0 { motion.error / motion.size } else { 0.0 },
     });
     Ok((written.collect(), left_out))
+}
+
+/// Returns the node of a mesh without its rotation. `pose`: that of the first frame.
+fn node_json(name: &str, mesh: usize, pose: &Pose) -> Value {
+    let translation = <[f32; 3]>::from(pose.translation.cast::<f32>());
+    let mut node = json!({ "name": name, "mesh": mesh, "translation": translation });
+    if !pose.is_shown {
+        node["scale"] = json!([0.0, 0.0, 0.0]);
+    }
+    node
 }
 
 /// Writes a file with a body as it is in the first frame. `texels`: second texture coordinates of each vertex, with the

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! head    f64  volumes of each body: at rest, before the correction, after the correction
-//!         f64  pose of each collider: displacement x, y, z, Euler angles x, y, z in degrees
+//!         f64  pose of each collider: displacement x, y, z, Euler angles x, y, z in degrees; NaN if it is disabled
 //!         f32  bounds of each point set: smallest x, y, z, largest x, y, z
 //! pieces       the broken bodies: see `pieces`
 //! points  u16  x, y, z of each point of each set
@@ -92,13 +92,15 @@ impl Layout {
         [0, 1, 2].map(number)
     }
 
-    /// Returns the pose of a collider in a frame: its displacement, and Euler angles in degrees.
-    pub(super) fn pose(&self, frame: &[u8], collider: usize) -> [[f64; 3]; 2] {
+    /// Returns the pose of a collider in a frame: its displacement, and Euler angles in degrees. `None` if the collider is
+    /// disabled, and not shown.
+    pub(super) fn pose(&self, frame: &[u8], collider: usize) -> Option<[[f64; 3]; 2]> {
         let number = |k: usize| {
             let at = VOLUMES * self.bodies + POSE * collider + 8 * k;
             f64::from_le_bytes(std::array::from_fn(|byte| frame[at + byte]))
         };
-        [[0, 1, 2].map(number), [3, 4, 5].map(number)]
+        let pose = [[0, 1, 2].map(number), [3, 4, 5].map(number)];
+        (!pose.as_flattened().iter().any(|number| number.is_nan())).then_some(pose)
     }
 }
 
@@ -121,8 +123,9 @@ impl FrameBuilder {
         self.volumes.extend(volumes.into_iter().flat_map(f64::to_le_bytes));
     }
 
-    /// Appends the pose of the next collider.
-    pub(crate) fn push_pose(&mut self, translate: [f64; 3], rotate: [f64; 3]) {
+    /// Appends the pose of the next collider; `None` if it is disabled.
+    pub(crate) fn push_pose(&mut self, pose: Option<([f64; 3], [f64; 3])>) {
+        let (translate, rotate) = pose.unwrap_or(([f64::NAN; 3], [f64::NAN; 3]));
         self.poses.extend(translate.into_iter().chain(rotate).flat_map(f64::to_le_bytes));
     }
 

@@ -105,11 +105,15 @@ impl<'a> Playback<'a> {
             moment.bodies.push(Solid { surface, positions, volume });
         }
         for (index, collider) in colliders.iter_mut().enumerate() {
-            let pose = layout.pose(head, index);
+            let points = match collider.kind {
+                ColliderKind::Animated(..) => sets.next()??,
+                _ => Vec::new(),
+            };
+            let Some(pose) = layout.pose(head, index) else { continue };
             match &mut collider.kind {
                 ColliderKind::Animated(faces, surface) => {
                     let positions: Vec<[f32; 3]> =
-                        sets.next()??.into_iter().map(|point| point.map(|number| number as f32)).collect();
+                        points.into_iter().map(|point| point.map(|number| number as f32)).collect();
                     let surface = surface.get_or_insert_with(|| faces.surface(&positions, &[])).clone();
                     let solid = Solid { surface, positions, volume: None };
                     moment.colliders.push(moved(&solid, collider.center, pose));

@@ -5,7 +5,7 @@ use supple::{Shape, Simulation};
 
 use super::layout::Layout;
 use super::name::Names;
-use super::prim::{Prim, Stored, Value, token};
+use super::prim::{Prim, Property, Stored, Value, token};
 use super::surface::mesh_prim;
 use crate::collider::{self, finite};
 use crate::space::FileSpace;
@@ -17,6 +17,52 @@ pub(super) struct ColliderPrim {
     pub(super) matrix: Stored,
     /// The number of points of an animated mesh, and the places of its points and their bounds.
     pub(super) animated: Option<(usize, Stored, Stored)>,
+}
+
+/// The transformations of a prim in the frames.
+pub(super) struct Transforms<'a> {
+    /// That of the first frame in which the collider is shown.
+    first: Matrix4<f64>,
+    moves: bool,
+    /// Offset of each frame.
+    starts: &'a [u64],
+    is_shown: Vec<bool>,
+    /// For each frame, the one whose transformation the prim has.
+    posed: Vec<usize>,
+}
+
+impl<'a> Transforms<'a> {
+    /// `None` if the collider is shown in none of the frames. `matrices`: those of the frames.
+    pub(super) fn new(matrices: &[Matrix4<f64>], starts: &'a [u64]) -> Option<Self> {
+        let is_shown: Vec<bool> = matrices.iter().map(|matrix| !matrix[0].is_nan()).collect();
+        let posed = if matrices.is_empty() { Vec::new() } else { collider::posed_frames(&is_shown)? };
+        let first = posed.first().map_or_else(Matrix4::identity, |&frame| matrices[frame]);
+        let moves = posed.iter().any(|&frame| matrices[frame] != first);
+        Some(Self { first, moves, starts, is_shown, posed })
+    }
+
+    /// Adds the transformation, and the visibility if it changes.
+    fn add_to(&self, prim: Prim, stored: Stored) -> Prim {
+        let (type_name, name) = ("matrix4d", "xformOp:transform");
+        let is_always_shown = !self.is_shown.contains(&false);
+        let prim = match (self.moves, is_always_shown) {
+            (false, _) => prim.constant(type_name, name, Value::Matrix(self.first.into())),
+            (true, true) => prim.animated(type_name, name, stored),
+            (true, false) => {
+                let values =
+                    self.posed.iter().map(|&frame| Value::Written(stored.in_frame(self.starts[frame])));
+                let every: Vec<usize> = (0..self.posed.len()).collect();
+                prim.property(Property::chosen(type_name, name, values.collect(), &every))
+            }
+        };
+        let prim = prim.uniform("token[]", "xformOpOrder", Value::Tokens(vec![name.to_owned()]));
+        if is_always_shown {
+            return prim;
+        }
+        let values = ["inherited", "invisible"].map(token).to_vec();
+        let of_frame: Vec<usize> = self.is_shown.iter().map(|&is_shown| usize::from(!is_shown)).collect();
+        prim.property(Property::chosen("token", "visibility", values, &of_frame))
+    }
 }
 
 /// Bounds of a plane without bodies.
@@ -37,10 +83,10 @@ impl ColliderPrim {
     }
 
     /// Returns the transformation from the coordinates of the prim to those of the files, of the collider with an index
-    /// in a simulation.
+    /// in a simulation. Its numbers are NaN while the collider is disabled.
     pub(super) fn matrix(&self, simulation: &Simulation, index: usize, space: FileSpace) -> Matrix4<f64> {
-        let moved = collider::moved(&self.shape, collider::pose(simulation, index));
-        space.matrix() * moved * collider::local(&self.shape)
+        let Some(pose) = collider::pose(simulation, index) else { return Matrix4::repeat(f64::NAN) };
+        space.matrix() * collider::moved(&self.shape, pose) * collider::local(&self.shape)
     }
 
     /// Returns the positions of an animated mesh at a time in seconds, in the coordinates of the prim.
@@ -48,13 +94,11 @@ impl ColliderPrim {
         collider::animated_positions(&self.shape, time).unwrap_or_default()
     }
 
-    /// Returns the prim. `matrix` is its transformation in all frames; `None` if it moves. `first` is its
-    /// transformation in the first frame, and `bounds` are those of all bodies then.
+    /// Returns the prim. `bounds` are those of all bodies in the first frame.
     pub(super) fn prim(
         &self,
         names: &mut Names,
-        matrix: Option<&Matrix4<f64>>,
-        first: &Matrix4<f64>,
+        transforms: &Transforms<'_>,
         bounds: Option<[[f32; 3]; 2]>,
     ) -> Prim {
         let symmetric = |half: [f64; 3]| {
@@ -62,7 +106,7 @@ impl ColliderPrim {
             Value::Vectors3(vec![half.map(|number| -number), half])
         };
         let prim = match &self.shape {
-            Shape::Plane { .. } => plane(names, first, bounds.unwrap_or(NO_BODIES)),
+            Shape::Plane { .. } => plane(names, &transforms.first, bounds.unwrap_or(NO_BODIES)),
             Shape::Sphere { radius, .. } => Prim::new("Sphere", "sphere", names)
                 .constant("double", "radius", Value::Double(*radius))
                 .constant("float3[]", "extent", symmetric([*radius; 3])),
@@ -92,15 +136,7 @@ impl ColliderPrim {
                 }
             }
         };
-        let prim = match matrix {
-            Some(matrix) => prim.constant("matrix4d", "xformOp:transform", Value::Matrix((*matrix).into())),
-            None => prim.animated("matrix4d", "xformOp:transform", self.matrix),
-        };
-        prim.uniform("token[]", "xformOpOrder", Value::Tokens(vec!["xformOp:transform".to_owned()])).uniform(
-            "token",
-            "purpose",
-            token("guide"),
-        )
+        transforms.add_to(prim, self.matrix).uniform("token", "purpose", token("guide"))
     }
 }
 

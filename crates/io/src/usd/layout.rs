@@ -5,7 +5,7 @@
 //!                     u64 2, f32 bounds of the points: smallest x, y, z, largest x, y, z
 //!                     u64 number of points, f32 x, y, z of the velocity of each point; only if the stage has them
 //!                     u64 number of normals, f32 x, y, z of each normal; only if the body has normals
-//! for each collider   f64 matrix that transforms row vectors, by rows
+//! for each collider   f64 matrix that transforms row vectors, by rows; NaN if it is disabled
 //!                     as the points and the bounds of a body; only if its mesh is animated
 //! ```
 //!

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nalgebra::Matrix4;
 use supple::Simulation;
 
-use super::collider::ColliderPrim;
+use super::collider::{ColliderPrim, Transforms};
 use super::kind::{FRAMES, FrameTable};
 use super::layer::write_layer;
 use super::layout::{ARRAY_HEAD, Layout, MATRIX, push_bounds, push_matrix, push_vectors};
@@ -157,9 +157,10 @@ impl Stage {
             scope.children = materials.prims;
             children.push(scope);
         }
-        if !self.colliders.is_empty() {
+        let colliders = self.collider_prims(file, &places.starts)?;
+        if !colliders.is_empty() {
             let mut scope = Prim::new("Scope", "Colliders", &mut inside);
-            scope.children = self.collider_prims(file, &places.starts)?;
+            scope.children = colliders;
             children.push(scope);
         }
         let up = match space.up() {
@@ -194,17 +195,9 @@ impl Stage {
         let bounds = if starts.is_empty() { None } else { self.first_bounds(file)? };
         let mut prims = Vec::new();
         for collider in &self.colliders {
-            let mut moves = false;
-            let mut first = None;
-            for &start in starts {
-                let matrix = read_matrix(file, start, collider.matrix)?;
-                moves |= *first.get_or_insert(matrix) != matrix;
-                if moves {
-                    break;
-                }
-            }
-            let first = first.unwrap_or_else(Matrix4::identity);
-            prims.push(collider.prim(&mut names, (!moves).then_some(&first), &first, bounds));
+            let matrices = starts.iter().map(|&start| read_matrix(file, start, collider.matrix));
+            let transforms = Transforms::new(&matrices.collect::<io::Result<Vec<_>>>()?, starts);
+            prims.extend(transforms.map(|transforms| collider.prim(&mut names, &transforms, bounds)));
         }
         Ok(prims)
     }

@@ -189,14 +189,18 @@ class ColliderObject {
       frames = this.collider.poses.length / 6;
     for (const frame of new Set([0, 1, 2, 3, 4].map((k) => Math.round((k * (frames - 1)) / 4)))) {
       this.show(frame);
+      if (!this.isShown) continue;
       this.object.updateMatrixWorld(true);
       box.expandByObject(this.object);
     }
     return box;
   }
 
+  // Shows a frame. Poses of disabled colliders, which are not drawn, are NaN.
   show(frame) {
     const pose = this.collider.poses.subarray(6 * frame, 6 * frame + 6);
+    this.isShown = !Number.isNaN(pose[0]);
+    if (!this.isShown) return;
     this.object.position.set(pose[0], pose[1], pose[2]).add(this.center);
     this.object.quaternion.copy(eulerDegrees(pose.subarray(3)));
     if (this.collider.points) {

@@ -121,9 +121,10 @@ class View {
     for (const collider of this.colliders) collider.show(shown);
   }
 
-  // Hides the walls between the bodies and the camera.
-  hideWalls(camera) {
-    for (const collider of this.colliders) collider.content.visible = !collider.isSeenFromBehind(camera);
+  // Hides disabled colliders, and the walls between the bodies and the camera.
+  hideColliders(camera) {
+    for (const collider of this.colliders)
+      collider.content.visible = collider.isShown && !collider.isSeenFromBehind(camera);
   }
 
   setVisible(options) {
@@ -260,7 +261,7 @@ class Views {
     this.views.forEach((view, index) => {
       const x = (index % this.columns) * width,
         y = clientHeight - (Math.floor(index / this.columns) + 1) * height;
-      view.hideWalls(this.camera);
+      view.hideColliders(this.camera);
       this.renderer.setViewport(x, y, width, height);
       this.renderer.setScissor(x, y, width, height);
       this.renderer.render(view.scene, this.camera);
