@@ -50,8 +50,8 @@ def screenshot(
         Minimum and maximum corner of the box that the picture shows. Default: the bounding box of the bodies. Give the
         same box for all pictures of a film.
     colliders : bool, default True
-        Whether colliders are drawn. Of planes only those are drawn that face up by more than 30 degrees: others are
-        walls, which would hide the bodies.
+        Whether enabled colliders are drawn. Of planes only those are drawn that face up by more than 30 degrees: others
+        are walls, which would hide the bodies.
     smooth : bool, default True
         Whether triangles share normals. If False, each triangle has one brightness, so that creases are visible.
 
@@ -85,7 +85,7 @@ def screenshot(
     smooth_of = [smooth and body.mesh is not None for body in bodies]
     parts = [(part, _COLORS[index % len(_COLORS)], smooth_of[index]) for index, part in enumerate(surfaces)]
     if colliders and isinstance(target, Simulation):
-        drawn = (collider for collider in target.colliders if not _is_wall(collider, up))
+        drawn = (collider for collider in target.colliders if collider.is_enabled and not _is_wall(collider, up))
         parts += [(_collider(collider, box, target.time), _COLLIDER, smooth) for collider in drawn]
     for (points, triangles), color, blended in parts:
         corners = ((points @ axes.T - middle) * scale + offset)[triangles]

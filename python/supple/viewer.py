@@ -26,7 +26,7 @@ def view(target: Simulation | Body) -> None:
 
     The window has controls to run and pause the simulation. For each body it has a checkbox for the volume correction,
     and if the body has no material, sliders for the stiffness (or frequency) and the half-width. Static planes are
-    drawn; other colliders are not. Needs polyscope (`pip install polyscope`) and a display.
+    drawn while they are enabled; other colliders are not. Needs polyscope (`pip install polyscope`) and a display.
     """
     Viewer(target).show()
 
@@ -74,6 +74,8 @@ class Viewer:
         """Update one frame of the window: controls, steps if the simulation is running, and surfaces."""
         if self._simulation is not None:
             self._control_time(self._simulation)
+        for plane, square in self._switched_planes:
+            square.set_enabled(plane.is_enabled)
         for panel in self._panels:
             panel.frame()
 
@@ -90,7 +92,8 @@ class Viewer:
             simulation.step()
 
     def _draw_planes(self) -> None:
-        """Draw static planes as squares."""
+        """Draw static planes as squares, and keep those that are not enabled all the time."""
+        self._switched_planes: list[tuple[Plane, Any]] = []
         colliders = () if self._simulation is None else self._simulation.colliders
         low, high = np.min([panel.low for panel in self._panels], 0), np.max([panel.high for panel in self._panels], 0)
         size = 1.2 * float(np.linalg.norm(high - low))
@@ -100,7 +103,10 @@ class Viewer:
                     np.asarray(plane.point, float), np.asarray(plane.normal, float), (low + high) / 2, size
                 )
                 quad = np.array([[0, 1, 2, 3]])
-                self._polyscope.register_surface_mesh(f"plane {index}", corners, quad, color=(0.7, 0.7, 0.7))
+                square = self._polyscope.register_surface_mesh(f"plane {index}", corners, quad, color=(0.7, 0.7, 0.7))
+                if plane.enabled is not True:
+                    square.set_enabled(plane.is_enabled)
+                    self._switched_planes.append((plane, square))
 
 
 class _Panel:

@@ -224,6 +224,19 @@ def test_the_viewer_renders_a_body_without_a_simulation(cube, polyscope, tmp_pat
         supple.view(cube)
 
 
+def test_the_viewer_shows_planes_while_they_are_enabled(cube, polyscope):
+    planes = [supple.Plane((0, -3, 0), (0, 1, 0), enabled=enabled) for enabled in (True, False, [(9, False)])]
+    sim = supple.Simulation([supple.Body(cube, lattice_vertices=64)], colliders=planes)
+    viewer = supple.viewer.Viewer(sim)
+    squares = [polyscope.get_surface_mesh(f"plane {index}") for index in range(3)]
+    assert [square.is_enabled() for square in squares] == [True, False, True]
+    sim.colliders[1].enabled = True
+    sim.time = 9
+    polyscope.frame_tick()
+    assert viewer.running is False
+    assert [square.is_enabled() for square in squares] == [True, True, False]
+
+
 def test_the_viewer_of_a_body_steps_its_simulation(cube, polyscope):
     body = supple.Body(cube, lattice_vertices=64, half_width=2)
     assert body.simulation is None

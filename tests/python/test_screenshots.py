@@ -86,6 +86,15 @@ def test_colliders_are_drawn_at_their_poses(cube):
     assert columns(supple.Plane((0, 0, 0), (1, 0, 0)), view=(1, 1, 1)).any()
 
 
+def test_disabled_colliders_are_not_drawn(cube):
+    ball = supple.Sphere((0, 0, 0), 1, enabled=False)
+    sim = supple.Simulation(supple.Body(cube, lattice_vertices=100, translate=(0, 30, 0), half_width=1), colliders=ball)
+    options = {"bounds": [(-2, -2, -2), (2, 2, 2)], "size": (60, 60)}
+    assert not _covered(supple.screenshot(sim, **options)).any()
+    sim.colliders[0].enabled = True
+    assert _covered(supple.screenshot(sim, **options)).any()
+
+
 def test_animated_meshes_are_drawn_at_the_time(cube):
     flat = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     plate = supple.MeshCollider(supple.Mesh(flat, [[0, 1, 2, 3]]), frames=[flat, flat + [1, 0, 0]], fps=30)
