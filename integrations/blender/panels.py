@@ -161,6 +161,7 @@ class ContactPanel(SubPanel):
         layout.use_property_split = True
         layout.prop(settings, "friction")
         layout.prop(settings, "restitution")
+        layout.prop(settings, "thickness")
         layout.prop(settings, "self_contact")
         layout.prop(settings, "ignore")
         layout.prop(context.scene.supple, "contact")
@@ -210,6 +211,7 @@ class ColliderPanel(PhysicsPanel):
         layout.prop(settings, "shape")
         layout.prop(settings, "friction")
         layout.prop(settings, "restitution")
+        layout.prop(settings, "thickness")
 
 
 def draw_button(panel: Panel, context: Context) -> None:

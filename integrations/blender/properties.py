@@ -246,6 +246,15 @@ class SoftBodySettings(PropertyGroup):
         subtype="FACTOR",
         override=OVERRIDABLE,
     )
+    thickness: FloatProperty(
+        name="Thickness",
+        description="Distance outside of the surface at which the body touches, at most half of its longest side",
+        default=0.0,
+        min=0.0,
+        unit="LENGTH",
+        precision=3,
+        override=OVERRIDABLE,
+    )
     ignore: PointerProperty(
         name="Ignore",
         description="Soft bodies of this collection pass through the body, such as eyes in a head",
@@ -284,6 +293,15 @@ class SoftBodyCollider(PropertyGroup):
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        override=OVERRIDABLE,
+    )
+    thickness: FloatProperty(
+        name="Thickness",
+        description="Distance outside of the surface at which bodies touch the object",
+        default=0.0,
+        min=0.0,
+        unit="LENGTH",
+        precision=3,
         override=OVERRIDABLE,
     )
 

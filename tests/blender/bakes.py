@@ -35,14 +35,14 @@ def check_two_bodies() -> None:
     scene = new_scene(30)
     scene.render.fps, scene.render.fps_base = 25, 1.25  # 20 frames per second
     lower = soft(cube("lower", location=(0, 0, 0)), material="FLESH")
-    upper = soft(cube("upper/1", location=(0, 0, 0)), friction=0.2)
+    upper = soft(cube("upper/1", location=(0, 0, 0)), friction=0.2, thickness=0.0625)
     for found, height in ((lower, 0.55), (upper, 1.8)):
         # The vertices are moved, so that the objects have no transformation and the cache has the bits of the run.
         found.data.transform(mathutils.Matrix.Translation((0, 0, height)))
     group(lower, "side", lambda point: point.x < -0.45)
     attach(lower, "side", motion="PIN", use_release=True, release_frame=15)
     ground = collider(added(bpy.ops.mesh.primitive_plane_add, "ground", size=10))
-    ground.supple_collider.friction = 0.8
+    ground.supple_collider.friction, ground.supple_collider.thickness = 0.8, 0.125
     shapes = {found.name: world(found) for found in (lower, upper, ground)}
     untouched = [tuple(vertex.co) for vertex in lower.data.vertices]
     assert bpy.ops.supple.bake() == {"FINISHED"}
@@ -52,8 +52,9 @@ def check_two_bodies() -> None:
     options = {"lattice_vertices": 200, "self_contact": False}
     first = supple.Body(supple.Mesh(shapes["lower"], faces(lower)), name="lower", material="flesh", **options)
     first.pin(box=((-1, -1, 0), (-0.45, 1, 2)), end=14 / 20)
-    second = supple.Body(supple.Mesh(shapes["upper/1"], faces(upper)), name="upper", friction=0.2, **options)
-    floor = supple.MeshCollider(supple.Mesh(shapes["ground"], faces(ground)), friction=0.8)
+    shape = supple.Mesh(shapes["upper/1"], faces(upper))
+    second = supple.Body(shape, name="upper", friction=0.2, thickness=0.0625, **options)
+    floor = supple.MeshCollider(supple.Mesh(shapes["ground"], faces(ground)), friction=0.8, thickness=0.125)
     sim = supple.Simulation([first, second], fps=20, gravity=(0, 0, scene.gravity[2]), colliders=[floor])
     run = surfaces(sim)
     assert np.abs(run[-1][0] - run[0][0]).max() > 0.01, "the scene moves"

@@ -316,7 +316,7 @@ def check_panels() -> None:
     assert {session.text, "supple.cancel"} <= set(drawn())
     session.close()
     collider(added(bpy.ops.mesh.primitive_plane_add, "ground"))
-    assert drawn() == ["supple.add", "shape", "friction", "restitution"]
+    assert drawn() == ["supple.add", "shape", "friction", "restitution", "thickness"]
     bpy.ops.preferences.addon_disable(module="bl_ext.user_default.supple")
     assert not hasattr(bpy.types.Object, "supple")
     bpy.ops.preferences.addon_enable(module="bl_ext.user_default.supple")

@@ -171,13 +171,14 @@ def test_a_plane_is_solid_below_and_a_growing_object_deforms(box):
     tilted = placed((30, 0, 0), (0, 0, -1), scale=np.array([2.0, 2.0, -1.0]))
     growing = np.array([placed(scale=1 + 0.1 * k) for k in range(10)])
     colliders = [
-        bake.Collider("ground", np.repeat(tilted[None], 10, 0), friction=0.2),
-        bake.Collider("balloon", growing, box.vertices + 9, box.faces, restitution=0.3),
+        bake.Collider("ground", np.repeat(tilted[None], 10, 0), friction=0.2, thickness=0.25),
+        bake.Collider("balloon", growing, box.vertices + 9, box.faces, restitution=0.3, thickness=0.5),
     ]
     ground, balloon = bake.build(job(box, colliders=colliders)).colliders
     # The side to which the z axis of the object points, although its scale mirrors it.
     assert np.allclose(np.asarray(ground.normal) / np.linalg.norm(ground.normal), tilted[:3, 2], atol=1e-6)
     assert (ground.friction, balloon.restitution) == (0.2, 0.3)
+    assert (ground.thickness, balloon.thickness) == (0.25, 0.5)
     assert np.allclose(balloon.frames[9], 1.9 * (box.vertices + 9), rtol=1e-6)
 
 

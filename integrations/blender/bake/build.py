@@ -75,7 +75,8 @@ def _attach(body: supple.Body, data: Attachment, fps: float) -> None:
 
 def _collider(data: Collider, fps: float) -> supple.Collider:
     """Return a collider: still, moving rigidly, or deforming."""
-    surface: dict[str, Any] = {"friction": data.friction, "restitution": data.restitution}
+    names = ("friction", "restitution", "thickness")
+    surface: dict[str, Any] = {name: getattr(data, name) for name in names}
     try:
         if data.vertices is None:
             first = data.matrices[0]

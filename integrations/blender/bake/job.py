@@ -92,6 +92,8 @@ class Collider:
     frames: NDArray[np.float32] | None = None
     friction: float = 0.5
     restitution: float = 0.0
+    #: Distance outside of the surface at which bodies touch, in units of length, at least 0.
+    thickness: float = 0.0
 
 
 @dataclass

@@ -182,7 +182,8 @@ class ColliderTrack:
     def collider(self) -> Collider | None:
         """Return the collider after all frames were read; None for a mesh without faces."""
         settings, matrices = self._found.supple_collider, np.array(self._matrices)
-        collider = Collider(self._found.name, matrices, friction=settings.friction, restitution=settings.restitution)
+        names = ("friction", "restitution", "thickness")
+        collider = Collider(self._found.name, matrices, **{name: getattr(settings, name) for name in names})
         if settings.shape == "MESH":
             if not self._has_faces:
                 return None
