@@ -185,7 +185,13 @@ fn array<'py>(
     {
         let (found, comma) = (joined(array.shape()), if array.ndim() == 1 { "," } else { "" });
         let expected = expected(shape);
-        let message = format!("{name} has the shape ({found}{comma}); it must be {expected}");
+        let message = match (array.ndim(), shape) {
+            // Three arguments in place of one vector.
+            (0, [Axis::Is(3)]) => {
+                format!("{name} is {value}; it must be three numbers in one argument, such as (0, 0, 1)")
+            }
+            _ => format!("{name} has the shape ({found}{comma}); it must be {expected}"),
+        };
         return Err(PyValueError::new_err(message));
     }
     Ok(array)

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 use supple::{
     Body, BreakLimit, Collider, Display, FractureOptions, Handle, Key, Mesh, Preset, Selection, Simulation,
-    TimeWindow, VolumeMeasure,
+    Substeps, TimeWindow, VolumeMeasure,
 };
 
 use crate::cracks::quantities;
-use supple_tests::{cuboid, volumes_of_pieces, without_gravity};
+use supple_tests::{bust, cuboid, volumes_of_pieces, without_gravity};
 
 /// Pieces fit together where a body was cut, also where the smooth surface of the cut leaves their cells, so that they do not
 /// push each other apart.
@@ -277,4 +277,27 @@ fn pieces_without_a_surface_do_not_fall_through_the_ground() {
     simulation.advance(180);
     let lowest = simulation.bodies()[0].positions().iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     assert!(lowest > -6.0, "{lowest}");
+}
+
+/// A bust that falls on the ground breaks with the half-width and the steps that are chosen for its material, and the greatest
+/// pieces have closed surfaces.
+#[test]
+fn a_bust_breaks_on_the_ground_without_further_settings() {
+    for vertices in [1000, 2000] {
+        let body = Body::builder(bust()).lattice_vertices(vertices).preset(Preset::Rubber);
+        let body = body.fracture(FractureOptions::new(BreakLimit::Strain(0.03))).build().unwrap();
+        let ground = body.mesh().unwrap().bounds().0.y - 5.6;
+        let mut simulation = Simulation::builder()
+            .body(body)
+            .collider(Collider::plane([0.0, ground, 0.0], [0.0, 1.0, 0.0]))
+            .fps(30.0)
+            .substeps(Substeps::Auto)
+            .build()
+            .unwrap();
+        simulation.advance(40);
+        let body = simulation.body(0);
+        assert!(body.pieces() > 1, "{vertices}");
+        let mesh = body.mesh().unwrap();
+        assert!(mesh.is_closed() && (mesh.signed_volume() / bust().signed_volume() - 1.0).abs() < 1e-9);
+    }
 }

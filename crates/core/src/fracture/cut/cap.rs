@@ -12,7 +12,6 @@ use super::map::Map;
 use super::planes::{Cell, Face, step};
 use super::space::Point;
 use super::winding::Windings;
-use crate::lattice::Lattice;
 use crate::mesh::{Planar, triangulate};
 
 /// Number of rounds in which the planes of several cracks move a corner.
@@ -20,10 +19,6 @@ const ROUNDS: usize = 16;
 
 /// Greatest displacement of a corner onto the planes of its cracks, in cells: the half diagonal of a cell, rounded up.
 const FARTHEST: f64 = 0.87;
-
-/// Least squared length of the part of a unit normal along which a corner moves: it would move farther than the plane
-/// is away by more than a factor of 4 otherwise.
-const LEAST_SQUARE: f64 = 1.0 / 16.0;
 
 /// A polygon in a broken face.
 pub(super) struct Cap {
@@ -96,15 +91,9 @@ fn corner_point(input: &Input<'_>, index: Cell) -> Point {
     let mut moved = u;
     if surface == CutSurface::Smooth {
         let cracks = faces.cracks_at(index);
-        let is_free = free_axes(lattice, index);
         for _ in 0..if cracks.len() > 1 { ROUNDS } else { 1 } {
             for &crack in &cracks {
-                let normal = planes.normal(crack);
-                let along = normal.zip_map(&is_free, |n, is_free| if is_free { n } else { 0.0 });
-                let squared = along.norm_squared();
-                if squared > LEAST_SQUARE {
-                    moved -= along * (planes.distance(crack, &moved) / squared);
-                }
+                moved -= planes.normal(crack) * planes.distance(crack, &moved);
             }
         }
         let distance = (moved - u).norm();
@@ -113,13 +102,6 @@ fn corner_point(input: &Input<'_>, index: Cell) -> Point {
         }
     }
     Point { position: lattice.origin() + moved * lattice.cell_size(), u, k: index, on: 7 }
-}
-
-/// Returns the axes along which a corner of the grid can move without leaving the body: those along which the four
-/// pairs of cells beside it are equally occupied.
-fn free_axes(lattice: &Lattice, index: Cell) -> nalgebra::Vector3<bool> {
-    let occupied: [bool; 8] = std::array::from_fn(|octant| lattice.cell_around(index, octant).is_some());
-    nalgebra::Vector3::from_fn(|axis, _| (0..8).all(|k| occupied[k] == occupied[k ^ (1 << axis)]))
 }
 
 /// Returns the directed edges of the polygons of a face, counter-clockwise seen from above, or `None` if they are not

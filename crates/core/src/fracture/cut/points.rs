@@ -1,9 +1,15 @@
 //! The points at which edges and triangles cross the planes of the grid.
 
+use nalgebra::Vector3;
+
 use super::faces::BrokenFaces;
 use super::map::Map;
 use super::planes::{Cell, Planes};
 use super::space::Point;
+
+/// Share of the length of an edge by which a plane may pass beside it: whether a point within rounding errors of a plane is
+/// on its upper or its lower side is decided by the surface around the point.
+const BESIDE: f64 = 1e-3;
 
 /// A plane of the grid: the axis, and the index of the cells above the plane.
 pub(super) type Plane = (usize, i32);
@@ -83,8 +89,8 @@ impl EdgePoints {
         points.push(Point { position, u, k, on: 1 << plane.0 });
     }
 
-    /// Moves the points at broken faces along their edges onto the planes of the cracks. Only the positions change: the
-    /// order of the points and the cells stay.
+    /// Moves the points at broken faces along their edges onto the planes of the cracks, where these cross the edges. Only
+    /// the positions change: the order of the points and the cells stay.
     pub(super) fn straighten(&mut self, points: &mut [Point], faces: &BrokenFaces, planes: &Planes) {
         // Each edge changes its own points only, so that the order of the edges does not matter.
         for (&(a, b), cuts) in &mut self.edges {
@@ -93,7 +99,8 @@ impl EdgePoints {
                 let point = &points[cut.2 as usize];
                 let crack = faces.crack_at(point.k, point.on)?;
                 let (a, b) = (planes.distance_of(crack, &a.position), planes.distance_of(crack, &b.position));
-                ((a < 0.0) != (b < 0.0)).then(|| a / (a - b))
+                let t = a / (a - b);
+                (-BESIDE..=1.0 + BESIDE).contains(&t).then(|| t.clamp(0.0, 1.0))
             };
             let moved: Vec<Option<f64>> = cuts.iter().map(on_plane).collect();
             if !moved.iter().flatten().is_sorted() {
@@ -179,26 +186,30 @@ pub(super) fn on_line(corners: [&Point; 3], first: Plane, second: Plane) -> (Poi
     (Point { position, u, k, on: 1 << a | 1 << b }, weights)
 }
 
-/// Returns the barycentric coordinates of the nearest point of a triangle that is on a plane, or those of a point as
-/// near to it as the triangle allows.
+/// Returns the barycentric coordinates of the point nearest to a point of a triangle where a plane crosses the triangle;
+/// those of the corner nearest to the plane if the plane passes beside it, or of the point itself.
 ///
 /// * `weights`: barycentric coordinates of the point.
 /// * `distances`: distances of the corners from the plane.
 pub(super) fn moved_to_plane(corners: [&Point; 3], weights: [f64; 3], distances: [f64; 3]) -> [f64; 3] {
-    let [p, q, r] = corners.map(|corner| corner.position);
-    let (e, f) = (q - p, r - p);
-    let distance: f64 = (0..3).map(|c| weights[c] * distances[c]).sum();
-    // The gradient of the distance in the triangle is x e + y f.
-    let (ee, ef, ff) = (e.dot(&e), e.dot(&f), f.dot(&f));
-    let determinant = ee * ff - ef * ef;
-    let (de, df) = (distances[1] - distances[0], distances[2] - distances[0]);
-    let (x, y) = ((de * ff - df * ef) / determinant, (df * ee - de * ef) / determinant);
-    let step = -distance / (x * de + y * df);
-    let (s, t) = (weights[1] + step * x, weights[2] + step * y);
-    if !(s.is_finite() && t.is_finite()) {
-        return weights;
-    }
-    let clamped = [1.0 - s - t, s, t].map(|weight| weight.max(0.0));
-    let sum: f64 = clamped.iter().sum();
-    clamped.map(|weight| weight / sum)
+    let crossing = |(a, b): (usize, usize)| {
+        let [from, to] = [distances[a], distances[b]];
+        let mut shares = [0.0; 3];
+        shares[b] = from / (from - to);
+        shares[a] = 1.0 - shares[b];
+        ((from < 0.0) != (to < 0.0)).then_some(shares)
+    };
+    let mut crossings = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(crossing);
+    let (Some(first), Some(second)) = (crossings.next(), crossings.next()) else {
+        let distances = Vector3::from(distances).abs();
+        let nearest = distances.imin();
+        let is_beside = distances[nearest] <= BESIDE * distances.max();
+        return if is_beside { Vector3::ith(nearest, 1.0).into() } else { weights };
+    };
+    let position =
+        |shares: [f64; 3]| (0..3).map(|c| corners[c].position.coords * shares[c]).sum::<Vector3<f64>>();
+    let (start, along) = (position(first), position(second) - position(first));
+    let t = (position(weights) - start).dot(&along) / along.norm_squared();
+    let t = if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) };
+    std::array::from_fn(|c| first[c] + (second[c] - first[c]) * t)
 }
