@@ -1,6 +1,6 @@
 //! Measures the cost of contact in a step: for a fine mesh at rest on a plane, and for a fine mesh that falls
-//! far above a plane, each compared with the same mesh in a simulation without a plane; for a large cube on a plane,
-//! for bodies that touch no other body, and for a heap of bodies in a bin.
+//! far above a plane, each compared with the same mesh in a simulation without a plane; for a large cube on a plane, for a
+//! rigid body, for bodies that touch no other body, and for a heap of bodies in a bin.
 
 use std::time::Duration;
 
@@ -18,6 +18,8 @@ use crate::step::step_alternately;
 const CUBE: i32 = 9;
 /// Lattice vertices along each axis of the cube on a plane: 10,648 in total, of which 484 touch the plane.
 const LARGE_CUBE: i32 = 22;
+/// Quads along each edge of the cube from which the rigid statue is made.
+const RIGID_QUADS: usize = 29;
 /// Number of bodies that are far from each other.
 const FAR: usize = 100;
 /// Frames, at 60 frames per second, after which the heap has fallen together and is not at rest.
@@ -47,6 +49,7 @@ pub(crate) fn bench(bench: &mut Bench) {
     let simulations = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
     compare(bench, ["falling", "falling, nothing touched", "without a plane"], 0.01, simulations);
     lying(bench);
+    rigid(bench);
     far(bench);
     heaps(bench);
 }
@@ -70,6 +73,28 @@ fn lying(bench: &mut Bench) {
     if let Some(samples) = samples {
         let comparison = comparison(&samples, "free");
         bench.row("on a plane, against free", (samples.ratio(0, 1), "times"), Some(AtMost(1.3)), comparison);
+    }
+}
+
+/// Measures a step of a rigid body in flight, beside a collider and alone.
+fn rigid(bench: &mut Bench) {
+    bench.section("a rigid mesh of 5,048 vertices in flight, one thread, full step");
+    let mesh = Statue::of_quads(RIGID_QUADS).mesh();
+    let simulation = |collider: bool| {
+        let body = Body::builder(mesh.clone()).rigid(true).spin([0.1, 0.2, 0.3]).build();
+        let ground = collider.then(|| Collider::plane([0.0, -1e3, 0.0], [0.0, 1.0, 0.0]));
+        let empty = Simulation::builder().gravity([0.0; 3]).dt(1.0 / 240.0).threads(1).sleep(false);
+        let all = ground
+            .into_iter()
+            .fold(empty.body(body.expect("the body is valid")), SimulationBuilder::collider);
+        all.build().expect("the simulation is valid")
+    };
+    let simulations = || [simulation(true), simulation(false)];
+    let samples = bench.measure(["contact", "rigid"], Sampling::Many, simulations, step_alternately);
+    if let Some(samples) = samples {
+        let [beside, alone] = [0, 1].map(|k| samples.seconds(k) * 1e6);
+        let comparison = format!("alone: {alone:.2} us");
+        bench.row("rigid body, a collider far away", (beside, "us"), Some(AtMost(2.0)), comparison);
     }
 }
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import supple
+
 ROOT = Path(__file__).parents[2]
 PAGES = [page for page in sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")]) if "```python" in page.read_text()]
 
@@ -36,6 +38,27 @@ def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
     shutil.copytree(ROOT / "examples" / "scenes", tmp_path / "examples" / "scenes")
     monkeypatch.chdir(tmp_path)
     exec(compile(program, page, "exec"), {"__name__": "__main__"})
+
+
+def test_the_scenes_of_a_page_are_valid_but_for_files_and_names(tmp_path, monkeypatch):
+    """A scene of a page may be a part of one, with files and bodies that are not there; its keys and values are right."""
+    shutil.copytree(ROOT / "examples" / "scenes", tmp_path / "scenes")
+    monkeypatch.chdir(tmp_path / "scenes")
+    elsewhere = "cannot be read|No such file|selects nothing|has no map|no body has this name"
+    read = 0
+    for page in sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")]):
+        for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL):
+            if "[dependencies]" in block:
+                continue
+            head = "" if "[simulation]" in block else "[simulation]\nframes = 2\n"
+            head += "" if "[[body]]" in block else '[[body]]\nname = "one"\nmesh = "bust.obj"\n'
+            Path("page.toml").write_text(head + block)
+            try:
+                supple.load_scene("page.toml")
+                read += 1
+            except (supple.SceneError, FileNotFoundError) as error:
+                assert re.search(elsewhere, str(error)), f"{page.name}: {error}"
+    assert read >= 10
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="needs git")

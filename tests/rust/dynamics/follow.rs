@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::{
-    Body, BodyBuilder, Error, Handle, HandleMotion, Key, Mesh, MeshAnimation, Preservation, Selection,
+    Body, BodyBuilder, Error, Goal, Handle, HandleMotion, Key, Mesh, MeshAnimation, Preservation, Selection,
     Simulation, SkinKind, StepReason, Substeps, TimeWindow,
 };
 use supple_io::saved_state::{restore, save};
@@ -394,4 +394,26 @@ fn a_held_body_at_rest_is_carried_and_a_fast_animation_needs_more_steps() {
     let chosen = steps(30.0 * 40.0);
     assert!(chosen.steps >= 40 && chosen.reason == StepReason::Motion, "{chosen:?}");
     assert!(steps(1.0).steps < 40);
+}
+
+/// A body that follows an accelerated animation with a weight swings behind it: by (a/ω²)(1 - cos ωt) for the acceleration a
+/// of the animation, which is 2 a/ω² after half a period and 0 after a whole one.
+#[test]
+fn a_weight_mixes_an_animation_with_swinging() {
+    let (mesh, rate, acceleration) = (mesh(&block([3; 3])), 240.0, 20.0);
+    let place = |sample: usize| 0.5 * acceleration * (sample as f64 / rate).powi(2);
+    let animation =
+        animate(&mesh, 100, 1.0 / rate, |sample, point| point + Vector3::new(place(sample), 0.0, 0.0));
+    // 2 Hz x √(0.8/0.2) = 4 Hz: 60 steps in a period.
+    let goal = Some(Goal { weight: 0.8.into(), frequency: 2.0, damping_ratio: 0.0 });
+    let body = body(&mesh).damping_ratio(0.0).handle(Handle { goal, ..follow(ALL, &animation) });
+    let builder = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]).dt(1.0 / rate);
+    let mut simulation = builder.build().unwrap();
+    let start = simulation.body(0).center_of_mass().x;
+    let greatest = 2.0 * acceleration / (std::f64::consts::TAU * 4.0).powi(2);
+    for (steps, expected) in [(15, 0.5 * greatest), (30, greatest), (45, 0.5 * greatest), (60, 0.0)] {
+        simulation.steps(steps - simulation.step_count());
+        let lag = place(steps as usize) - (simulation.body(0).center_of_mass().x - start);
+        assert!((lag - expected).abs() < 0.03 * greatest, "{steps}: {lag} {expected}");
+    }
 }

@@ -89,6 +89,9 @@ impl Body {
             Accuracy::Fast => widest.into(),
             Accuracy::Exact => HalfWidth::CELL,
             Accuracy::Balanced => {
+                // Wide regions smooth the strains by which a body breaks and flows.
+                let follows_strains = self.is_armed() || self.settings.material.plastic.is_some();
+                let widest = if follows_strains { 1.0 } else { widest };
                 let mut half_widths =
                     std::iter::once(HalfWidth::CELL).chain((1..=widest as usize).map(HalfWidth::from));
                 half_widths.find(|&half_width| share(half_width) <= Accuracy::BUDGET).unwrap_or(widest.into())

@@ -117,7 +117,8 @@ pub enum Accuracy {
     /// cells that are held or touched strain more than the others, and thin parts bend less.
     Fast,
     /// The least half-width with which a second takes at most [`Accuracy::BUDGET`] seconds of one core, by an
-    /// estimate; at most that of `Fast`.
+    /// estimate; at most that of `Fast`, and at most one cell in a body that is plastic or breaks by itself, whose dents and
+    /// cracks follow the strain of the regions.
     #[default]
     Balanced,
     /// Regions of one cell.
