@@ -53,8 +53,10 @@ def check_two_bodies() -> None:
     first = supple.Body(supple.Mesh(shapes["lower"], faces(lower)), name="lower", material="flesh", **options)
     first.pin(box=((-1, -1, 0), (-0.45, 1, 2)), end=14 / 20)
     shape = supple.Mesh(shapes["upper/1"], faces(upper))
-    second = supple.Body(shape, name="upper", friction=0.2, thickness=0.0625, **options)
-    floor = supple.MeshCollider(supple.Mesh(shapes["ground"], faces(ground)), friction=0.8, thickness=0.125)
+    # Blender keeps 0.2 and 0.8 in single precision.
+    second = supple.Body(shape, name="upper", friction=upper.supple.friction, thickness=0.0625, **options)
+    friction = ground.supple_collider.friction
+    floor = supple.MeshCollider(supple.Mesh(shapes["ground"], faces(ground)), friction=friction, thickness=0.125)
     sim = supple.Simulation([first, second], fps=20, gravity=(0, 0, scene.gravity[2]), colliders=[floor])
     run = surfaces(sim)
     assert np.abs(run[-1][0] - run[0][0]).max() > 0.01, "the scene moves"

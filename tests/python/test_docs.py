@@ -40,6 +40,7 @@ def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
     exec(compile(program, page, "exec"), {"__name__": "__main__"})
 
 
+@pytest.mark.filterwarnings("ignore::supple.MaterialWarning")
 def test_the_scenes_of_a_page_are_valid_but_for_files_and_names(tmp_path, monkeypatch):
     """A scene of a page may be a part of one, with files and bodies that are not there; its keys and values are right."""
     shutil.copytree(ROOT / "examples" / "scenes", tmp_path / "scenes")
