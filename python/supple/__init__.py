@@ -38,6 +38,7 @@ Contents:
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
+    types                                   types of arguments, for annotations
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
     ContactWarning                          bodies overlap at the start
@@ -57,7 +58,7 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import bodies, edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, viewer
+from . import bodies, edits, errors, notebook, pictures, plots, point_cache, recorder, reference, reports, types, viewer
 from ._core import (
     Body,
     ForceField,
@@ -152,6 +153,7 @@ __all__ = [
     "simd_level",
     "step_all",
     "sweep",
+    "types",
     "view",
     "viewer",
 ]

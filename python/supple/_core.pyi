@@ -1,8 +1,7 @@
 """Declares the types of the compiled module `supple._core`."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Literal, Protocol, SupportsIndex, TypeAlias, TypedDict, TypeVar, final, overload
+from typing import Any, Literal, Protocol, SupportsIndex, TypeAlias, TypeVar, final, overload
 
 import numpy as np
 from _typeshed import ReadableBuffer
@@ -12,6 +11,22 @@ from trimesh import Scene, Trimesh
 from .colliders import Collider, Enabled, Key, Rotate
 from .edits import Edit
 from .reports import Progress, RunReport, VolumeReport
+from .types import (
+    Accuracy,
+    BoxShape,
+    Curve,
+    FractureOptions,
+    Interpolation,
+    KeyedVector,
+    Material,
+    PathLike,
+    PlaneShape,
+    PlasticOptions,
+    Skin,
+    SphereShape,
+    VolumeMeasure,
+    VolumeOptions,
+)
 
 __all__ = [
     "Body",
@@ -40,34 +55,6 @@ __all__ = [
 __version__: str
 
 _Float = TypeVar("_Float", np.float32, np.float64)
-_Path: TypeAlias = str | os.PathLike[str]
-_Material: TypeAlias = Literal["jelly", "flesh", "rubber", "firm"]
-_Accuracy: TypeAlias = Literal["fast", "balanced", "exact"]
-_Skin: TypeAlias = Literal["linear", "smooth"]
-_Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
-_Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
-_Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
-_Curve: TypeAlias = float | Sequence[tuple[float, float] | Mapping[str, float]] | Mapping[str, Any]
-_KeyedVector: TypeAlias = Sequence[tuple[float, ArrayLike] | Mapping[str, Any]] | Mapping[str, Any]
-_Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
-_Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
-
-_PlasticOptions = TypedDict("_PlasticOptions", {"yield": float, "creep": float, "max": float}, total=False)
-
-class _FractureOptions(TypedDict, total=False):
-    strength: float
-    strain: float
-    rotation: float | None
-    cracks: int
-    noise: float
-    seed: int
-    surface: Literal["smooth", "cells"]
-
-class _VolumeOptions(TypedDict, total=False):
-    measure: _Volume
-    scope: Literal["global", "regional"]
-    field: Literal["auto", "surface", "cells", "paper"]
-    max_correction: float
 
 class _PlaneLike(Protocol):
     @property
@@ -100,7 +87,7 @@ class _PyvistaMesh(Protocol):
     def faces(self) -> Any: ...
 
 _MeshObject: TypeAlias = Trimesh | Scene | _MeshLike | _Open3dMesh | _MeshioMesh | _PyvistaMesh
-_MeshArgument: TypeAlias = Mesh | _Path | _MeshObject
+_MeshArgument: TypeAlias = Mesh | PathLike | _MeshObject
 
 @final
 class Mesh:
@@ -157,7 +144,7 @@ class Mesh:
     @classmethod
     def _restore(cls, data: bytes, visual: Any = None) -> Mesh: ...
 
-def read_obj(path: _Path, object: str | None = None) -> Mesh:
+def read_obj(path: PathLike, object: str | None = None) -> Mesh:
     """Read a mesh from an OBJ, GLB, glTF, STL or PLY file.
 
     path : str or os.PathLike
@@ -375,25 +362,25 @@ class Body:
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
         join: bool = True,
-        material: _Material | None = "flesh",
-        youngs_modulus: _Curve | None = None,
+        material: Material | None = "flesh",
+        youngs_modulus: Curve | None = None,
         half_width: float | None = None,
         stiffness_radius: float | None = None,
         stiffness: float | None = None,
         frequency: float | None = None,
-        accuracy: _Accuracy = "balanced",
-        poisson_ratio: _Curve | None = None,
-        inflate: _Curve = 1.0,
-        damping_ratio: _Curve | None = None,
+        accuracy: Accuracy = "balanced",
+        poisson_ratio: Curve | None = None,
+        inflate: Curve = 1.0,
+        damping_ratio: Curve | None = None,
         damping_rate: float | None = None,
         region_damping: float | None = 0.0,
         region_damping_rate: float | None = None,
         density: float = 1000.0,
-        plastic: _PlasticOptions | bool | None = None,
-        fracture: _FractureOptions | None = None,
-        volume: _Volume | _VolumeOptions = "auto",
-        skin: _Skin = "linear",
-        friction: _Curve = 0.5,
+        plastic: PlasticOptions | bool | None = None,
+        fracture: FractureOptions | None = None,
+        volume: VolumeMeasure | VolumeOptions = "auto",
+        skin: Skin = "linear",
+        friction: Curve = 0.5,
         restitution: float = 0.0,
         rolling_resistance: float | None = None,
         thickness: float = 0.0,
@@ -420,13 +407,13 @@ class Body:
     def simulation(self) -> Simulation | None:
         """Simulation of the body, which the body keeps alive. None outside a simulation."""
     @property
-    def material(self) -> _Material | None:
+    def material(self) -> Material | None:
         """Name of the material: "jelly", "flesh", "rubber" or "firm". None if youngs_modulus or the regions are set.
 
         Settable; replaces youngs_modulus and the settings of the regions.
         """
     @material.setter
-    def material(self, value: _Material) -> None: ...
+    def material(self, value: Material) -> None: ...
     @property
     def youngs_modulus(self) -> float:
         """Young's modulus, force per area in scene units (Pa if these are m, kg and s).
@@ -437,7 +424,7 @@ class Body:
         Settable, > 0, a number or keyframes (time, value); replaces material and the settings of the regions.
         """
     @youngs_modulus.setter
-    def youngs_modulus(self, value: _Curve) -> None: ...
+    def youngs_modulus(self, value: Curve) -> None: ...
     @property
     def half_width(self) -> float:
         """Half-width of the regions in cells: 0.5, so that each region is a cell, or a whole number of at least 1, at most the
@@ -475,7 +462,7 @@ class Body:
         choose.
         """
     @property
-    def skin(self) -> _Skin:
+    def skin(self) -> Skin:
         """How the mesh follows the lattice: "linear" or "smooth"."""
     @property
     def friction(self) -> float:
@@ -499,19 +486,19 @@ class Body:
     def self_contact(self) -> bool | None:
         """Whether parts of the body touch each other: bool, or None if the simulation decides."""
     @property
-    def volume_options(self) -> _VolumeOptions:
+    def volume_options(self) -> VolumeOptions:
         """Options of the volume correction: a dict with measure, scope, field and max_correction.
 
         Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.
         """
     @volume_options.setter
-    def volume_options(self, value: _Volume | _VolumeOptions) -> None: ...
+    def volume_options(self, value: VolumeMeasure | VolumeOptions) -> None: ...
     @property
-    def fracture(self) -> _FractureOptions | None:
+    def fracture(self) -> FractureOptions | None:
         """Fracture: a dict with strength or strain, rotation, cracks, noise, seed and surface; None if the body breaks
         only where it is cut.
         """
-    def cut(self, plane: _PlaneLike | _Plane) -> int:
+    def cut(self, plane: _PlaneLike | PlaneShape) -> int:
         """Cut the body along a plane: break all joints between cells on different sides of it. Returns their number.
 
         plane : Plane, pair (point, normal), or dict with point and normal
@@ -550,14 +537,14 @@ class Body:
         Raises ValueError for a bare lattice, which has no mesh.
         """
     @property
-    def plastic(self) -> _PlasticOptions | None:
+    def plastic(self) -> PlasticOptions | None:
         """Plasticity: a dict with yield, creep and max; None if the body is elastic.
 
         Settable to such a dict, to True for its default values, or to None, from the next step on. None removes the
         plastic shapes, and the body returns to its rest shape; other values keep them.
         """
     @plastic.setter
-    def plastic(self, value: _PlasticOptions | bool | None) -> None: ...
+    def plastic(self, value: PlasticOptions | bool | None) -> None: ...
     @property
     def plastic_strain(self) -> NDArray[np.float64]:
         """Plastic strain of the region around each vertex: (n,) float64, read-only. It is |S - 1|, the Frobenius norm,
@@ -589,19 +576,19 @@ class Body:
     @frequency.setter
     def frequency(self, value: float) -> None: ...
     @property
-    def accuracy(self) -> _Accuracy:
+    def accuracy(self) -> Accuracy:
         """How the half-width of the regions is chosen for a material or youngs_modulus: "fast", "balanced" or "exact". Settable; the
         steps stay as long as they are.
         """
     @accuracy.setter
-    def accuracy(self, value: _Accuracy) -> None: ...
+    def accuracy(self, value: Accuracy) -> None: ...
     @property
     def poisson_ratio(self) -> float:
         """Poisson's ratio, in [0, 0.47]: stretched by the share s, the body becomes narrower by this times s. Settable, a number or
         keyframes (time, value); None sets the one of the material.
         """
     @poisson_ratio.setter
-    def poisson_ratio(self, value: _Curve | None) -> None: ...
+    def poisson_ratio(self, value: Curve | None) -> None: ...
     @property
     def inflate(self) -> Any:
         """Ratio of the rest volume to that of the mesh, in [0.1, 10]: a float, or what keyframes were set. Settable: a number, a list
@@ -611,7 +598,7 @@ class Body:
         this ratio. Zones have ratios of their own beside it.
         """
     @inflate.setter
-    def inflate(self, value: _Curve) -> None: ...
+    def inflate(self, value: Curve) -> None: ...
     @property
     def rest_volume_ratios(self) -> NDArray[np.float64]:
         """Ratios of the rest volume around each lattice vertex to that of the lattice, as of the last step: (n,) float64."""
@@ -858,9 +845,9 @@ class Body:
     def pin(
         self,
         *,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -868,7 +855,7 @@ class Body:
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
-        weight: _Curve = 1.0,
+        weight: Curve = 1.0,
         goal_frequency: float = 5.0,
         goal_damping: float = 0.2,
     ) -> Hold:
@@ -914,13 +901,13 @@ class Body:
         self,
         *,
         keys: Iterable[Key] | None = None,
-        interpolation: _Interpolation = "linear",
-        follow: ArrayLike | _Path | None = None,
+        interpolation: Interpolation = "linear",
+        follow: ArrayLike | PathLike | None = None,
         follow_fps: float = 30.0,
         follow_start: float | None = None,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -928,7 +915,7 @@ class Body:
         at: Literal["now", "start"] = "now",
         start: float = 0.0,
         end: float | None = None,
-        weight: _Curve = 1.0,
+        weight: Curve = 1.0,
         goal_frequency: float = 5.0,
         goal_damping: float = 0.2,
     ) -> Hold:
@@ -970,15 +957,15 @@ class Body:
         self,
         factor: float = 1.0,
         *,
-        inflate: _Curve | None = None,
+        inflate: Curve | None = None,
         density_factor: float = 1.0,
         strength_factor: float = 1.0,
         damping_factor: float = 1.0,
         friction_factor: float = 1.0,
         yield_factor: float = 1.0,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -1035,9 +1022,9 @@ class Body:
         self,
         force: ArrayLike,
         *,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -1072,9 +1059,9 @@ class Body:
         self,
         impulse: ArrayLike,
         *,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -1100,9 +1087,9 @@ class Body:
         self,
         force: ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike],
         *,
-        box: _Box | None = None,
-        sphere: _Sphere | None = None,
-        plane: _Plane | None = None,
+        box: BoxShape | None = None,
+        sphere: SphereShape | None = None,
+        plane: PlaneShape | None = None,
         vertices: ArrayLike | None = None,
         mesh_vertices: ArrayLike | None = None,
         group: str | None = None,
@@ -1181,7 +1168,7 @@ class Hold:
         with set_keys.
         """
     @property
-    def interpolation(self) -> _Interpolation | None:
+    def interpolation(self) -> Interpolation | None:
         """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin and for an
         animation.
         """
@@ -1236,7 +1223,7 @@ class Hold:
 
         A released pin or handle takes no memory and no time. One whose window has ended does.
         """
-    def set_keys(self, keys: Iterable[Key], interpolation: _Interpolation | None = None) -> None:
+    def set_keys(self, keys: Iterable[Key], interpolation: Interpolation | None = None) -> None:
         """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that
         followed an animation moves along them from the pose that the part has before the next step.
 
@@ -1329,7 +1316,7 @@ class Simulation:
         dt: float | None = 0.016666666666666666,
         fps: float | None = None,
         substeps: int | Literal["auto"] | None = None,
-        gravity: ArrayLike | _KeyedVector = (0, -9.81, 0),
+        gravity: ArrayLike | KeyedVector = (0, -9.81, 0),
         colliders: Iterable[Collider] | Collider = (),
         fields: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
         links: Iterable[Mapping[str, Any]] | Mapping[str, Any] = (),
@@ -1364,7 +1351,7 @@ class Simulation:
         keyframes.
         """
     @gravity.setter
-    def gravity(self, value: ArrayLike | _KeyedVector) -> None: ...
+    def gravity(self, value: ArrayLike | KeyedVector) -> None: ...
     @property
     def links(self) -> tuple[dict[str, Any], ...]:
         """Links between bodies: tuple of dict, with the keys of [[link]] in a scene, and force and broken.
@@ -1649,7 +1636,7 @@ def check_collider(collider: Collider) -> dict[str, Any]:
 @final
 class CacheFile:
     """A file with the positions of a mesh; see supple.PointCache."""
-    def __new__(cls, path: _Path, mesh: Mesh, first_frame: int) -> CacheFile: ...
+    def __new__(cls, path: PathLike, mesh: Mesh, first_frame: int) -> CacheFile: ...
     def write(self, positions: ArrayLike) -> None:
         """Append a frame with the positions of all vertices."""
     @property
@@ -1664,7 +1651,7 @@ class Recording:
     def __new__(
         cls,
         simulation: Simulation,
-        path: _Path,
+        path: PathLike,
         *,
         up: str | None = None,
         scale: float = 1.0,
@@ -1687,8 +1674,8 @@ class Recording:
         """
 
 def film(
-    run: _Path,
-    path: _Path,
+    run: PathLike,
+    path: PathLike,
     *,
     up: str | None = None,
     fps: float | None = None,
@@ -1698,20 +1685,20 @@ def film(
 ) -> int:
     """Write a film of a run on disk. Returns the number of frames."""
 
-def load_scene(path: _Path, overrides: list[str]) -> Simulation:
+def load_scene(path: PathLike, overrides: list[str]) -> Simulation:
     """Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`."""
 
 def run(
-    path: _Path,
+    path: PathLike,
     overrides: list[str],
     *,
-    output: _Path | None = None,
+    output: PathLike | None = None,
     format: str | Sequence[str] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     every: int = 1,
     start_frame: int = 0,
-    stats: _Path | None = None,
+    stats: PathLike | None = None,
     resume: bool | Literal["auto"] = False,
     from_frame: int | None = None,
     threads: int | None = None,
