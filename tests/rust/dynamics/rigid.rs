@@ -590,3 +590,27 @@ fn a_uniform_field_moves_the_center_of_mass_alone() {
     let turned = body.angular_momentum().norm() / body.linear_momentum().norm();
     assert!(turned < 1e-6, "{turned}");
 }
+
+/// A plane is searched only near the body; with a ball far away it is searched in each step.
+#[test]
+fn a_rigid_body_is_searched_wherever_it_may_touch() {
+    let run = |others: &[Collider]| {
+        let body = cuboid([1.0, 0.6, 0.3]).translate([0.0, 2.0, 0.0]).spin([3.0, 1.0, -2.0]).restitution(0.7);
+        let empty = Simulation::builder().body(body.build().unwrap()).dt(1.0 / 120.0).sleep(false);
+        let ground = Collider { restitution: 0.7, ..ground() };
+        let builder =
+            others.iter().cloned().fold(empty.collider(ground), supple::SimulationBuilder::collider);
+        let mut simulation = builder.build().unwrap();
+        let mut contacts = Vec::new();
+        for _ in 0..360 {
+            simulation.step();
+            contacts.push(simulation.contacts().len());
+        }
+        (simulation.body(0).positions(), contacts)
+    };
+    let (positions, contacts) = run(&[]);
+    let (with_ball, contacts_with_ball) = run(&[Collider::sphere([0.0, -1e3, 0.0], 1.0)]);
+    assert!(contacts.contains(&0) && contacts.iter().any(|&count| count > 0));
+    assert_eq!(contacts, contacts_with_ball);
+    assert!(positions == with_ball);
+}

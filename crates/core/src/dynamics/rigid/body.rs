@@ -23,6 +23,8 @@ pub(crate) struct RigidBody {
     inverse_inertia: Matrix3<f64>,
     /// Position of each vertex from the center of mass in the rest pose, by slot.
     offsets: Lanes<3>,
+    /// The greatest length of an offset.
+    reach: f64,
     /// Mass of the lattice vertices, and their center of mass from that of the body in the rest pose.
     lattice_mass: (f64, Vector3<f64>),
     /// Buffer: the vertices that pins and handles hold in the current step.
@@ -44,10 +46,11 @@ impl RigidBody {
     ) -> (Self, RigidPose) {
         let rest = |vertex: usize| Vector3::from(lattice.indices()[vertex].map(f64::from)) - mass.center;
         let mut offsets = Lanes::zeros(layout.blocks());
-        let (mut total, mut moment) = (0.0, Vector3::zeros());
+        let (mut reach, mut total, mut moment) = (0.0_f64, 0.0, Vector3::zeros());
         for (vertex, &slot) in layout.slots().iter().enumerate() {
             let offset = rest(vertex);
             offsets.set(slot, offset.map(|x| x as f32).into());
+            reach = reach.max(offset.norm());
             let mass = f64::from(masses[vertex]);
             total += mass;
             moment += offset * mass;
@@ -61,9 +64,10 @@ impl RigidBody {
             mass,
             inverse_inertia,
             offsets,
+            reach,
             lattice_mass: (total, moment / total),
             held: Vec::new(),
-            mobility: RigidMobility { center, linear: zero, coupling: zero, angular: zero },
+            mobility: RigidMobility { center, reach, linear: zero, coupling: zero, angular: zero },
             before: pose,
         };
         body.mobility = body.mobility_at(&pose);
@@ -243,6 +247,7 @@ impl RigidBody {
         if self.held.is_empty() {
             return RigidMobility {
                 center,
+                reach: self.reach,
                 linear: Matrix3::identity() / self.mass.mass,
                 coupling: Matrix3::zeros(),
                 angular: rotated_tensor(&self.inverse_inertia, &rotation),
@@ -264,7 +269,7 @@ impl RigidBody {
             }
         }
         let [linear, coupling, angular] = blocks;
-        RigidMobility { center, linear, coupling, angular }
+        RigidMobility { center, reach: self.reach, linear, coupling, angular }
     }
 
     /// Applies an impulse of a step of `dt` seconds: changes the motion, and the pose by the change times `dt`.
