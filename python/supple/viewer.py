@@ -74,8 +74,10 @@ class Viewer:
         """Update one frame of the window: controls, steps if the simulation is running, and surfaces."""
         if self._simulation is not None:
             self._control_time(self._simulation)
-        for plane, square in self._switched_planes:
-            square.set_enabled(plane.is_enabled)
+            colliders = self._simulation.colliders
+            for index, plane, square in self._planes:
+                is_present = index < len(colliders) and colliders[index] is plane
+                square.set_enabled(is_present and plane.is_enabled)
         for panel in self._panels:
             panel.frame()
 
@@ -92,8 +94,8 @@ class Viewer:
             simulation.step()
 
     def _draw_planes(self) -> None:
-        """Draw static planes as squares, and keep those that are not enabled all the time."""
-        self._switched_planes: list[tuple[Plane, Any]] = []
+        """Draw static planes as squares, each kept with its index."""
+        self._planes: list[tuple[int, Plane, Any]] = []
         colliders = () if self._simulation is None else self._simulation.colliders
         low, high = np.min([panel.low for panel in self._panels], 0), np.max([panel.high for panel in self._panels], 0)
         size = 1.2 * float(np.linalg.norm(high - low))
@@ -104,9 +106,8 @@ class Viewer:
                 )
                 quad = np.array([[0, 1, 2, 3]])
                 square = self._polyscope.register_surface_mesh(f"plane {index}", corners, quad, color=(0.7, 0.7, 0.7))
-                if plane.enabled is not True:
-                    square.set_enabled(plane.is_enabled)
-                    self._switched_planes.append((plane, square))
+                square.set_enabled(plane.is_enabled)
+                self._planes.append((index, plane, square))
 
 
 class _Panel:

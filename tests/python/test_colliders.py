@@ -443,3 +443,9 @@ def test_a_collider_of_a_simulation_keeps_its_hash_when_it_is_disabled():
     known = {ball: "ball"}
     ball.enabled = False
     assert known[ball] == "ball"
+
+
+@pytest.mark.parametrize("build", [supple.Sphere, lambda x, y, z: supple.Plane(x, (0, 1, 0), y), supple.Box])
+def test_three_numbers_in_place_of_a_vector_say_what_is_expected(build):
+    with pytest.raises(ValueError, match=r"is 0; it must be three numbers in one argument, such as \(0, 0, 1\)"):
+        build(0, 1, 2)

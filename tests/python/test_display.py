@@ -235,6 +235,12 @@ def test_the_viewer_shows_planes_while_they_are_enabled(cube, polyscope):
     polyscope.frame_tick()
     assert viewer.running is False
     assert [square.is_enabled() for square in squares] == [True, True, False]
+    sim.colliders[0].enabled = False
+    polyscope.frame_tick()
+    assert [square.is_enabled() for square in squares] == [False, True, False]
+    sim.colliders = [supple.Plane((0, -3, 0), (0, 1, 0))]
+    polyscope.frame_tick()
+    assert not any(square.is_enabled() for square in squares), "the planes are no longer those of the simulation"
 
 
 def test_the_viewer_of_a_body_steps_its_simulation(cube, polyscope):

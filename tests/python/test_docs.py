@@ -53,9 +53,10 @@ def test_the_scenes_of_a_page_are_valid_but_for_files_and_names(tmp_path, monkey
                 continue
             head = "" if "[simulation]" in block else "[simulation]\nframes = 2\n"
             head += "" if "[[body]]" in block else '[[body]]\nname = "one"\nmesh = "bust.obj"\n'
-            Path("page.toml").write_text(head + block)
+            scene = Path(f"{page.stem}.toml")  # errors name it
+            scene.write_text(head + block)
             try:
-                supple.load_scene("page.toml")
+                supple.load_scene(scene)
                 read += 1
             except (supple.SceneError, FileNotFoundError) as error:
                 if not re.search(elsewhere, str(error)):

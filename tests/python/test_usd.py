@@ -324,6 +324,8 @@ def test_disabled_colliders_are_invisible_and_keep_their_place(folder):
 
     assert visible("sphere") == [True, True, False, False, True, True, True]
     assert visible("box") == [False] + 6 * [True]
+    assert prims["box"].GetVisibilityAttr().Get() == "invisible", "without a time, the stage is at its first frame"
+    assert prims["sphere"].GetVisibilityAttr().Get() == "inherited"
     assert visible("plane") == visible("mesh") == 7 * [True]
     assert not any(prims[name].GetVisibilityAttr().HasAuthoredValue() for name in ("plane", "mesh"))
     places = [UsdGeom.Xformable(prims["sphere"]).ComputeLocalToWorldTransform(frame) for frame in range(7)]

@@ -248,7 +248,7 @@ mod tests {
         let inertia = 4.0 / 6.0;
         RigidMobility {
             center: Vector3::zeros(),
-            reach: 3.0_f64.sqrt(),
+            bounding_radius: 3.0_f64.sqrt(),
             linear: Matrix3::identity(),
             coupling: Matrix3::zeros(),
             angular: Matrix3::identity() / inertia,

@@ -1,5 +1,6 @@
 //! The contacts of a rigid body with colliders: impulses and pushes move the whole body.
 
+use super::SKIN;
 use super::colliders::Colliders;
 use super::constraint::{Contact, SOFT_DEPTH};
 use super::patch::PatchVertices;
@@ -9,7 +10,7 @@ use super::solver::{Solver, Tolerance, Units};
 use super::stage::{Contacts, PUSH_LIMIT};
 use super::vec4::{Vec4, narrow};
 use crate::state::{BodyState, Interval, RigidMobility, Twist};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// A rigid body that contacts move. Its lattice vertices follow at once.
 pub(crate) trait RigidMover {
@@ -27,6 +28,24 @@ pub(crate) trait RigidMover {
 }
 
 impl Contacts {
+    /// Returns true only if the body is rigid, and all colliders are planes that are not near the sphere around its center
+    /// of mass which contains its lattice vertices.
+    pub(super) fn is_away_from_planes(
+        &self,
+        state: &BodyState<'_>,
+        colliders: &Colliders,
+        step: Interval,
+    ) -> bool {
+        let Some(RigidMobility { center, bounding_radius, .. }) = &self.rigid else { return false };
+        if self.samples.stencils().is_some() || colliders.any_needs_paths() {
+            return false;
+        }
+        // Positions are rounded to f32.
+        let half = Vector3::repeat(1.001 * bounding_radius + 1e-6 * center.amax());
+        let mut during = colliders.during(step, state.frame, self.thickness);
+        !during.any(|(_, collider)| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
+    }
+
     /// Sets the mobility of a rigid body, at its present pose. `None` if the body is not rigid.
     pub(crate) fn set_rigid(&mut self, mobility: Option<&RigidMobility>) {
         self.rigid = mobility.copied();

@@ -197,18 +197,6 @@ impl Contacts {
         self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.key()))));
     }
 
-    /// Returns true only if the body is rigid and no collider is near it, by a box around its center of mass.
-    fn is_rigid_far(&self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) -> bool {
-        let Some(RigidMobility { center, reach, .. }) = &self.rigid else { return false };
-        if self.samples.stencils().is_some() || colliders.any_needs_paths() {
-            return false;
-        }
-        // Positions are rounded to f32.
-        let half = Vector3::repeat(1.001 * reach + 1e-6 * center.amax());
-        let mut during = colliders.during(step, state.frame, self.thickness);
-        !during.any(|(_, collider)| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
-    }
-
     /// Finds the contacts: the first part of [`resolve`](Self::resolve).
     pub(crate) fn detect(
         &mut self,
@@ -217,7 +205,7 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
-        let is_far = !colliders.any_enabled() || self.is_rigid_far(state, colliders, step);
+        let touches_nothing = !colliders.any_enabled() || self.is_away_from_planes(state, colliders, step);
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
         let (leaving, rigid) = (&self.leaving, self.rigid.as_ref());
         let (thickness, friction_factors) = (self.thickness, &self.friction_factors);
@@ -228,7 +216,7 @@ impl Contacts {
         self.begin.clear();
         let mut report = ContactReport::default();
         self.is_on_plane = rigid.is_none() && samples.stencils().is_none();
-        if is_far {
+        if touches_nothing {
             return report;
         }
         detection.read(state.positions, &samples.slots, leaving);

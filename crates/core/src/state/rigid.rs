@@ -102,7 +102,7 @@ pub(crate) struct RigidMobility {
     /// Center of mass, in cells from the body's origin.
     pub(crate) center: Vector3<f64>,
     /// Distance from the center within which all lattice vertices are, in cells.
-    pub(crate) reach: f64,
+    pub(crate) bounding_radius: f64,
     pub(crate) linear: Matrix3<f64>,
     pub(crate) coupling: Matrix3<f64>,
     pub(crate) angular: Matrix3<f64>,

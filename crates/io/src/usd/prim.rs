@@ -145,9 +145,10 @@ impl Property {
             .with("timeSamples", Value::Samples(stored))
     }
 
-    /// An attribute with some values, and for each frame the index of its value. Its value without a time is the first.
+    /// An attribute with some values, and for each frame the index of its value. Its value without a time is that of the
+    /// first frame.
     pub(super) fn chosen(type_name: &str, name: &str, values: Vec<Value>, of_frame: &[usize]) -> Self {
-        let first = values[0].clone();
+        let first = values[of_frame.first().copied().unwrap_or(0)].clone();
         let samples = Value::PerFrame { values, of_frame: of_frame.to_vec() };
         Self::declared(type_name, name).with("default", first).with("timeSamples", samples)
     }

@@ -24,7 +24,7 @@ pub(crate) struct RigidBody {
     /// Position of each vertex from the center of mass in the rest pose, by slot.
     offsets: Lanes<3>,
     /// The greatest length of an offset.
-    reach: f64,
+    bounding_radius: f64,
     /// Mass of the lattice vertices, and their center of mass from that of the body in the rest pose.
     lattice_mass: (f64, Vector3<f64>),
     /// Buffer: the vertices that pins and handles hold in the current step.
@@ -46,11 +46,11 @@ impl RigidBody {
     ) -> (Self, RigidPose) {
         let rest = |vertex: usize| Vector3::from(lattice.indices()[vertex].map(f64::from)) - mass.center;
         let mut offsets = Lanes::zeros(layout.blocks());
-        let (mut reach, mut total, mut moment) = (0.0_f64, 0.0, Vector3::zeros());
+        let (mut bounding_radius, mut total, mut moment) = (0.0_f64, 0.0, Vector3::zeros());
         for (vertex, &slot) in layout.slots().iter().enumerate() {
             let offset = rest(vertex);
             offsets.set(slot, offset.map(|x| x as f32).into());
-            reach = reach.max(offset.norm());
+            bounding_radius = bounding_radius.max(offset.norm());
             let mass = f64::from(masses[vertex]);
             total += mass;
             moment += offset * mass;
@@ -64,10 +64,10 @@ impl RigidBody {
             mass,
             inverse_inertia,
             offsets,
-            reach,
+            bounding_radius,
             lattice_mass: (total, moment / total),
             held: Vec::new(),
-            mobility: RigidMobility { center, reach, linear: zero, coupling: zero, angular: zero },
+            mobility: RigidMobility { center, bounding_radius, linear: zero, coupling: zero, angular: zero },
             before: pose,
         };
         body.mobility = body.mobility_at(&pose);
@@ -247,7 +247,7 @@ impl RigidBody {
         if self.held.is_empty() {
             return RigidMobility {
                 center,
-                reach: self.reach,
+                bounding_radius: self.bounding_radius,
                 linear: Matrix3::identity() / self.mass.mass,
                 coupling: Matrix3::zeros(),
                 angular: rotated_tensor(&self.inverse_inertia, &rotation),
@@ -269,7 +269,7 @@ impl RigidBody {
             }
         }
         let [linear, coupling, angular] = blocks;
-        RigidMobility { center, reach: self.reach, linear, coupling, angular }
+        RigidMobility { center, bounding_radius: self.bounding_radius, linear, coupling, angular }
     }
 
     /// Applies an impulse of a step of `dt` seconds: changes the motion, and the pose by the change times `dt`.

@@ -24,7 +24,7 @@ pub struct BrokenJoint {
 /// Shape of the surface of a cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutSurface {
-    /// The plane of the crack, nearly.
+    /// The plane of the crack.
     #[default]
     Smooth,
     /// The faces of the cells.

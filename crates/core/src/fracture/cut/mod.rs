@@ -43,7 +43,7 @@ use crate::mesh::{Mesh, MeshError};
 
 /// Cuts a mesh along the broken joints of its lattice.
 ///
-/// Each broken joint is a face between two cells. The mesh is cut along these faces, or near the planes of their
+/// Each broken joint is a face between two cells. The mesh is cut along these faces, or the planes of their
 /// cracks, and both sides of the cut get a cap. Faces away from the cut keep their corners. The pieces of a closed mesh
 /// are closed, and the sum of their volumes is the volume of the mesh. Where only a part of a plane is broken, the two
 /// sides share the vertices at the front of the crack.

@@ -7,9 +7,10 @@ use super::map::Map;
 use super::planes::{Cell, Planes};
 use super::space::Point;
 
-/// Share of the length of an edge by which a plane may pass beside it: whether a point within rounding errors of a plane is
-/// on its upper or its lower side is decided by the surface around the point.
-const BESIDE: f64 = 1e-3;
+/// Share of the length of an edge by which a plane may pass beside it: whether a point within the tolerance of the grid of a
+/// plane counts as above or below it is decided by the surface around the point, and not by its distance. Greater than the
+/// tolerance, 1e-5 cells near the origin, relative to all but the shortest edges.
+const EDGE_MARGIN: f64 = 1e-3;
 
 /// A plane of the grid: the axis, and the index of the cells above the plane.
 pub(super) type Plane = (usize, i32);
@@ -100,7 +101,7 @@ impl EdgePoints {
                 let crack = faces.crack_at(point.k, point.on)?;
                 let (a, b) = (planes.distance_of(crack, &a.position), planes.distance_of(crack, &b.position));
                 let t = a / (a - b);
-                (-BESIDE..=1.0 + BESIDE).contains(&t).then(|| t.clamp(0.0, 1.0))
+                (-EDGE_MARGIN..=1.0 + EDGE_MARGIN).contains(&t).then(|| t.clamp(0.0, 1.0))
             };
             let moved: Vec<Option<f64>> = cuts.iter().map(on_plane).collect();
             if !moved.iter().flatten().is_sorted() {
@@ -186,8 +187,8 @@ pub(super) fn on_line(corners: [&Point; 3], first: Plane, second: Plane) -> (Poi
     (Point { position, u, k, on: 1 << a | 1 << b }, weights)
 }
 
-/// Returns the barycentric coordinates of the point nearest to a point of a triangle where a plane crosses the triangle;
-/// those of the corner nearest to the plane if the plane passes beside it, or of the point itself.
+/// Returns barycentric coordinates of a point moved within its triangle onto a plane: to the nearest point of the line where
+/// the plane crosses the triangle; if it passes beside the triangle, of the corners in it; otherwise the point stays.
 ///
 /// * `weights`: barycentric coordinates of the point.
 /// * `distances`: distances of the corners from the plane.
@@ -199,12 +200,18 @@ pub(super) fn moved_to_plane(corners: [&Point; 3], weights: [f64; 3], distances:
         shares[a] = 1.0 - shares[b];
         ((from < 0.0) != (to < 0.0)).then_some(shares)
     };
-    let mut crossings = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(crossing);
-    let (Some(first), Some(second)) = (crossings.next(), crossings.next()) else {
-        let distances = Vector3::from(distances).abs();
-        let nearest = distances.imin();
-        let is_beside = distances[nearest] <= BESIDE * distances.max();
-        return if is_beside { Vector3::ith(nearest, 1.0).into() } else { weights };
+    let mut ends: Vec<[f64; 3]> = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(crossing).collect();
+    if ends.is_empty() {
+        let greatest = Vector3::from(distances).amax();
+        let is_in_plane = |&c: &usize| distances[c].abs() <= EDGE_MARGIN * greatest;
+        // A plane without a normal has the distance 0 everywhere.
+        let corners = (0..3).filter(|c| greatest > 0.0 && is_in_plane(c));
+        ends.extend(corners.map(|c| <[f64; 3]>::from(Vector3::ith(c, 1.0))));
+    }
+    let [first, second] = match ends[..] {
+        [first, second] => [first, second],
+        [only] => return only,
+        _ => return weights,
     };
     let position =
         |shares: [f64; 3]| (0..3).map(|c| corners[c].position.coords * shares[c]).sum::<Vector3<f64>>();
@@ -212,4 +219,41 @@ pub(super) fn moved_to_plane(corners: [&Point; 3], weights: [f64; 3], distances:
     let t = (position(weights) - start).dot(&along) / along.norm_squared();
     let t = if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) };
     std::array::from_fn(|c| first[c] + (second[c] - first[c]) * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// Moves the centroid of the triangle (0, 0), (1, 0), (0, 1).
+    fn moved(distances: [f64; 3]) -> [f64; 3] {
+        let corner = |x: f64, y: f64| {
+            let position = Point3::new(x, y, 0.0);
+            Point { position, u: position.coords, k: [0; 3], on: 0 }
+        };
+        let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
+        moved_to_plane(corners.each_ref(), [1.0 / 3.0; 3], distances)
+    }
+
+    #[track_caller]
+    fn assert_near(found: [f64; 3], expected: [f64; 3]) {
+        assert!((Vector3::from(found) - Vector3::from(expected)).amax() < 1e-12, "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn points_move_onto_planes_that_cross_or_touch_their_triangle() {
+        // The plane x = 1/2 crosses two edges.
+        assert_near(moved([-0.5, 0.5, -0.5]), [1.0 / 6.0, 0.5, 1.0 / 3.0]);
+        for side in [1.0, -1.0] {
+            // An edge in the plane, up to rounding, and a corner in it.
+            assert_near(moved([0.0, 0.0, side]), [2.0 / 3.0, 1.0 / 3.0, 0.0]);
+            assert_near(moved([1e-9 * side, 1e-9 * side, side]), [2.0 / 3.0, 1.0 / 3.0, 0.0]);
+            assert_near(moved([1e-9 * side, 0.5 * side, side]), [1.0, 0.0, 0.0]);
+            // A plane that is far away, and one without a normal.
+            assert_near(moved([side, 2.0 * side, 2.0 * side]), [1.0 / 3.0; 3]);
+        }
+        assert_near(moved([0.0; 3]), [1.0 / 3.0; 3]);
+    }
 }

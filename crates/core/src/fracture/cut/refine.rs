@@ -7,8 +7,8 @@ use super::map::Map;
 use super::planes::Planes;
 use crate::mesh::Mesh;
 
-/// Longest edge beside a crack, in cells. The cut leaves the plane by a fraction of the length of the edges that it
-/// crosses.
+/// Longest edge beside a crack, in cells. In the space of the cut, the ends of an edge that a crack crosses are moved apart, and
+/// its crossings along the plane are off by a fraction of its length.
 const LONGEST: f64 = 0.6;
 
 /// Distance from a plane in cells within which edges are split.

@@ -105,9 +105,9 @@ class ColliderObject {
     this.center = new THREE.Vector3(...collider.center);
     this.object = new THREE.Group();
     this.isPlane = collider.shape === "plane";
-    // The normal of a plane, and whether it is a floor and no wall.
+    // The normal of a plane, and whether it is a floor, shown in some frame, and no wall.
     this.normal = new THREE.Vector3(...(collider.normal ?? [0, 0, 0])).normalize();
-    this.isFloor = this.normal.dot(axes.up) > 0.7;
+    this.isFloor = this.normal.dot(axes.up) > 0.7 && !collider.poses.every(Number.isNaN);
     this.content = this.shape(extent, materials);
     this.object.add(this.content);
   }
