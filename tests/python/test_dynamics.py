@@ -223,7 +223,7 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
             "half_width and stiffness_radius are mutually exclusive",
         ),
         ({"velocity": (0, np.inf, 0)}, ValueError, r"velocity\[1\] = inf is not finite"),
-        ({"spin": 3}, ValueError, r"spin has the shape \(\); it must be \(3,\)"),
+        ({"spin": 3}, ValueError, r"spin is 3; it must be three numbers in one argument, such as \(0, 0, 1\)"),
         ({"scale": 0}, ValueError, "scale = 0 is out of range: it must be a number above 0, or three"),
         ({"scale": np.inf}, ValueError, "scale = inf is out of range: it must be a number above 0, or three"),
         ({"name": 3}, TypeError, "name must be a string, not int"),
