@@ -1,5 +1,7 @@
 """The settings of soft bodies, colliders and scenes. Settings that supple has too have its names and defaults."""
 
+from typing import Any
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -65,6 +67,32 @@ SHAPES = [
     ("MESH", "Mesh", "The surface of the object: a solid if it is closed, a thin shell if it is open"),
     ("PLANE", "Ground", "All below the xy plane of the object is solid, without a border"),
 ]
+
+
+def _bounciness(description: str) -> Any:
+    """Return the property of the restitution of a body or a collider."""
+    return FloatProperty(
+        name="Bounciness",
+        description=description,
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        override=OVERRIDABLE,
+    )
+
+
+def _thickness(description: str) -> Any:
+    """Return the property of the thickness of a body or a collider."""
+    return FloatProperty(
+        name="Thickness",
+        description=description,
+        default=0.0,
+        min=0.0,
+        unit="LENGTH",
+        precision=3,
+        override=OVERRIDABLE,
+    )
 
 
 class SoftBodyAttachment(PropertyGroup):
@@ -237,24 +265,8 @@ class SoftBodySettings(PropertyGroup):
         min=0.0,
         override=OVERRIDABLE,
     )
-    restitution: FloatProperty(
-        name="Bounciness",
-        description="Speed after an impact on another soft body, over the speed before",
-        default=0.0,
-        min=0.0,
-        max=1.0,
-        subtype="FACTOR",
-        override=OVERRIDABLE,
-    )
-    thickness: FloatProperty(
-        name="Thickness",
-        description="Distance outside of the surface at which the body touches, at most half of its longest side",
-        default=0.0,
-        min=0.0,
-        unit="LENGTH",
-        precision=3,
-        override=OVERRIDABLE,
-    )
+    restitution: _bounciness("Speed after an impact on another soft body, over the speed before")
+    thickness: _thickness("Distance outside of the surface at which the body touches, at most half of its longest side")
     ignore: PointerProperty(
         name="Ignore",
         description="Soft bodies of this collection pass through the body, such as eyes in a head",
@@ -286,24 +298,10 @@ class SoftBodyCollider(PropertyGroup):
     friction: FloatProperty(
         name="Friction", description="At 0 bodies slide without friction", default=0.5, min=0.0, override=OVERRIDABLE
     )
-    restitution: FloatProperty(
-        name="Bounciness",
-        description="Speed of the surface after an impact, over the speed before; elastic bodies bounce anyway",
-        default=0.0,
-        min=0.0,
-        max=1.0,
-        subtype="FACTOR",
-        override=OVERRIDABLE,
+    restitution: _bounciness(
+        "Speed of the surface after an impact, over the speed before; elastic bodies bounce anyway"
     )
-    thickness: FloatProperty(
-        name="Thickness",
-        description="Distance outside of the surface at which bodies touch the object",
-        default=0.0,
-        min=0.0,
-        unit="LENGTH",
-        precision=3,
-        override=OVERRIDABLE,
-    )
+    thickness: _thickness("Distance outside of the surface at which bodies touch the object")
 
 
 class SoftBodyScene(PropertyGroup):

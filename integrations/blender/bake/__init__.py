@@ -9,11 +9,12 @@
 """
 
 from .build import build
-from .job import Attachment, BakeError, Body, Collider, Inflation, Job, Stiffness
+from .job import SURFACE_SETTINGS, Attachment, BakeError, Body, Collider, Inflation, Job, Stiffness
 from .motion import is_rigid, transformed
 from .run import BakeCancelledError, Report, run
 
 __all__ = [
+    "SURFACE_SETTINGS",
     "Attachment",
     "BakeCancelledError",
     "BakeError",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import supple
 
-from .job import Attachment, BakeError, Body, Collider, Job
+from .job import SURFACE_SETTINGS, Attachment, BakeError, Body, Collider, Job
 from .motion import curve, is_rigid, is_still, rigid_keys, transformed
 
 
@@ -75,8 +75,7 @@ def _attach(body: supple.Body, data: Attachment, fps: float) -> None:
 
 def _collider(data: Collider, fps: float) -> supple.Collider:
     """Return a collider: still, moving rigidly, or deforming."""
-    names = ("friction", "restitution", "thickness")
-    surface: dict[str, Any] = {name: getattr(data, name) for name in names}
+    surface: dict[str, Any] = {name: getattr(data, name) for name in SURFACE_SETTINGS}
     try:
         if data.vertices is None:
             first = data.matrices[0]

@@ -77,6 +77,10 @@ class Body:
     inflation: Inflation | None = None
 
 
+#: The settings of a collider that are keywords of the colliders of supple.
+SURFACE_SETTINGS = ("friction", "restitution", "thickness")
+
+
 @dataclass
 class Collider:
     """An object that bodies cannot enter: a mesh, or the half-space below a plane."""

@@ -6,7 +6,7 @@ import numpy as np
 from bpy.types import Depsgraph, Mesh, Object, Scene
 from numpy.typing import NDArray
 
-from ..bake import Attachment, BakeError, Body, Collider, Inflation, Stiffness, transformed
+from ..bake import SURFACE_SETTINGS, Attachment, BakeError, Body, Collider, Inflation, Stiffness, transformed
 from ..properties import SoftBodyAttachment
 from .caches import cache_path
 from .meshes import evaluated, faces_of, matrix_of, positions_of, weights_of
@@ -182,8 +182,8 @@ class ColliderTrack:
     def collider(self) -> Collider | None:
         """Return the collider after all frames were read; None for a mesh without faces."""
         settings, matrices = self._found.supple_collider, np.array(self._matrices)
-        names = ("friction", "restitution", "thickness")
-        collider = Collider(self._found.name, matrices, **{name: getattr(settings, name) for name in names})
+        surface = {name: getattr(settings, name) for name in SURFACE_SETTINGS}
+        collider = Collider(self._found.name, matrices, **surface)
         if settings.shape == "MESH":
             if not self._has_faces:
                 return None
