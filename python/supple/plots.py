@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from .extras import import_optional
 from .reports import BodyReport, VolumeReport
+from .types import PathLike
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,7 +102,7 @@ def _lines(ax: Axes, reports: list[VolumeReport], times: Sequence[float] | None)
 
 
 def plot_study(
-    study: str | os.PathLike[str] | Mapping[str, Any],
+    study: PathLike | Mapping[str, Any],
     error: Literal["surface", "volume", "cells", "path"] = "surface",
     *,
     ax: Axes | None = None,
@@ -150,7 +150,7 @@ def plot_study(
     return ax
 
 
-def _points(study: str | os.PathLike[str] | Mapping[str, Any]) -> list[Any]:
+def _points(study: PathLike | Mapping[str, Any]) -> list[Any]:
     """Return the points of a study."""
     if isinstance(study, Mapping):
         content = study

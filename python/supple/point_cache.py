@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from types import TracebackType
 
@@ -10,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._core import Mesh
+from .types import PathLike
 
 __all__ = ["PointCache"]
 
@@ -36,7 +36,7 @@ class PointCache:
     Raises ValueError for another extension, and OutputError if the file cannot be written.
     """
 
-    def __init__(self, path: str | os.PathLike[str], mesh: Mesh, *, first_frame: int = 0) -> None:
+    def __init__(self, path: PathLike, mesh: Mesh, *, first_frame: int = 0) -> None:
         """Start the file."""
         self._path = Path(path).absolute()
         self._file = _core.CacheFile(path, mesh, first_frame)

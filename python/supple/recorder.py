@@ -13,6 +13,7 @@ from . import _core
 from ._core import Simulation
 from .notebook import page_html
 from .reports import RunReport
+from .types import PathLike
 
 __all__ = ["Recorder", "film", "save_glb", "save_html", "save_usd"]
 
@@ -62,7 +63,7 @@ class Recorder:
     def __init__(
         self,
         sim: Simulation,
-        path: str | os.PathLike[str],
+        path: PathLike,
         *,
         up: Literal["y", "z"] | None = None,
         scale: float = 1.0,
@@ -131,7 +132,7 @@ class Recorder:
 
 def save_usd(
     sim: Simulation,
-    path: str | os.PathLike[str],
+    path: PathLike,
     frames: int,
     *,
     up: Literal["y", "z"] | None = None,
@@ -166,7 +167,7 @@ def save_usd(
 
 def save_html(
     sim: Simulation,
-    path: str | os.PathLike[str],
+    path: PathLike,
     frames: int,
     *,
     up: Literal["y", "z"] | None = None,
@@ -191,7 +192,7 @@ def save_html(
 
 def save_glb(
     sim: Simulation,
-    path: str | os.PathLike[str],
+    path: PathLike,
     frames: int,
     *,
     scale: float = 1.0,
@@ -218,8 +219,8 @@ def save_glb(
 
 
 def film(
-    run: Simulation | RunReport | str | os.PathLike[str],
-    path: str | os.PathLike[str],
+    run: Simulation | RunReport | PathLike,
+    path: PathLike,
     frames: int | None = None,
     *,
     size: tuple[int, int] = (800, 600),
@@ -273,7 +274,7 @@ def film(
 
 def _save(
     sim: Simulation,
-    path: str | os.PathLike[str],
+    path: PathLike,
     endings: tuple[str, ...],
     frames: int,
     options: dict[str, Any],

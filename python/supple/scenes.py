@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from . import _core
 from ._core import Simulation
 from .reports import Progress, RunReport
+from .types import PathLike
 
 __all__ = ["load_scene", "run"]
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "usdz", "html", "glb", "vat", "vtu", "lattice"]
 
 
-def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
+def load_scene(path: PathLike, *, overrides: Mapping[str, Any] | None = None) -> Simulation:
     """Load a scene as a simulation at time zero.
 
     path : str or os.PathLike
@@ -34,15 +35,15 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
 
 
 def run(
-    path: str | os.PathLike[str],
-    output: str | os.PathLike[str] | None = None,
+    path: PathLike,
+    output: PathLike | None = None,
     format: _FrameFormat | Sequence[_FrameFormat] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     *,
     every: int = 1,
     start_frame: int = 0,
-    stats: str | os.PathLike[str] | None = None,
+    stats: PathLike | None = None,
     resume: bool | Literal["auto"] = False,
     from_frame: int | None = None,
     threads: int | None = None,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import colliders as shapes
 from ._core import Body, Simulation, rotation_matrix
 from .pictures import fill, png, shades
+from .types import PathLike
 
 __all__ = ["screenshot"]
 
@@ -27,7 +28,7 @@ _Triangles = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 def screenshot(
     target: Simulation | Body,
-    path: str | os.PathLike[str] | None = None,
+    path: PathLike | None = None,
     *,
     size: tuple[int, int] = (800, 600),
     view: ArrayLike | None = None,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from .reports import Progress, RunReport
 from .scenes import run
+from .types import PathLike
 
 if TYPE_CHECKING:
     from ._core import Simulation
@@ -93,11 +94,11 @@ class _Job:
 
 
 def sweep(
-    scene: str | os.PathLike[str],
+    scene: PathLike,
     parameters: Mapping[str, Any] | Iterable[Mapping[str, Any]],
     executor: Executor | None = None,
     *,
-    output: str | os.PathLike[str] | None = None,
+    output: PathLike | None = None,
     frames: int | None = None,
     threads: int = 1,
     measure: Callable[[Simulation], Any] | None = None,
@@ -179,7 +180,7 @@ def sweep(
     return [results[index] for index in range(len(jobs))]
 
 
-def _directory(output: str | os.PathLike[str] | None, index: int) -> str | None:
+def _directory(output: PathLike | None, index: int) -> str | None:
     """Return the directory of a run."""
     return None if output is None else os.path.abspath(Path(output, str(index)))
 
