@@ -1,13 +1,11 @@
 //! Splits triangles along the planes of broken faces.
 
-use nalgebra::Vector3;
-
 use super::faces::BrokenFaces;
 use super::faces::CutSurface;
 use super::input::Input;
 use super::map::Map;
 use super::planes::{Cell, Face, Planes};
-use super::points::{Cut, EdgePoints, Plane, moved_to_plane, on_line};
+use super::points::{Cut, EdgePoints, Plane, moved_to_plane, on_line, position_at};
 use super::refine::{Refined, Triangle};
 use super::space::{Point, Space};
 
@@ -158,9 +156,7 @@ impl Clipped {
                             let distances =
                                 corners.map(|corner| straight.distance_of(crack, &corner.position));
                             shares = moved_to_plane(corners, shares, distances);
-                            let sum: Vector3<f64> =
-                                (0..3).map(|c| corners[c].position.coords * shares[c]).sum();
-                            point.position = sum.into();
+                            point.position = position_at(corners, shares);
                         }
                         points.push(point);
                         let weight = |c: usize| (0..3).map(|i| shares[i] * weights[i][c]).sum();

@@ -1,6 +1,6 @@
 //! The points at which edges and triangles cross the planes of the grid.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::faces::BrokenFaces;
 use super::map::Map;
@@ -183,8 +183,15 @@ pub(super) fn on_line(corners: [&Point; 3], first: Plane, second: Plane) -> (Poi
     }
     let mut k = [0; 3];
     (k[a], k[b], k[axis]) = (i, j, low);
-    let position = p.position + (q.position - p.position) * s + (r.position - p.position) * t;
-    (Point { position, u, k, on: 1 << a | 1 << b }, weights)
+    (Point { position: position_at(corners, weights), u, k, on: 1 << a | 1 << b }, weights)
+}
+
+/// Returns the position of a point of a triangle. It is exactly in a plane of the axes that contains the triangle.
+///
+/// * `weights`: barycentric coordinates of the point.
+pub(super) fn position_at(corners: [&Point; 3], weights: [f64; 3]) -> Point3<f64> {
+    let [p, q, r] = corners.map(|corner| corner.position);
+    p + (q - p) * weights[1] + (r - p) * weights[2]
 }
 
 /// Returns barycentric coordinates of a point moved within its triangle onto a plane: to the nearest point of the line where
@@ -213,18 +220,15 @@ pub(super) fn moved_to_plane(corners: [&Point; 3], weights: [f64; 3], distances:
         [only] => return only,
         _ => return weights,
     };
-    let position =
-        |shares: [f64; 3]| (0..3).map(|c| corners[c].position.coords * shares[c]).sum::<Vector3<f64>>();
-    let (start, along) = (position(first), position(second) - position(first));
-    let t = (position(weights) - start).dot(&along) / along.norm_squared();
+    let [start, end, point] = [first, second, weights].map(|shares| position_at(corners, shares));
+    let along = end - start;
+    let t = (point - start).dot(&along) / along.norm_squared();
     let t = if t.is_nan() { 0.5 } else { t.clamp(0.0, 1.0) };
     std::array::from_fn(|c| first[c] + (second[c] - first[c]) * t)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Point3;
-
     use super::*;
 
     /// Moves the centroid of the triangle (0, 0), (1, 0), (0, 1).
