@@ -4,6 +4,7 @@ mod contact;
 mod estimate;
 mod facts;
 mod material;
+mod mesh;
 mod placed;
 mod text;
 mod warnings;

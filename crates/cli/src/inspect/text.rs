@@ -5,8 +5,9 @@ use std::fmt::Write;
 use supple_io::counted;
 
 use super::contact::{ContactFacts, OverlapFacts, TouchingFacts};
-use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MapFacts, MeshFacts};
+use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts};
 use super::material::MaterialFacts;
+use super::mesh::{MapFacts, MeshFacts};
 use super::placed::{FollowFacts, SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
 

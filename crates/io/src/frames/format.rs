@@ -94,6 +94,7 @@ impl Format {
             has_topology_per_frame: true,
             data: "",
         };
+        const RUN: Facts = Facts { contents: Contents::Run, ..FRAME };
         match self {
             Self::Obj => &Facts { name: "obj", about: "One Wavefront OBJ file per frame and body", ..FRAME },
             Self::Ply => &Facts { name: "ply", about: "One binary PLY file per frame and body", ..FRAME },
@@ -104,33 +105,25 @@ impl Format {
                 has_topology_per_frame: false,
                 ..FRAME
             },
-            Self::Usd => &Facts {
-                name: "usd",
-                about: "A USD stage, supple.usd, with all bodies",
-                contents: Contents::Run,
-                ..FRAME
-            },
+            Self::Usd => &Facts { name: "usd", about: "A USD stage, supple.usd, with all bodies", ..RUN },
             Self::Usdz => &Facts {
                 name: "usdz",
                 about: "A USD stage with its images in one file, supple.usdz",
-                contents: Contents::Run,
                 data: ".usd",
-                ..FRAME
+                ..RUN
             },
             Self::Html => &Facts {
                 name: "html",
                 about: "A page for browsers, supple.html, with all bodies",
-                contents: Contents::Run,
                 data: ".data",
-                ..FRAME
+                ..RUN
             },
             Self::Glb => &Facts {
                 name: "glb",
                 about: "An animated GLB file, supple.glb, with all bodies",
-                contents: Contents::Run,
                 has_topology_per_frame: false,
                 data: ".pc2",
-                ..FRAME
+                ..RUN
             },
             Self::Vat => &Facts {
                 name: "vat",
@@ -153,16 +146,14 @@ impl Format {
                 name: "film",
                 extension: "webp",
                 about: "A moving picture, supple.webp, with all bodies",
-                contents: Contents::Run,
                 data: ".data",
-                ..FRAME
+                ..RUN
             },
             Self::Gif => &Facts {
                 name: "gif",
                 about: "A moving picture, supple.gif, with all bodies",
-                contents: Contents::Run,
                 data: ".data",
-                ..FRAME
+                ..RUN
             },
         }
     }

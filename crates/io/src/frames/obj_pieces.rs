@@ -91,6 +91,43 @@ impl FaceFile {
     }
 }
 
+/// The faces of a file that have a new text, in the order of the file.
+struct ReplacedFaces<'a> {
+    statements: &'a FaceStatements,
+    line_end: &'static str,
+    replaced: Vec<(Range<usize>, Vec<u8>)>,
+    /// What comes behind the last line.
+    tail: Tail<'a>,
+}
+
+impl<'a> ReplacedFaces<'a> {
+    fn new(raw: &'a [u8], statements: &'a FaceStatements, line_end: &'static str) -> Self {
+        Self { statements, line_end, replaced: Vec::new(), tail: Tail::new(raw, statements, line_end) }
+    }
+
+    /// Replaces a face of the file by a text, after those that have replaced it before. A face before `elements`, the place
+    /// of the new vertices, goes behind the last line.
+    fn replace(&mut self, face: usize, text: Vec<u8>, elements: usize) {
+        let statements = self.statements;
+        let bytes = statements.bytes[face].clone();
+        if bytes.start < elements {
+            self.tail.face(&statements.contexts[statements.context_of[face] as usize], &text);
+            let range = bytes.start..statements.next[face];
+            if self.replaced.last().is_none_or(|(last, _)| *last != range) {
+                self.replaced.push((range, Vec::new()));
+            }
+            return;
+        }
+        match self.replaced.last_mut() {
+            Some((last, before)) if *last == bytes => {
+                before.extend_from_slice(self.line_end.as_bytes());
+                before.extend_from_slice(&text);
+            }
+            _ => self.replaced.push((bytes, text)),
+        }
+    }
+}
+
 impl PieceChanges {
     /// `file`: the contents of `document`. `name`: name of the body.
     pub(super) fn new(
@@ -117,8 +154,7 @@ impl PieceChanges {
             Some(&v) => v as usize,
             None => document.vertex_count() + vertex as usize - v_of.len(),
         };
-        let mut replaced: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
-        let mut tail = Tail::new(raw, statements, line_end);
+        let mut faces = ReplacedFaces::new(raw, statements, line_end);
         let mut caps = Vec::new();
         let mut uvs = pieces.cap_uvs();
         let in_file: Vec<u32> = part.faces().collect();
@@ -160,22 +196,9 @@ impl PieceChanges {
                     (file_face as usize, face_text(corners, v, |corner| vt.get(corner).copied(), normals))
                 }
             };
-            let bytes = statements.bytes[face].clone();
-            let is_moved = bytes.start < elements.at;
-            let range = bytes.start..if is_moved { statements.next[face] } else { bytes.end };
-            if is_moved {
-                tail.face(&statements.contexts[statements.context_of[face] as usize], &text);
-            }
-            let text = if is_moved { Vec::new() } else { text };
-            match replaced.last_mut() {
-                Some((last, before)) if *last == range && !text.is_empty() => {
-                    before.extend_from_slice(line_end.as_bytes());
-                    before.extend_from_slice(&text);
-                }
-                Some((last, _)) if *last == range => {}
-                _ => replaced.push((range, text)),
-            }
+            faces.replace(face, text, elements.at);
         }
+        let ReplacedFaces { mut replaced, mut tail, .. } = faces;
         // Caps of one object follow each other.
         caps.sort_by_key(|&(context, _)| context);
         for (context, text) in caps {

@@ -263,6 +263,21 @@ fn not_closed(body: &Body) -> Option<Caution> {
     (interior != Interior::Closed).then_some(Caution::NotClosed { body, interior, mass })
 }
 
+/// Returns why the numbers of frames are coarse beside the cells of a body, and what makes them finer.
+fn finer_numbers(extent: f64, from_origin: f64) -> String {
+    if from_origin > FAR * extent {
+        let (distance, times) = (four_digits(from_origin), four_digits(from_origin / extent));
+        format!(
+            "it is {distance} from the origin, {times} times its extent; check `translate` and the unit of the mesh"
+        )
+    } else if from_origin > extent {
+        "move it nearer to the origin with `translate`".to_owned()
+    } else {
+        "its cells are too small for its size; choose a larger `cell_size` or fewer `lattice_vertices`"
+            .to_owned()
+    }
+}
+
 impl fmt::Display for Caution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -315,23 +330,10 @@ impl fmt::Display for Caution {
                 write!(
                     f,
                     "body {}: frames have 32-bit numbers, which are {spacing} apart at the coordinate {coordinate}, and a \
-                     cell has the size {cell_size}: ",
-                    Escaped(body)
-                )?;
-                if *from_origin > FAR * extent {
-                    let (distance, times) = (four_digits(*from_origin), four_digits(from_origin / extent));
-                    write!(
-                        f,
-                        "it is {distance} from the origin, {times} times its extent; check `translate` and the unit of \
-                         the mesh"
-                    )
-                } else if from_origin > extent {
-                    f.write_str("move it nearer to the origin with `translate`")
-                } else {
-                    f.write_str(
-                        "its cells are too small for its size; choose a larger `cell_size` or fewer `lattice_vertices`",
-                    )
-                }
+                     cell has the size {cell_size}: {}",
+                    Escaped(body),
+                    finer_numbers(*extent, *from_origin)
+                )
             }
             Self::NotClosed { body, interior, mass } => {
                 let (body, mass) = (Escaped(body), four_digits(*mass));

@@ -73,48 +73,44 @@ impl Changes {
                 _ => {}
             }
         }
-        let (material, touching) = (material_keys(), touching_keys());
         let [before, now] = bodies;
-        for (index, (before, now)) in before.iter().zip(&now).enumerate() {
-            let name = |body: &Value| body.get("name").and_then(Value::as_str).unwrap_or_default().to_owned();
-            if name(before) != name(now) {
-                return Err(changed(&format!("body.{index}.name"), before.get("name"), now.get("name")));
-            }
-            let mut settings = AdoptedSettings::default();
-            let tables = [table(Some(before)), table(Some(now))];
-            for (key, before, now) in differences(tables.each_ref()) {
-                match key {
-                    "volume" => settings.volume = true,
-                    "inflate" => settings.inflation = true,
-                    "zone" => (settings.material, settings.inflation) = (true, true),
-                    "pin" | "handle" => settings.constraints = true,
-                    // Both states have plastic shapes, or both have none, unless one material is plastic.
-                    key if material.contains(&key) => settings.material = true,
-                    // The keyframes of the friction are those of the material.
-                    "friction" => {
-                        let is_keyed = |value: &&Value| value.is_array() || value.is_table();
-                        settings.material |=
-                            [before, now].into_iter().flatten().any(|value| is_keyed(&value));
-                    }
-                    key if touching.contains(&key) => {}
-                    "mesh" => {
-                        return Err(format!(
-                            "`body.{}.mesh`: the mesh file has changed",
-                            name(&tables[1].clone().into())
-                        ));
-                    }
-                    key => {
-                        let key = format!("body.{}.{key}", name(&tables[1].clone().into()));
-                        return Err(changed(&key, before, now));
-                    }
-                }
-                changes.any = true;
-            }
-            changes.bodies.push(settings);
+        for (index, tables) in before.iter().zip(&now).map(|(before, now)| [before, now]).enumerate() {
+            let tables = tables.map(|body| table(Some(body)));
+            changes.any |= tables[0] != tables[1];
+            changes.bodies.push(body_changes(index, &tables)?);
         }
         changes.any |= changes.colliders;
         Ok(changes)
     }
+}
+
+/// Returns the settings of a body that have changed from its first table to its second.
+fn body_changes(index: usize, tables: &[Table; 2]) -> Result<AdoptedSettings, String> {
+    let [before, now] = tables.each_ref().map(|body| body.get("name"));
+    if before != now {
+        return Err(changed(&format!("body.{index}.name"), before, now));
+    }
+    let full = |key: &str| format!("body.{}.{key}", now.and_then(Value::as_str).unwrap_or_default());
+    let mut settings = AdoptedSettings::default();
+    for (key, before, now) in differences(tables.each_ref()) {
+        match key {
+            "volume" => settings.volume = true,
+            "inflate" => settings.inflation = true,
+            "zone" => (settings.material, settings.inflation) = (true, true),
+            "pin" | "handle" => settings.constraints = true,
+            // Both states have plastic shapes, or both have none, unless one material is plastic.
+            key if material_keys().contains(&key) => settings.material = true,
+            // The keyframes of the friction are those of the material.
+            "friction" => {
+                let is_keyed = |value: &&Value| value.is_array() || value.is_table();
+                settings.material |= [before, now].into_iter().flatten().any(|value| is_keyed(&value));
+            }
+            key if touching_keys().contains(&key) => {}
+            "mesh" => return Err(format!("`{}`: the mesh file has changed", full(key))),
+            key => return Err(changed(&full(key), before, now)),
+        }
+    }
+    Ok(settings)
 }
 
 /// Returns a table, which is empty if the value is missing.

@@ -197,10 +197,7 @@ impl<'a> Field<'a> {
     fn check_elasticity(&self, table: &Table) -> Result<(), Fault> {
         let mut given = ELASTICITY.iter().filter_map(|way| way.iter().find(|&&key| table.contains_key(key)));
         match (given.next(), given.next()) {
-            (Some(&other), Some(&key)) => {
-                let (place, key, other) = (self.place_of(key), self.key_of(key), other.to_owned());
-                Err(Fault::Known(SceneError::Exclusive { place, key, other }))
-            }
+            (Some(other), Some(key)) => Err(Fault::Known(self.exclusive(key, other))),
             _ => Ok(()),
         }
     }

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::collider::ColliderData;
-use super::data::{BodyData, Fields, Scene, fields, flattened, leave_out_soft_keys};
+use super::data::{BodyData, Scene};
 use super::error::SceneError;
+use super::table::{Fields, fields, flattened, leave_out_soft_keys};
 use crate::path::{relative, resolve, resolve_directory};
 
 impl Scene {
