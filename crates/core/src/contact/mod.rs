@@ -30,9 +30,9 @@
 //! | `ray` | where a ray meets a shape |
 //! | `rigid` | the rigid bodies of a problem |
 //! | `pressure` | a contact of the last step |
-//! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
-//! | `push_out` | moves samples that are still inside a collider out of it |
-//! | `rigid_stage` | the second part of the stage for rigid bodies |
+//! | `stage` | [`Contacts`], the contact stage of a body: detection |
+//! | `finish` | the second part of the stage: impulses, and the push-out of samples that are still inside a collider |
+//! | `rigid_stage` | how the stage moves rigid bodies |
 //! | `continuation` | the data of the stage for snapshots and for a body that breaks |
 //! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
@@ -73,6 +73,7 @@ mod distance;
 mod escape;
 mod fault;
 mod field;
+mod finish;
 mod interpolant;
 mod jacobi;
 mod memory;
@@ -80,7 +81,6 @@ mod parts;
 mod patch;
 mod posed_collider;
 mod pressure;
-mod push_out;
 mod ray;
 mod rigid;
 mod rigid_stage;

@@ -12,12 +12,13 @@ use super::search::Search;
 use super::view::{BodyView, ContactStep};
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
+use crate::contact::finish::ContactMover;
+use crate::contact::jacobi::Tolerance;
 use crate::contact::memory::buffer_bytes;
-use crate::contact::rigid_stage::RigidMover;
-use crate::contact::solver::{Solver, Tolerance, Units};
+use crate::contact::solver::{Solver, Units};
 use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
-use crate::state::{BodyState, ContactKey, Interval, Twist};
+use crate::state::{ContactKey, Interval, Twist};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
 const PUSH_PART: f64 = 0.3;
@@ -217,7 +218,7 @@ impl Island {
             member.rigid = body.rigid.map(|rigid| solver.rigid.add(rigid, velocity, mobility));
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
-                solver.append(contacts.solver(), row, member.scale, member.rigid);
+                solver.append(&contacts.solver, row, member.scale, member.rigid);
                 begin.extend(contacts.pressures().iter().map(|pressure| {
                     narrow(body.state.touches.force(pressure.key()) * (dt / (length * mass)))
                 }));
@@ -304,28 +305,16 @@ impl Island {
         }
     }
 
-    /// Finishes the contacts of a member with colliders, whose vertices have been moved.
+    /// Finishes the contacts of a member with colliders, which has been moved.
     pub(crate) fn finish_contacts(
         &self,
         member: usize,
         contacts: &mut Contacts,
-        state: &mut BodyState<'_>,
+        body: &mut impl ContactMover,
         surroundings: (&Colliders, Interval),
     ) {
         let Member { first, scale, .. } = self.members[member];
-        contacts.finish_in_island(state, surroundings, (&self.collider_impulses[first..], scale));
-    }
-
-    /// As [`finish_contacts`](Self::finish_contacts), of a rigid member.
-    pub(crate) fn finish_contacts_rigidly(
-        &self,
-        member: usize,
-        contacts: &mut Contacts,
-        body: &mut impl RigidMover,
-        surroundings: (&Colliders, Interval),
-    ) {
-        let Member { first, scale, .. } = self.members[member];
-        contacts.finish_rigidly_in_island(body, surroundings, (&self.collider_impulses[first..], scale));
+        contacts.finish_in_island(body, surroundings, (&self.collider_impulses[first..], scale));
     }
 
     /// Returns the impulse on a rigid member, in units of the body, and its displacement by pushes.
