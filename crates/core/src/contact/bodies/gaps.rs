@@ -13,7 +13,7 @@ use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
 use super::patch::{FACING, GROWTH, MAX_OVERLAP, Patch};
-use super::surface::{ContactSurface, Sample};
+use super::surface::{ContactSurface, SIDES, Sample, side};
 use super::view::BodyView;
 use crate::contact::memory::buffer_bytes;
 use crate::simd::level;
@@ -22,9 +22,6 @@ use crate::simd::level;
 /// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
 /// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
-
-/// Number of sides of normals.
-pub(crate) const SIDES: usize = 6;
 
 /// A gap at a sample of a body.
 #[derive(Clone, Copy, Debug)]
@@ -263,12 +260,6 @@ fn set_positions(positions: &mut Vec<Point3<f64>>, body: &BodyView<'_>, own: &Bo
     let vertices = 0..body.lattice.len() as u32;
     positions.clear();
     positions.extend(vertices.map(|vertex| Point3::from(own.state.frame.to_local(body.position(vertex)))));
-}
-
-/// Returns the side of a unit normal: its dominant axis and the sign along it.
-pub(crate) fn side(normal: &Vector3<f64>) -> usize {
-    let axis = normal.iamax();
-    axis + if normal[axis] < 0.0 { 3 } else { 0 }
 }
 
 /// Adds the samples of a cell of the body. Returns their range, and their patch.

@@ -148,6 +148,11 @@ impl BodyView<'_> {
         self.contact.surface().corners[cell as usize]
     }
 
+    /// Returns the lesser cell size of two bodies.
+    pub(super) fn lesser_cell_size(&self, other: &BodyView) -> f64 {
+        self.lattice.cell_size().min(other.lattice.cell_size())
+    }
+
     /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`, and
     /// within `thickness` of the cells.
     pub(super) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds, thickness: f64) {
@@ -156,9 +161,8 @@ impl BodyView<'_> {
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        let ContactSurface { corners, continued_sides, .. } = self.contact.surface();
         let lengths = (self.lattice.cell_size(), thickness);
-        posed.pose(positions, (corners, continued_sides), lengths, region);
+        posed.pose(positions, self.contact.surface(), lengths, region);
     }
 
     /// Returns the world position of a lattice vertex.
