@@ -218,7 +218,7 @@ impl Colliders {
         point: &Point3<f64>,
         distance: f64,
     ) -> bool {
-        self.during(step, frame, 0.0).any(|(_, PosedCollider { shape_before, shape, .. })| {
+        self.during(step, frame, 0.0).any(|PosedCollider { shape_before, shape, .. }| {
             shape != shape_before
                 && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
         })
@@ -334,14 +334,13 @@ impl Colliders {
         self.enabled().map(move |(_, valid)| valid.posed(&valid.motion.pose(step.start), frame, None, false))
     }
 
-    /// Returns each enabled collider during one step, in the frame of a body with the thickness `layer` in scene units,
-    /// with its index.
+    /// Returns each enabled collider during one step, in the frame of a body with the thickness `layer` in scene units.
     pub(super) fn during(
         &self,
         step: Interval,
         frame: BodyFrame,
         layer: f64,
-    ) -> impl Iterator<Item = (u32, PosedCollider<'_>)> {
+    ) -> impl Iterator<Item = PosedCollider<'_>> {
         self.enabled().map(move |(index, valid)| {
             let ValidCollider { collider, motion, animated, .. } = valid;
             let ([start, end], is_moving) = motion.poses(step);
@@ -353,7 +352,8 @@ impl Colliders {
                 }
                 _ => None,
             };
-            let posed = PosedCollider {
+            PosedCollider {
+                index,
                 shape_before,
                 shape,
                 deformation,
@@ -371,8 +371,7 @@ impl Colliders {
                     translation_at_end: end.translate / frame.cell_size,
                     rate: 1.0 / step.dt,
                 }),
-            };
-            (index, posed)
+            }
         })
     }
 }

@@ -238,17 +238,13 @@ impl ShapeField<'_> {
 /// May return true in this case as well.
 ///
 /// Ignores coordinates that are NaN. If all coordinates along an axis are NaN, returns false.
-pub(super) fn may_touch<'a>(
-    shape: &PosedShape<'_>,
-    positions: impl Iterator<Item = &'a Vec4>,
-    skin: f64,
-) -> bool {
+fn may_touch<'a>(shape: &PosedShape<'_>, positions: impl Iterator<Item = &'a Vec4>, skin: f64) -> bool {
     let (center, half) = aabb(positions);
     shape.may_touch(&center, &half, skin)
 }
 
 /// As [`may_touch`], for the smooth positions in the cells around vertices with these positions and slopes.
-pub(super) fn smooth_may_touch<'a>(
+fn smooth_may_touch<'a>(
     shape: &PosedShape<'_>,
     vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
     skin: f64,

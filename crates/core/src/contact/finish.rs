@@ -165,8 +165,8 @@ impl Contacts {
         detection.read(state.positions, &samples.slots, leaving);
         detection.update_paths();
         let mut report = ContactReport::default();
-        for (index, collider) in colliders.during(step, state.frame, *thickness) {
-            detection.find(index, &collider, samples, 0.0, &mut report);
+        for collider in colliders.during(step, state.frame, *thickness) {
+            detection.find(&collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
                 let vertices = patch.vertices();
                 let position = || mean_position(vertices.iter(), detection.positions());

@@ -12,6 +12,8 @@ use crate::state::BodyFrame;
 /// Collider during a step, in the local frame of a body. Lengths are in cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PosedCollider<'a> {
+    /// Index of the collider.
+    pub(super) index: u32,
     /// The shape at the start of the step.
     pub(super) shape_before: PosedShape<'a>,
     /// The shape at the end of the step.

@@ -64,7 +64,7 @@ impl Contacts {
         // Positions are rounded to f32.
         let half = Vector3::repeat(1.001 * bounding_radius + 1e-6 * center.amax());
         let mut during = colliders.during(step, state.frame, self.thickness);
-        !during.any(|(_, collider)| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
+        !during.any(|collider| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
     }
 
     /// Sets the mobility of a rigid body, at its present pose.

@@ -3,6 +3,7 @@
 //! A row is an index into `SampleCells::vertices`.
 
 use super::memory::buffer_bytes;
+use super::samples::SampleCells;
 use super::vec4::Vec4;
 use crate::lattice::Stencil;
 
@@ -40,6 +41,11 @@ impl SmoothRows {
         bends.extend(stencils.iter().map(bend));
         slope_weights.clear();
         slope_weights.extend(stencils.iter().map(|stencil| stencil.slope_weight(|row| bends[row as usize])));
+    }
+
+    /// Returns the slopes and slope weights of the last updates, if the skin is smooth.
+    pub(super) fn of(&self, samples: &SampleCells) -> Option<RowSlopes<'_>> {
+        samples.stencils().map(|_| self.with_weights_of(self))
     }
 
     /// Returns the slopes of the last update, with the slope weights of `weighted`.

@@ -214,9 +214,9 @@ impl Contacts {
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         self.slow = min_bounce.max(SLOW / step.dt) as f32;
-        for (index, collider) in colliders.during(step, state.frame, thickness) {
+        for collider in colliders.during(step, state.frame, thickness) {
             let untouched = report.contacts == 0;
-            detection.find(index, &collider, samples, SKIN, &mut report);
+            detection.find(&collider, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }
@@ -237,7 +237,7 @@ impl Contacts {
                 let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
-                    collider: index,
+                    collider: collider.index,
                     vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
                     friction_factor: point.friction_factor,
