@@ -43,8 +43,8 @@ struct ValidCollider {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct DrivenCollider {
     /// Index of the collider.
-    pub(crate) collider: u32,
-    pub(crate) drive: Drive,
+    pub collider: u32,
+    pub drive: Drive,
 }
 
 impl ValidCollider {

@@ -71,11 +71,11 @@ pub(super) struct PlaneCell {
 /// Distance from a shape of any kind.
 #[derive(Clone, Copy)]
 pub(crate) struct ShapeField<'a> {
-    pub(crate) shape: &'a PosedShape<'a>,
+    pub shape: &'a PosedShape<'a>,
     /// Position of the vertex of each row, in the body's frame.
-    pub(crate) positions: &'a [Vec4],
+    pub positions: &'a [Vec4],
     /// Slopes of the positions, if the skin is smooth.
-    pub(crate) slopes: Option<RowSlopes<'a>>,
+    pub slopes: Option<RowSlopes<'a>>,
 }
 
 /// Position within a cell: for each coordinate, the coefficients of the trilinear interpolant, and the smooth

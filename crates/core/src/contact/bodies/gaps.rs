@@ -26,13 +26,13 @@ const OPPOSITE: f64 = 0.5;
 /// A gap at a sample of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
-    pub(crate) sample: u32,
+    pub sample: u32,
     /// Unit normal away from the other body, in world axes.
-    pub(crate) normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// Distance by which the sample may move against the normal: half of the gap.
-    pub(crate) clearance: f64,
+    pub clearance: f64,
     /// Whether it is a gap to the body itself.
-    pub(crate) is_own: bool,
+    pub is_own: bool,
 }
 
 /// The search for the gaps of one body after another. Its buffers are reused.

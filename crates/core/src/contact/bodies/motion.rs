@@ -45,11 +45,11 @@ impl MotionBounds {
 /// The lattice vertices of the parts of a body.
 #[derive(Clone, Copy)]
 pub(crate) struct PartVertices<'a> {
-    pub(crate) parts: Parts<'a>,
+    pub parts: Parts<'a>,
     /// Slot of each lattice vertex.
-    pub(crate) slots: &'a [u32],
+    pub slots: &'a [u32],
     /// Bit mask of the lanes with a vertex, for each block of eight slots.
-    pub(crate) occupied: &'a [u8],
+    pub occupied: &'a [u8],
 }
 
 /// Boxes of the motion of the parts of a body in a step.
