@@ -288,9 +288,7 @@ impl Colliders {
 
     /// Computes the surfaces of animated meshes at the start and at the end of a step.
     pub(crate) fn animate(&mut self, step: Interval) {
-        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
-            animated.advance([step.start, step.end]);
-        }
+        self.animate_meshes([step.start, step.end]);
     }
 
     /// Enables and disables the colliders, and computes the surfaces of animated meshes, at a time in seconds.
@@ -301,9 +299,12 @@ impl Colliders {
 
     /// Computes the surfaces of animated meshes at a time in seconds.
     pub(crate) fn animate_to(&mut self, time: f64) {
-        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
-            animated.advance([time, time]);
-        }
+        self.animate_meshes([time; 2]);
+    }
+
+    fn animate_meshes(&mut self, times: [f64; 2]) {
+        let animated = self.0.iter_mut().filter_map(|collider| collider.animated.as_mut());
+        animated.for_each(|animated| animated.advance(times));
     }
 
     /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body with the thickness
@@ -369,7 +370,6 @@ impl Colliders {
                     rotation_to_start: start.rotation * end.rotation.transpose(),
                     translation_at_start: start.translate / frame.cell_size,
                     translation_at_end: end.translate / frame.cell_size,
-                    rate: 1.0 / step.dt,
                 }),
             }
         })

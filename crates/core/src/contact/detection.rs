@@ -30,7 +30,7 @@ pub struct ContactReport {
 }
 
 /// Finds the patches that touch a shape; owns the buffers of the search.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Detection {
     /// Position of the vertex of each row, in the body's frame.
     positions: Vec<Vec4>,
@@ -49,7 +49,7 @@ pub(super) struct Detection {
 }
 
 /// Patches of one collider, in a fixed order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Patches {
     list: Vec<Patch>,
     /// Row of the nearest vertex of each patch, in the order of `list`.
@@ -62,12 +62,8 @@ impl Detection {
         Self {
             positions: vec![Vec4::zeros(); rows],
             heights: vec![0.0; rows],
-            smooth: SmoothRows::default(),
-            has_slopes: false,
-            height_slopes: Vec::new(),
             patches: Patches { list: Vec::new(), rows: SparseSet::new(rows) },
-            paths: Paths::default(),
-            has_swept: false,
+            ..Self::default()
         }
     }
 

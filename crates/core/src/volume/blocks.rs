@@ -17,7 +17,7 @@ use crate::simd::lanes::{Block, LANES, Row};
 const CHUNK_BLOCKS: usize = 512;
 
 /// The blocks of a lattice.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Blocks {
     /// Slot of each vertex.
     slots: Vec<u32>,
@@ -45,15 +45,7 @@ impl Blocks {
     pub(super) fn new(lattice: &Lattice, adjacency: &Adjacency) -> Self {
         let indices = lattice.indices();
         let offset = best_offset(indices);
-        let mut this = Self {
-            slots: Vec::with_capacity(indices.len()),
-            occupied: Vec::new(),
-            neighbors: Vec::new(),
-            gaps: Vec::new(),
-            links: Vec::new(),
-            components: Vec::new(),
-            chunks: Vec::new(),
-        };
+        let mut this = Self { slots: Vec::with_capacity(indices.len()), ..Self::default() };
         // The eight places in the grid of the present vertex, and the first of their blocks.
         let (mut place, mut first) = ([i32::MIN; 3], 0);
         let mut begin = Chunk { blocks: 0..0, vertices: 0..0 };
@@ -96,14 +88,13 @@ impl Blocks {
         // First the lanes that are linked.
         gaps.resize(blocks, [0; 6]);
         for (vertex, linked) in adjacency.neighbors.iter().enumerate() {
-            let (block, lane) = (slots[vertex] as usize / LANES, slots[vertex] as usize % LANES);
+            let (block, lane) = place(slots[vertex]);
             for side in [1, 3, 5] {
                 let neighbor = linked[side] as usize;
                 if neighbor == vertex {
                     continue;
                 }
-                let (other, other_lane) =
-                    (slots[neighbor] as usize / LANES, slots[neighbor] as usize % LANES);
+                let (other, other_lane) = place(slots[neighbor]);
                 if other != block {
                     // Where joints are broken, a side of a block can have links to several blocks. The first one
                     // counts.
@@ -239,6 +230,12 @@ impl Blocks {
     }
 }
 
+/// Returns the block and the lane of a slot.
+#[inline(always)]
+pub(super) fn place(slot: u32) -> (usize, usize) {
+    (slot as usize / LANES, slot as usize % LANES)
+}
+
 /// Returns the mask of the lanes of a bit mask.
 #[inline(always)]
 fn lanes<S: Simd>(simd: S, bits: u8) -> mask32x8<S> {
@@ -294,8 +291,9 @@ mod tests {
         let mut values = Vec::new();
         blocks.resize(&mut values);
         for (vertex, &slot) in blocks.slots().iter().enumerate() {
-            values[slot as usize / LANES][0][slot as usize % LANES] = value(vertex);
-            assert_eq!(blocks.components()[slot as usize / LANES] as usize, adjacency.component(vertex));
+            let (block, lane) = place(slot);
+            values[block][0][lane] = value(vertex);
+            assert_eq!(blocks.components()[block] as usize, adjacency.component(vertex));
         }
         let mut sums = values.clone();
         dispatch!(level(), simd => {
@@ -306,7 +304,8 @@ mod tests {
         for (vertex, &slot) in blocks.slots().iter().enumerate() {
             // Small integers, so that the sums are exact.
             let expected: f32 = adjacency.linked(vertex).map(value).sum();
-            let sum = &mut sums[slot as usize / LANES][0][slot as usize % LANES];
+            let (block, lane) = place(slot);
+            let sum = &mut sums[block][0][lane];
             assert_eq!(std::mem::take(sum), expected, "{vertex}");
         }
         assert!(sums.iter().all(|block| *block == [Row::ZERO]), "lanes without a vertex");
@@ -321,7 +320,7 @@ mod tests {
         for Chunk { blocks: range, vertices } in blocks.chunks() {
             assert_eq!((range.start, vertices.start), end);
             let slots = &blocks.slots()[vertices.clone()];
-            assert!(slots.iter().all(|&slot| range.contains(&(slot as usize / LANES))));
+            assert!(slots.iter().all(|&slot| range.contains(&place(slot).0)));
             end = (range.end, vertices.end);
         }
         assert_eq!(end, (blocks.len(), lattice.len()));

@@ -32,7 +32,7 @@ pub(super) const GREATEST_RATIO: f64 = 1e30;
 /// Bodies that touch each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Island {
-    index: u32,
+    pub(super) index: u32,
     pub(super) members: Vec<Member>,
     pub(super) solver: Solver,
     /// The contacts between bodies, in the order of their constraints, which follow the constraints at colliders.
@@ -147,21 +147,11 @@ impl Island {
         lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
 
-    /// Returns the index of the island.
-    pub(super) fn index(&self) -> u32 {
-        self.index
-    }
-
     /// Adds a body, greater than those before. Returns its index in the island.
     pub(super) fn add_body(&mut self, body: u32) -> u32 {
         let scale = Units { velocity: 1.0, mobility: 1.0 };
         self.members.push(Member { body, offset: 0, vertices: 0, first: 0, scale, rigid: None });
         self.members.len() as u32 - 1
-    }
-
-    /// Returns the contacts between bodies.
-    pub(super) fn pairs(&self) -> &[PairContact] {
-        &self.pairs
     }
 
     /// Returns the contacts of a body with other bodies and with itself.

@@ -28,10 +28,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::walls::Wall;
 use crate::lattice::Lattice;
-use crate::simd::lanes::{Block, LANES, Row, load, store};
+use crate::simd::lanes::{Block, Row, load, store};
 use crate::simd::level;
 use crate::volume::adjacency::Adjacency;
-use crate::volume::blocks::Blocks;
+use crate::volume::blocks::{Blocks, place};
 
 /// Weight of the walls relative to the links.
 const STIFFNESS: f64 = 10.0;
@@ -75,15 +75,15 @@ pub(super) fn fill(
 
 /// Returns the vector at a slot.
 fn get(vectors: &[Block<3>], slot: u32) -> Vector3<f32> {
-    let rows = &vectors[slot as usize / LANES];
-    Vector3::from([0, 1, 2].map(|c| rows[c][slot as usize % LANES]))
+    let (block, lane) = place(slot);
+    Vector3::from(vectors[block].map(|row| row[lane]))
 }
 
 /// Adds a vector at a slot.
 fn add(vectors: &mut [Block<3>], slot: u32, vector: Vector3<f32>) {
-    let rows = &mut vectors[slot as usize / LANES];
+    let (block, lane) = place(slot);
     for c in 0..3 {
-        rows[c][slot as usize % LANES] += vector[c];
+        vectors[block][c][lane] += vector[c];
     }
 }
 
@@ -127,7 +127,8 @@ impl<'a> System<'a> {
         for Wall { vertex, normal, area } in all_walls {
             let (slot, normal) = (blocks.slots()[*vertex as usize], normal.map(|x| x as f32));
             let weight = (STIFFNESS * area) as f32;
-            diagonal[slot as usize / LANES][1][slot as usize % LANES] += weight;
+            let (block, lane) = place(slot);
+            diagonal[block][1][lane] += weight;
             let along_normal = normal * normal.transpose();
             let (mut matrix, mut target) = (along_normal, normal);
             if let Some(near) = near {

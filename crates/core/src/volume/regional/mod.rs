@@ -29,7 +29,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use self::scales::{Scales, equation};
 use super::adjacency::Adjacency;
-use super::blocks::{Blocks, Chunk};
+use super::blocks::{Blocks, Chunk, place};
 use super::line::{self, Moving, value_and_slope};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
@@ -126,8 +126,8 @@ impl Regional {
         let mut this =
             Self { rest: vec![0.0; points.len()], regions: vec![[Row::ZERO; 3]; blocks.len()], blocks };
         this.vertex_losses(&executor, adjacency, points, &mut scratch);
-        let loss = |slot: u32| scratch.regions[slot as usize / LANES][0][slot as usize % LANES];
-        let rest = this.blocks.slots().iter().map(|&slot| -loss(slot)).collect();
+        let places = this.blocks.slots().iter().map(|&slot| place(slot));
+        let rest = places.map(|(block, lane)| -scratch.regions[block][0][lane]).collect();
         this.sum_regions(&executor, &mut scratch);
         let sums = scratch.regions.clone();
         this.smooth_gradients(&mut scratch, thickness);
@@ -181,7 +181,8 @@ impl Regional {
         if let Some(ratio) = ratio {
             scratch.ratios.resize(self.blocks.len(), Row::all(1.0));
             for (vertex, &slot) in self.blocks.slots().iter().enumerate() {
-                scratch.ratios[slot as usize / LANES][slot as usize % LANES] = ratio(vertex) as f32;
+                let (block, lane) = place(slot);
+                scratch.ratios[block][lane] = ratio(vertex) as f32;
             }
         }
     }
@@ -229,7 +230,8 @@ impl Regional {
             let first = chunk.blocks.start;
             let slots = &self.blocks.slots()[chunk.vertices.clone()];
             for ((&slot, point), offset) in slots.iter().zip(points).zip(offsets) {
-                let scale = scales[slot as usize / LANES - first][0][slot as usize % LANES];
+                let (block, lane) = place(slot);
+                let scale = scales[block - first][0][lane];
                 *offset = point.direction().map(|v| scale * v);
                 point.advance(scale);
             }
@@ -254,9 +256,9 @@ impl Regional {
                 for ((neighbors, rest), &slot) in neighbors.iter().zip(rest).zip(slots) {
                     let [x0, x1, y0, y1, z0, z1] = line::load(simd, points, neighbors);
                     let [volume, gradient] = value_and_slope(simd, x1 - x0, y1 - y0, z1 - z0);
-                    let row = &mut out[slot as usize / LANES - blocks.start];
-                    row[0][slot as usize % LANES] = rest - volume / 8.0;
-                    row[1][slot as usize % LANES] = gradient / 8.0;
+                    let (block, lane) = place(slot);
+                    let rows = &mut out[block - blocks.start];
+                    (rows[0][lane], rows[1][lane]) = (rest - volume / 8.0, gradient / 8.0);
                 }
             });
         });
