@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::sampler::RestSurface;
+use super::sampler::{RestSurface, sorted_unique};
 #[cfg(feature = "internals")]
 use crate::lattice::Embedding;
 use crate::lattice::{Lattice, Stencil, trilinear_weights};
@@ -101,14 +101,15 @@ impl SampleCells {
         first.push(blocks.len() as u32);
         blocks.shrink_to_fit();
 
-        let vertices = sorted_unique(&cell_corners);
+        let vertices_of = |cells: &[[u32; 8]]| sorted_unique(cells.as_flattened().iter().copied());
+        let vertices = vertices_of(&cell_corners);
         let mut row_of = vec![0; slots.len()];
         (0u32..).zip(&vertices).for_each(|(row, &vertex)| row_of[vertex as usize] = row);
         for corner in cell_corners.iter_mut().flatten() {
             *corner = row_of[*corner as usize];
         }
         Self {
-            strips: cell_corners.chunks(STRIP).map(sorted_unique).collect(),
+            strips: cell_corners.chunks(STRIP).map(vertices_of).collect(),
             slots: vertices.iter().map(|&v| slots[v as usize]).collect(),
             mobilities: vec![1.0; vertices.len()],
             count: cells.len(),
@@ -127,9 +128,7 @@ impl SampleCells {
     pub fn smoothed(mut self, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let stencil = |&vertex: &u32| Stencil::new(lattice, vertex);
         let around = |vertex: &u32| stencil(vertex).vertices();
-        let mut vertices: Vec<u32> = self.vertices.iter().flat_map(around).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        let vertices = sorted_unique(self.vertices.iter().flat_map(around));
         let is_corner = |vertex: &u32| self.vertices.binary_search(vertex).is_ok();
         let row = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
         // The neighbors of a row that is not a corner may have no rows. Its slopes are zero.
@@ -319,13 +318,4 @@ fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
         (0..3).all(|a| if corner >> a & 1 == 1 { local[a] >= 0.5 } else { local[a] <= 0.5 })
     };
     (0..8).filter(move |&corner| nearest(corner))
-}
-
-/// Returns the corners of all cells in increasing order, without duplicates.
-fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
-    let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.shrink_to_fit();
-    vertices
 }

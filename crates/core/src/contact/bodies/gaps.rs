@@ -17,6 +17,7 @@ use super::surface::{ContactSurface, SIDES, Sample, side};
 use super::view::BodyView;
 use crate::contact::memory::buffer_bytes;
 use crate::simd::level;
+use crate::simd::vector::wide;
 
 /// Distance along the surface, in cells of the other body, up to which a sample is opposite to one of the other body,
 /// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
@@ -284,7 +285,7 @@ fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], 
     let mut block_of_side = [None; SIDES];
     for sample in samples {
         let ([x, y, z], Some([a, b, c])) = pose(cell, sample) else { continue };
-        let side = side(&Vector3::new(a, b, c).map(f64::from));
+        let side = side(&wide([a, b, c]));
         let index =
             block_of_side[side].filter(|&index: &usize| blocks[index].count < 8).unwrap_or_else(|| {
                 let mut block = Block { side: side as u8, ..Block::default() };
@@ -309,7 +310,7 @@ fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], 
 /// Returns the position and the unit normal of a sample; no normal where its cell is flat or inside out.
 fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
     let local = sample.local.map(f64::from);
-    let normal = cell.gradient(local).normal(&Vector3::from(sample.normal.map(f64::from)));
+    let normal = cell.gradient(local).normal(&wide(sample.normal));
     (cell.position(local).map(|x| x as f32).into(), normal.map(|normal| normal.map(|x| x as f32).into()))
 }
 

@@ -21,6 +21,7 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::memory::buffer_bytes;
 use crate::lattice::trilinear_weights;
+use crate::simd::vector::wide;
 use crate::state::{SampleTouch, TouchedPoint};
 
 /// Greatest depth in cells.
@@ -139,8 +140,8 @@ impl Search {
             let point = current(&mut last_own, body, group.cell).position(sample.local.map(f64::from));
             let touched_cell = current(&mut last_touched, other, cell);
             let local = local.map(f64::from);
-            let normal = touched_cell.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
-            let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
+            let normal = touched_cell.gradient(local).normal(&wide(normal));
+            let normal = normal.unwrap_or_else(|| wide(memory.normal));
             let distance = (point - touched_cell.position(local)).dot(&normal);
             let shell = match self.body == self.other {
                 true => remaining(shell.into(), distance / other.lattice.cell_size()),
@@ -203,11 +204,11 @@ impl Pair<'_> {
         let surface = other.contact.surface();
         let located =
             posed.locate(surface, &point, thickness > 0.0, |found| self.accepts(cell, found), cells)?;
-        let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
+        let outward = own.gradient(own_local).normal(&wide(sample.normal));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
         let shell_before = memory.map(|memory| f64::from(memory.touched.shell));
-        let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
+        let memory = memory.map(|memory| wide(memory.normal));
         let displacement = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u.clamp(-1.0, 2.0) as f32))) * dt

@@ -11,6 +11,7 @@ use super::surface::ContactSurface;
 use crate::contact::Contacts;
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
+use crate::simd::vector::wide;
 use crate::state::{RigidMobility, SearchedMotion, State};
 
 /// The numbers of a step that contact between bodies depends on.
@@ -181,7 +182,7 @@ impl BodyView<'_> {
     #[inline]
     pub(super) fn velocity_before(&self, vertex: u32) -> Vector3<f64> {
         let BodyContact { velocities_before, origin_velocity, .. } = self.contact;
-        let local = Vector3::from(velocities_before.get(self.slots[vertex as usize]).map(f64::from));
+        let local = wide(velocities_before.get(self.slots[vertex as usize]));
         (origin_velocity + local) * self.lattice.cell_size()
     }
 }
