@@ -62,7 +62,7 @@ impl ValidCollider {
     /// of the body in scene units, beside that of the collider; `None` for the shape without a thickness.
     fn posed(&self, pose: &Pose, frame: BodyFrame, layer: Option<f64>, is_after: bool) -> PosedShape<'_> {
         let thickness = layer.map_or(0.0, |layer| (self.collider.thickness + layer) / frame.cell_size);
-        let shape = self.collider.shape.posed(pose, frame).with_shell().thickened(thickness);
+        let shape = self.collider.shape.posed(pose, frame).thickened(thickness);
         self.with_animation(shape, is_after)
     }
 

@@ -153,8 +153,8 @@ impl Solver {
     }
 
     /// As [`changes`](Self::changes), in increasing order of the rows.
-    pub(super) fn changes_by_row(&self) -> impl Iterator<Item = (u32, &Vec4)> {
-        self.rows.increasing().map(|(row, index)| (row, &self.changes[index as usize]))
+    pub(super) fn changes_by_row(&self) -> impl Iterator<Item = (u32, Vec4)> {
+        self.rows.increasing().map(|(row, index)| (row, self.changes[index as usize]))
     }
 
     /// Returns the row of each vertex that has a link, and its velocity change by the normal impulses alone.

@@ -176,7 +176,7 @@ impl Island {
         let slow = MIN_BOUNCE_STEPS * step.gravity * step.dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(Tolerance::IMPACT);
-        self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
+        self.impacts.extend(self.solver.changes_by_row());
         self.solver.rigid_totals(&mut self.rigid_impulses);
         self.store_impulses(step.dt);
         self.push(step.dt);
@@ -284,7 +284,7 @@ impl Island {
             return;
         }
         solver.solve(Tolerance::PUSH);
-        pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
+        pushes.extend(solver.changes_by_row());
         rigid_pushes
             .extend(members.iter().filter_map(|member| member.rigid).map(|body| solver.rigid.change(body)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
