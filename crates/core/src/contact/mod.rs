@@ -27,6 +27,7 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the contact problem: its constraints and impulses |
 //! | `jacobi` | the solution of the problem by projected Jacobi iteration |
+//! | `nearest` | the samples nearest to a shape, at displayed positions |
 //! | `ray` | where a ray meets a shape |
 //! | `rigid` | the rigid bodies of a problem |
 //! | `pressure` | a contact of the last step |
@@ -77,6 +78,7 @@ mod finish;
 mod interpolant;
 mod jacobi;
 mod memory;
+mod nearest;
 mod parts;
 mod patch;
 mod posed_collider;
@@ -104,20 +106,16 @@ pub use self::detection::ContactReport;
 pub use self::distance::SignedDistance;
 pub(crate) use self::escape::BodyPoints;
 pub use self::fault::{ColliderError, ColliderFault};
-pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
-pub(crate) use self::interpolant::monomials;
+pub(crate) use self::nearest::MovedSamples;
 pub(crate) use self::parts::Parts;
 pub(crate) use self::pressure::Pressure;
 pub(crate) use self::rigid_stage::RigidMover;
 pub(crate) use self::sampler::RestSurface;
-pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;
 pub use self::shape::Shape;
 pub(crate) use self::sides::Side;
-pub(crate) use self::smooth_rows::SmoothRows;
 pub use self::stage::Contacts;
-pub(crate) use self::vec4::{Vec4, wide};
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
 /// outside at a distance of at most this thickness.

@@ -22,7 +22,7 @@ const STRIP: usize = 32;
 #[derive(Clone, Debug)]
 pub struct SampleCells {
     /// Rows of the corners of each cell that contains a sample.
-    pub(crate) corners: Vec<[u32; 8]>,
+    pub(super) corners: Vec<[u32; 8]>,
     /// Index in `blocks` of the first block of each cell, then the number of blocks (CSR offsets).
     first: Vec<u32>,
     /// Blocks of samples, in the order of the cells.
@@ -32,7 +32,7 @@ pub struct SampleCells {
     /// Rows of the corners of each strip of [`STRIP`] cells. Detection tests a strip before its cells.
     strips: Vec<Vec<u32>>,
     /// Lattice vertices at the corners of the cells, in increasing order.
-    pub(crate) vertices: Vec<u32>,
+    pub(super) vertices: Vec<u32>,
     /// Slot of each of `vertices`.
     pub(super) slots: Vec<u32>,
     /// Inverse mass of each of `vertices`, in units of 1 / (mass of a full cell).
@@ -44,11 +44,11 @@ pub struct SampleCells {
 
 /// Up to eight samples of one cell that have the same nearest corner, one per lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SampleBlock {
+pub(super) struct SampleBlock {
     /// Nearest corner, 0..8.
     pub(super) corner: u8,
     /// Positions within the cell: x, y and z of each sample, in [0, 1]. Padding lanes repeat the last sample.
-    pub(crate) positions: [[f32; LANES]; 3],
+    pub(super) positions: [[f32; LANES]; 3],
     /// Fraction of each sample that counts at this corner: 1/k for a sample with k equally near corners,
     /// which is in a block of each of these corners; 0 for padding lanes.
     pub(super) fractions: [f32; LANES],
@@ -56,7 +56,7 @@ pub(crate) struct SampleBlock {
 
 impl SampleBlock {
     /// Returns the number of halves of the lanes that have samples: 1 or 2.
-    pub(crate) fn halves(&self) -> usize {
+    pub(super) fn halves(&self) -> usize {
         if self.fractions[LANES / 2] > 0.0 { 2 } else { 1 }
     }
 }
@@ -146,7 +146,7 @@ impl SampleCells {
     }
 
     /// Returns the stencil of each row, in rows; `None` if the skin is linear.
-    pub(crate) fn stencils(&self) -> Option<&[Stencil]> {
+    pub(super) fn stencils(&self) -> Option<&[Stencil]> {
         self.stencils.as_deref()
     }
 
@@ -247,7 +247,7 @@ impl SampleCells {
     }
 
     /// Iterates over the strips: the rows of the corners of the strip's cells, and the range of these cells.
-    pub(crate) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
+    pub(super) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
         let cells = (0..self.corners.len()).step_by(STRIP);
         let cells = cells.map(|first| first..(first + STRIP).min(self.corners.len()));
         self.strips.iter().map(Vec::as_slice).zip(cells)
@@ -306,7 +306,7 @@ impl SampleCells {
     }
 
     /// Returns the sample blocks of one cell.
-    pub(crate) fn cell_blocks(&self, cell: usize) -> &[SampleBlock] {
+    pub(super) fn cell_blocks(&self, cell: usize) -> &[SampleBlock] {
         &self.blocks[self.first[cell] as usize..self.first[cell + 1] as usize]
     }
 }
