@@ -271,7 +271,7 @@ impl Body {
         let touches_colliders = contacts.as_ref().is_some_and(|contacts| !contacts.pressures().is_empty());
         if rigid.held.is_empty() && !touches_colliders {
             let moved = impulse.linear * dt + push.linear * rigid.mass();
-            let velocity = pose.velocity() - island.mean_velocity() / cell_size;
+            let velocity = pose.velocity() - island.mean_velocity / cell_size;
             pose.set_angular_momentum(pose.angular_momentum() - moved.cross(&velocity));
         }
         state.rigid = Some(pose);

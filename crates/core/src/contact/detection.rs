@@ -33,7 +33,7 @@ pub struct ContactReport {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Detection {
     /// Position of the vertex of each row, in the body's frame.
-    positions: Vec<Vec4>,
+    pub(super) positions: Vec<Vec4>,
     /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,
     /// Slopes of the positions, if the skin is smooth. Empty until a shape is near.
@@ -89,6 +89,12 @@ impl Detection {
         self.has_slopes = false;
     }
 
+    /// As [`read`](Self::read), of positions that contacts changed: updates the paths of the samples.
+    pub(super) fn read_moved(&mut self, positions: &Lanes<3>, slots: &[u32], leaving: &[u32]) {
+        self.read(positions, slots, leaving);
+        self.paths.update(&self.positions);
+    }
+
     /// Begins the paths of the samples in a step, at whose end the positions were read. `velocities` are those in the
     /// step.
     pub(super) fn begin_paths(&mut self, velocities: &Lanes<3>, slots: &[u32], dt: f64) {
@@ -117,11 +123,6 @@ impl Detection {
         }
     }
 
-    /// Updates the paths after positions were changed and read.
-    pub(super) fn update_paths(&mut self) {
-        self.paths.update(&self.positions);
-    }
-
     /// Returns the side points.
     pub(super) fn sides(&self) -> &[Side] {
         self.paths.sides()
@@ -130,11 +131,6 @@ impl Detection {
     /// Restores side points. Ignores those that do not belong to these samples.
     pub(super) fn set_sides(&mut self, sides: &[Side], samples: &SampleCells) {
         self.paths.set_sides(sides, samples.block_count() * LANES);
-    }
-
-    /// Returns the position of the vertex of each row.
-    pub(super) fn positions(&self) -> &[Vec4] {
-        &self.positions
     }
 
     /// Returns the patches that the last call of `find` found, in a fixed order.
@@ -219,8 +215,7 @@ impl Detection {
             self.paths.clear_sides();
             return;
         }
-        self.read(state, &samples.slots, leaving);
-        self.update_paths();
+        self.read_moved(state, &samples.slots, leaving);
         let mut found = self.paths.take_scratch();
         for collider in colliders {
             let Some(motion) = self.paths.motion(&collider, &self.positions) else { continue };

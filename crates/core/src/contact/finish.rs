@@ -162,14 +162,13 @@ impl Contacts {
         let Self { samples, detection, solver, leaving, rigid, thickness, .. } = self;
         solver.clear();
         solver.begin_rigid(rigid.as_ref());
-        detection.read(state.positions, &samples.slots, leaving);
-        detection.update_paths();
+        detection.read_moved(state.positions, &samples.slots, leaving);
         let mut report = ContactReport::default();
         for collider in colliders.during(step, state.frame, *thickness) {
             detection.find(&collider, samples, 0.0, &mut report);
             for patch in detection.patches() {
                 let vertices = patch.vertices();
-                let position = || mean_position(vertices.iter(), detection.positions());
+                let position = || mean_position(vertices.iter(), &detection.positions);
                 let (normal, distance) = match patch.side() {
                     Some(side) => (side.normal, patch.mean_distance()),
                     None => {

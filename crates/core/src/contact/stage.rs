@@ -224,7 +224,7 @@ impl Contacts {
             self.is_on_plane &= !is_touched || pressures.is_empty() && collider.shape.plane().is_some();
             for patch in detection.patches() {
                 let vertices = patch.vertices();
-                let position = mean_position(vertices.iter(), detection.positions());
+                let position = mean_position(vertices.iter(), &detection.positions);
                 let point = SurfacePoint {
                     position,
                     offset: samples.offset(patch, &collider.shape, &position),

@@ -20,7 +20,7 @@ const CHUNK_BLOCKS: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blocks {
     /// Slot of each vertex.
-    slots: Vec<u32>,
+    pub(super) slots: Vec<u32>,
     /// Bit `l` of the entry of a block is set iff lane `l` has a vertex.
     occupied: Vec<u8>,
     /// Neighbors of each block, in neighbor order. The zero block replaces a block without links to this one.
@@ -30,8 +30,9 @@ pub(super) struct Blocks {
     /// Number of links of each vertex.
     links: Vec<Row>,
     /// Component of each block.
-    components: Vec<u32>,
-    chunks: Vec<Chunk>,
+    pub(super) components: Vec<u32>,
+    /// The chunks, in order. Their division does not depend on the number of threads.
+    pub(super) chunks: Vec<Chunk>,
 }
 
 /// Consecutive blocks and their vertices, which are consecutive as well.
@@ -136,21 +137,6 @@ impl Blocks {
     /// Returns the number of blocks, without the zero block.
     pub(super) fn len(&self) -> usize {
         self.occupied.len()
-    }
-
-    /// Returns the slot of each vertex.
-    pub(super) fn slots(&self) -> &[u32] {
-        &self.slots
-    }
-
-    /// Returns the component of each block.
-    pub(super) fn components(&self) -> &[u32] {
-        &self.components
-    }
-
-    /// Returns the chunks, in order. Their division does not depend on the number of threads.
-    pub(super) fn chunks(&self) -> &[Chunk] {
-        &self.chunks
     }
 
     /// Sets the size of an array of blocks. New blocks are zero, and the zero block at the end always is.
@@ -290,10 +276,10 @@ mod tests {
         let value = |vertex: usize| 1.0 + (vertex * vertex % 101) as f32;
         let mut values = Vec::new();
         blocks.resize(&mut values);
-        for (vertex, &slot) in blocks.slots().iter().enumerate() {
+        for (vertex, &slot) in blocks.slots.iter().enumerate() {
             let (block, lane) = place(slot);
             values[block][0][lane] = value(vertex);
-            assert_eq!(blocks.components()[block] as usize, adjacency.component(vertex));
+            assert_eq!(blocks.components[block] as usize, adjacency.component(vertex));
         }
         let mut sums = values.clone();
         dispatch!(level(), simd => {
@@ -301,7 +287,7 @@ mod tests {
                 blocks.filled(simd, block, blocks.sum(simd, block, (&values, 0))).store_array(&mut sums[block][0]);
             }
         });
-        for (vertex, &slot) in blocks.slots().iter().enumerate() {
+        for (vertex, &slot) in blocks.slots.iter().enumerate() {
             // Small integers, so that the sums are exact.
             let expected: f32 = adjacency.linked(vertex).map(value).sum();
             let (block, lane) = place(slot);
@@ -317,13 +303,13 @@ mod tests {
         let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), true).unwrap();
         let blocks = Blocks::new(&lattice, &Adjacency::new(&lattice));
         let mut end = (0, 0);
-        for Chunk { blocks: range, vertices } in blocks.chunks() {
+        for Chunk { blocks: range, vertices } in &blocks.chunks {
             assert_eq!((range.start, vertices.start), end);
-            let slots = &blocks.slots()[vertices.clone()];
+            let slots = &blocks.slots[vertices.clone()];
             assert!(slots.iter().all(|&slot| range.contains(&place(slot).0)));
             end = (range.end, vertices.end);
         }
         assert_eq!(end, (blocks.len(), lattice.len()));
-        assert!(blocks.chunks().len() > 2);
+        assert!(blocks.chunks.len() > 2);
     }
 }

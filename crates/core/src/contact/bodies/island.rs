@@ -56,7 +56,7 @@ pub(crate) struct Island {
     /// Unit of length, and unit of mass.
     pub(super) units: (f64, f64),
     /// Mean velocity of the bodies, in scene units per second.
-    mean_velocity: Vector3<f64>,
+    pub(crate) mean_velocity: Vector3<f64>,
 }
 
 /// A body of an island.
@@ -335,10 +335,5 @@ impl Island {
         let first = changes.partition_point(|(row, _)| *row < offset);
         let own = changes[first..].iter().take_while(move |(row, _)| *row < offset + vertices);
         own.map(move |(row, change)| (row - offset, wide(change) * scale))
-    }
-
-    /// Returns the mean velocity of the bodies, in scene units per second.
-    pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
-        self.mean_velocity
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct PosedLattice {
     /// For each vertex, the sides of the region on which it is outside: one bit for each of the six sides.
     sides: Vec<u8>,
     /// The cells that are near other bodies, in increasing order, and their boxes with a margin.
-    cells: Vec<(u32, Bounds)>,
+    pub(super) cells: Vec<(u32, Bounds)>,
     /// The box of all of them.
     all: Bounds,
     grid: Grid,
@@ -122,11 +122,6 @@ impl PosedLattice {
     pub(super) fn bytes(&self) -> usize {
         let Self { positions, sides, cells, grid, .. } = self;
         buffer_bytes(positions) + buffer_bytes(sides) + buffer_bytes(cells) + grid.bytes()
-    }
-
-    /// Returns the cells that are near other bodies, in increasing order, and their boxes.
-    pub(super) fn cells(&self) -> &[(u32, Bounds)] {
-        &self.cells
     }
 
     /// Returns whether a box intersects the box of a cell that `accepts` takes, so that a point of it may be located.

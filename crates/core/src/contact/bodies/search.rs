@@ -97,7 +97,7 @@ impl Search {
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
         self.cells.reset(posed[1]);
-        let mut near = posed[0].cells().iter().peekable();
+        let mut near = posed[0].cells.iter().peekable();
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {

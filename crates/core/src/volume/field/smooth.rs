@@ -64,13 +64,13 @@ pub(super) fn fill(
     let blocks = Blocks::new(lattice, adjacency);
     let mut field = Vec::new();
     blocks.resize(&mut field);
-    for (vector, &slot) in start.iter().zip(blocks.slots()) {
+    for (vector, &slot) in start.iter().zip(&blocks.slots) {
         add(&mut field, slot, vector.map(|x| x as f32));
     }
     let decay = |component: usize| (DECAY / thickness[component]).powi(2) as f32;
     System::new(&blocks, walls, decay, None).solve(&mut field);
     System::new(&blocks, walls, |_| 0.0, Some(&field)).solve(&mut field);
-    blocks.slots().iter().map(|&slot| get(&field, slot).into()).collect()
+    blocks.slots.iter().map(|&slot| get(&field, slot).into()).collect()
 }
 
 /// Returns the vector at a slot.
@@ -117,7 +117,7 @@ impl<'a> System<'a> {
         let mut diagonal = vec![[Row::ZERO; 2]; blocks.len()];
         dispatch!(level(), simd => {
             for (block, rows) in diagonal.iter_mut().enumerate() {
-                let decay = f32x8::splat(simd, decay(blocks.components()[block] as usize));
+                let decay = f32x8::splat(simd, decay(blocks.components[block] as usize));
                 let weight = blocks.filled(simd, block, blocks.links(simd, block) + decay);
                 store([weight; 2], rows);
             }
@@ -125,7 +125,7 @@ impl<'a> System<'a> {
         let mut right_hand_side = vec![[Row::ZERO; 3]; blocks.len() + 1];
         let mut walls: Vec<(u32, Matrix3<f32>)> = Vec::new();
         for Wall { vertex, normal, area } in all_walls {
-            let (slot, normal) = (blocks.slots()[*vertex as usize], normal.map(|x| x as f32));
+            let (slot, normal) = (blocks.slots[*vertex as usize], normal.map(|x| x as f32));
             let weight = (STIFFNESS * area) as f32;
             let (block, lane) = place(slot);
             diagonal[block][1][lane] += weight;
