@@ -332,7 +332,7 @@ impl Body {
                 }
             }
         }
-        let mean_velocity = island.mean_velocity() / cell_size - frame.velocity();
+        let mean_velocity = island.mean_velocity / cell_size - frame.velocity();
         for ((rigid, tracked), change) in momentum.states().iter().zip(&mut state.momenta).zip(&*changes) {
             let (Some(tracked), &MomentumChange { linear, mut angular, moved }) = (tracked, change) else {
                 continue;

@@ -212,7 +212,7 @@ impl Body {
     /// Passes the mobility to the contacts with colliders.
     pub(super) fn pass_mobility(&mut self) {
         if let (Some(rigid), Some(contacts)) = (&self.rigid, &mut self.contact.contacts) {
-            contacts.set_rigid(Some(rigid.mobility()));
+            contacts.set_rigid(rigid.mobility());
         }
     }
 
@@ -240,7 +240,7 @@ impl Body {
             return;
         };
         let mut moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
-        contacts.finish_alone_rigidly(&mut moved, context.colliders, context.interval);
+        contacts.finish_alone(&mut moved, context.colliders, context.interval);
     }
 
     /// Applies the impulses and pushes of the island of the body.
@@ -271,7 +271,7 @@ impl Body {
         let touches_colliders = contacts.as_ref().is_some_and(|contacts| !contacts.pressures().is_empty());
         if rigid.held.is_empty() && !touches_colliders {
             let moved = impulse.linear * dt + push.linear * rigid.mass();
-            let velocity = pose.velocity() - island.mean_velocity() / cell_size;
+            let velocity = pose.velocity() - island.mean_velocity / cell_size;
             pose.set_angular_momentum(pose.angular_momentum() - moved.cross(&velocity));
         }
         state.rigid = Some(pose);
@@ -279,12 +279,7 @@ impl Body {
         rigid.write(state, occupied);
         if let Some(contacts) = contacts {
             let mut moved = MovedBody { rigid, state, occupied };
-            island.finish_contacts_rigidly(
-                member,
-                contacts,
-                &mut moved,
-                (context.colliders, context.interval),
-            );
+            island.finish_contacts(member, contacts, &mut moved, (context.colliders, context.interval));
         }
     }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::found::Found;
 use crate::body::{Body, BodyRef, NearBodies};
 use crate::contact::bodies::{BodyView, ContactSurface, Gap, GapSearch, SIDES, TouchingBody, side};
+use crate::simd::vector::wide;
 use crate::volume::Limit;
 
 /// Distance in cells by which a body may have moved since its box was measured.
@@ -85,7 +86,7 @@ pub(super) fn find(
         }
     };
     for touch in state.touches.samples() {
-        let normal = Vector3::from(touch.normal.map(f64::from));
+        let normal = wide(touch.normal);
         add(Gap { sample: touch.sample, normal, clearance: 0.0, is_own: near.index == touch.other });
     }
     gaps.find((view, surface), near.surfaces(2.0 * farthest), near.touches_itself(), distance, add);

@@ -1,9 +1,10 @@
 //! Finds limits and moves vertices within them, in turns.
 
 use super::bodies;
-use super::colliders::{ColliderSearch, Obstacles};
+use super::colliders::{self, Obstacles};
 use super::found::Found;
 use crate::body::{BodyRef, NearBodies};
+use crate::contact::MovedSamples;
 use crate::contact::bodies::GapSearch;
 use crate::volume::Limits;
 
@@ -36,7 +37,7 @@ pub(crate) trait Mover {
 #[derive(Debug, Default)]
 pub(crate) struct Clearance {
     found: Found,
-    colliders: ColliderSearch,
+    surface: MovedSamples,
     gaps: GapSearch,
     /// Displacement of each vertex in cells up to which limits at bodies are searched.
     reach: Vec<f32>,
@@ -94,7 +95,13 @@ impl Clearance {
                     && self.found.limits.are_exceeded(start, moved);
                 is_exceeded
                     || curved.is_some_and(|obstacles| {
-                        distance > 0.0 && self.colliders.add_entered(obstacles, moved, &mut self.found)
+                        distance > 0.0
+                            && colliders::add_entered(
+                                &mut self.surface,
+                                obstacles,
+                                [start, moved],
+                                &mut self.found,
+                            )
                     })
             };
             if !has_more && !mover.remove_soft(&mut self.found.limits) {
@@ -130,10 +137,10 @@ impl Clearance {
         start: &[[f32; 3]],
         distance: f64,
     ) -> bool {
-        let Self { found, colliders, gaps, reach } = self;
+        let Self { found, surface, gaps, reach } = self;
         found.limits.list_mut().clear();
         if let Some(obstacles) = obstacles {
-            colliders.find(obstacles, start, distance, found);
+            colliders::find(surface, obstacles, start, distance, found);
         }
         if let Some(near) = near {
             bodies::find(gaps, body, near, (start, reach), found);
@@ -144,7 +151,7 @@ impl Clearance {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.found.bytes() + self.colliders.bytes() + self.gaps.bytes() + size_of_val(&*self.reach)
+        self.found.bytes() + self.surface.bytes() + self.gaps.bytes() + size_of_val(&*self.reach)
     }
 }
 

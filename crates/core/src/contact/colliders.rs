@@ -43,8 +43,8 @@ struct ValidCollider {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct DrivenCollider {
     /// Index of the collider.
-    pub(crate) collider: u32,
-    pub(crate) drive: Drive,
+    pub collider: u32,
+    pub drive: Drive,
 }
 
 impl ValidCollider {
@@ -62,7 +62,7 @@ impl ValidCollider {
     /// of the body in scene units, beside that of the collider; `None` for the shape without a thickness.
     fn posed(&self, pose: &Pose, frame: BodyFrame, layer: Option<f64>, is_after: bool) -> PosedShape<'_> {
         let thickness = layer.map_or(0.0, |layer| (self.collider.thickness + layer) / frame.cell_size);
-        let shape = self.collider.shape.posed(pose, frame).with_shell().thickened(thickness);
+        let shape = self.collider.shape.posed(pose, frame).thickened(thickness);
         self.with_animation(shape, is_after)
     }
 
@@ -218,7 +218,7 @@ impl Colliders {
         point: &Point3<f64>,
         distance: f64,
     ) -> bool {
-        self.during(step, frame, 0.0).any(|(_, PosedCollider { shape_before, shape, .. })| {
+        self.during(step, frame, 0.0).any(|PosedCollider { shape_before, shape, .. }| {
             shape != shape_before
                 && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
         })
@@ -288,9 +288,7 @@ impl Colliders {
 
     /// Computes the surfaces of animated meshes at the start and at the end of a step.
     pub(crate) fn animate(&mut self, step: Interval) {
-        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
-            animated.advance([step.start, step.end]);
-        }
+        self.animate_meshes([step.start, step.end]);
     }
 
     /// Enables and disables the colliders, and computes the surfaces of animated meshes, at a time in seconds.
@@ -301,9 +299,12 @@ impl Colliders {
 
     /// Computes the surfaces of animated meshes at a time in seconds.
     pub(crate) fn animate_to(&mut self, time: f64) {
-        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
-            animated.advance([time, time]);
-        }
+        self.animate_meshes([time; 2]);
+    }
+
+    fn animate_meshes(&mut self, times: [f64; 2]) {
+        let animated = self.0.iter_mut().filter_map(|collider| collider.animated.as_mut());
+        animated.for_each(|animated| animated.advance(times));
     }
 
     /// Returns the shape of each enabled collider at `time` (in seconds), in the frame of a body with the thickness
@@ -334,14 +335,13 @@ impl Colliders {
         self.enabled().map(move |(_, valid)| valid.posed(&valid.motion.pose(step.start), frame, None, false))
     }
 
-    /// Returns each enabled collider during one step, in the frame of a body with the thickness `layer` in scene units,
-    /// with its index.
+    /// Returns each enabled collider during one step, in the frame of a body with the thickness `layer` in scene units.
     pub(super) fn during(
         &self,
         step: Interval,
         frame: BodyFrame,
         layer: f64,
-    ) -> impl Iterator<Item = (u32, PosedCollider<'_>)> {
+    ) -> impl Iterator<Item = PosedCollider<'_>> {
         self.enabled().map(move |(index, valid)| {
             let ValidCollider { collider, motion, animated, .. } = valid;
             let ([start, end], is_moving) = motion.poses(step);
@@ -353,7 +353,8 @@ impl Colliders {
                 }
                 _ => None,
             };
-            let posed = PosedCollider {
+            PosedCollider {
+                index,
                 shape_before,
                 shape,
                 deformation,
@@ -369,10 +370,8 @@ impl Colliders {
                     rotation_to_start: start.rotation * end.rotation.transpose(),
                     translation_at_start: start.translate / frame.cell_size,
                     translation_at_end: end.translate / frame.cell_size,
-                    rate: 1.0 / step.dt,
                 }),
-            };
-            (index, posed)
+            }
         })
     }
 }

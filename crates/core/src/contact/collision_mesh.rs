@@ -61,8 +61,9 @@ impl CollisionMesh {
 
     fn with(mesh: Mesh, animation: Option<MeshAnimation>) -> Result<Self, ColliderFault> {
         let outward = mesh.is_closed().then(|| if mesh.signed_volume() < 0.0 { -1.0 } else { 1.0 });
-        let surface = surface(&mesh, mesh.vertices(), (outward, false));
-        let surface = surface.ok_or(ColliderFault::NoArea { faces: mesh.face_count() })?;
+        let tree = tree(&mesh, mesh.vertices());
+        let tree = tree.ok_or(ColliderFault::NoArea { faces: mesh.face_count() })?;
+        let surface = CollisionSurface { tree, outward, is_inverted: false };
         Ok(Self(Arc::new(Data { mesh, surface, animation })))
     }
 
@@ -110,7 +111,7 @@ impl CollisionMesh {
 
     /// Returns the surface with other positions of the vertices, or `None` if no triangle has an area.
     pub(super) fn surface_at(&self, points: &[Point3<f64>]) -> Option<CollisionSurface> {
-        surface(&self.0.mesh, points, (self.0.surface.outward, self.is_inverted()))
+        Some(CollisionSurface { tree: tree(&self.0.mesh, points)?, ..self.0.surface })
     }
 
     /// Returns the mesh.
@@ -134,15 +135,10 @@ impl CollisionMesh {
     }
 }
 
-/// Builds the surface of a mesh with these positions of its vertices. Equal positions of the mesh stay welded.
-fn surface(
-    mesh: &Mesh,
-    points: &[Point3<f64>],
-    (outward, is_inverted): (Option<f64>, bool),
-) -> Option<CollisionSurface> {
+/// Builds the search tree of a mesh with these positions of its vertices. Equal positions of the mesh stay welded.
+fn tree(mesh: &Mesh, points: &[Point3<f64>]) -> Option<SurfaceTree> {
     let weld = mesh.weld();
-    let triangles = mesh.surface().iter().map(|triangle| triangle.map(|v| weld[v as usize]));
-    Some(CollisionSurface { tree: SurfaceTree::new(points, triangles)?, outward, is_inverted })
+    SurfaceTree::new(points, mesh.surface().iter().map(|triangle| triangle.map(|v| weld[v as usize])))
 }
 
 /// Compares the vertices, the faces and the animation.
@@ -180,15 +176,11 @@ impl PartialEq for PosedMesh<'_> {
 }
 
 impl PosedMesh<'_> {
-    /// Returns the mesh with the thickness of a shell if it is open.
-    pub(super) fn with_shell(self) -> Self {
-        Self { shell: if self.is_closed() { 0.0 } else { SHELL }, ..self }
-    }
-
-    /// Returns the mesh with its surface `thickness` cells farther outwards. The shell of an open mesh is part of the
-    /// thickness.
+    /// Returns the mesh with its surface `thickness` cells farther outwards. The thickness of an open mesh is at least
+    /// that of a shell, which is part of it.
     pub(super) fn thickened(self, thickness: f64) -> Self {
-        Self { thickness: (thickness - self.shell).max(0.0), ..self }
+        let shell = if self.is_closed() { 0.0 } else { SHELL };
+        Self { shell, thickness: (thickness - shell).max(0.0), ..self }
     }
 
     pub(super) fn is_closed(&self) -> bool {

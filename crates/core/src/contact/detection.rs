@@ -4,9 +4,7 @@
 
 use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 
-use super::field::{
-    Field, HeightSlopes, PlaneField, ShapeField, may_touch, may_touch_for_any_slopes, smooth_may_touch,
-};
+use super::field::{Field, HeightSlopes, PlaneField, ShapeField, may_touch_for_any_slopes};
 use super::interpolant::monomials;
 use super::memory::buffer_bytes;
 use super::patch::{Patch, Touching};
@@ -32,10 +30,10 @@ pub struct ContactReport {
 }
 
 /// Finds the patches that touch a shape; owns the buffers of the search.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Detection {
     /// Position of the vertex of each row, in the body's frame.
-    positions: Vec<Vec4>,
+    pub(super) positions: Vec<Vec4>,
     /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,
     /// Slopes of the positions, if the skin is smooth. Empty until a shape is near.
@@ -51,7 +49,7 @@ pub(super) struct Detection {
 }
 
 /// Patches of one collider, in a fixed order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Patches {
     list: Vec<Patch>,
     /// Row of the nearest vertex of each patch, in the order of `list`.
@@ -64,12 +62,8 @@ impl Detection {
         Self {
             positions: vec![Vec4::zeros(); rows],
             heights: vec![0.0; rows],
-            smooth: SmoothRows::default(),
-            has_slopes: false,
-            height_slopes: Vec::new(),
             patches: Patches { list: Vec::new(), rows: SparseSet::new(rows) },
-            paths: Paths::default(),
-            has_swept: false,
+            ..Self::default()
         }
     }
 
@@ -95,6 +89,12 @@ impl Detection {
         self.has_slopes = false;
     }
 
+    /// As [`read`](Self::read), of positions that contacts changed: updates the paths of the samples.
+    pub(super) fn read_moved(&mut self, positions: &Lanes<3>, slots: &[u32], leaving: &[u32]) {
+        self.read(positions, slots, leaving);
+        self.paths.update(&self.positions);
+    }
+
     /// Begins the paths of the samples in a step, at whose end the positions were read. `velocities` are those in the
     /// step.
     pub(super) fn begin_paths(&mut self, velocities: &Lanes<3>, slots: &[u32], dt: f64) {
@@ -103,17 +103,14 @@ impl Detection {
 
     /// Returns false only if no sample is within `skin` of the shape. May return true in this case as well.
     pub(super) fn may_touch(&mut self, shape: &PosedShape<'_>, samples: &SampleCells, skin: f64) -> bool {
-        let positions = &self.positions;
-        if samples.stencils().is_none() {
-            return may_touch(shape, positions.iter(), skin);
+        if samples.stencils().is_some() {
+            if !may_touch_for_any_slopes(shape, self.positions.iter(), skin) {
+                return false;
+            }
+            self.update_slopes(samples);
         }
-        if !may_touch_for_any_slopes(shape, positions.iter(), skin) {
-            return false;
-        }
-        self.update_slopes(samples);
-        let Self { positions, smooth, .. } = self;
-        let slopes = smooth.with_weights_of(smooth).slopes;
-        smooth_may_touch(shape, positions.iter().zip(slopes), skin)
+        let slopes = self.smooth.of(samples);
+        ShapeField { shape, positions: &self.positions, slopes }.any_may_touch(skin)
     }
 
     /// Computes the slopes of the positions if the skin is smooth.
@@ -126,11 +123,6 @@ impl Detection {
         }
     }
 
-    /// Updates the paths after positions were changed and read.
-    pub(super) fn update_paths(&mut self) {
-        self.paths.update(&self.positions);
-    }
-
     /// Returns the side points.
     pub(super) fn sides(&self) -> &[Side] {
         self.paths.sides()
@@ -141,21 +133,15 @@ impl Detection {
         self.paths.set_sides(sides, samples.block_count() * LANES);
     }
 
-    /// Returns the position of the vertex of each row.
-    pub(super) fn positions(&self) -> &[Vec4] {
-        &self.positions
-    }
-
     /// Returns the patches that the last call of `find` found, in a fixed order.
     pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
         self.patches.list.iter().filter(|patch| patch.has_weight())
     }
 
     /// Finds the samples inside a collider or within `skin` cells of it, and adds them to the report. Where the nearest
-    /// surface may be on the wrong side, the paths of the samples decide. `collider`: with its index.
+    /// surface may be on the wrong side, the paths of the samples decide.
     pub(super) fn find(
         &mut self,
-        index: u32,
         collider: &PosedCollider<'_>,
         samples: &SampleCells,
         skin: f64,
@@ -164,13 +150,11 @@ impl Detection {
         self.patches.list.clear();
         self.patches.rows.clear();
         let shape = &collider.shape;
-        if self.finds_by_paths(index, collider, samples, skin, report)
-            || !self.may_touch(shape, samples, skin)
-        {
+        if self.finds_by_paths(collider, samples, skin, report) || !self.may_touch(shape, samples, skin) {
             return;
         }
         let Self { positions, heights, smooth, height_slopes, patches, .. } = self;
-        let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
+        let slopes = smooth.of(samples);
         if let Some((normal, offset)) = shape.plane() {
             for (height, position) in heights.iter_mut().zip(&*positions) {
                 *height = normal.dot(&wide(position)) - offset;
@@ -192,20 +176,18 @@ impl Detection {
     /// Finds the samples by their paths, as [`find`](Self::find), if the collider needs it. Returns whether it does.
     fn finds_by_paths(
         &mut self,
-        index: u32,
         collider: &PosedCollider<'_>,
         samples: &SampleCells,
         skin: f64,
         report: &mut ContactReport,
     ) -> bool {
-        let Some(motion) = self.paths.motion(index, collider, &self.positions) else { return false };
-        if self.is_far(index, collider, samples, skin + motion) {
+        let Some(motion) = self.paths.motion(collider, &self.positions) else { return false };
+        if self.is_far(collider, samples, skin + motion) {
             return true;
         }
         let Self { positions, smooth, patches, paths, has_swept, .. } = self;
-        let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
-        let sweep =
-            paths.sweep(index, collider, ShapeField { shape: &collider.shape, positions, slopes }, motion);
+        let slopes = smooth.of(samples);
+        let sweep = paths.sweep(collider, ShapeField { shape: &collider.shape, positions, slopes }, motion);
         let (count, is_mesh) = (report.contacts, matches!(collider.shape, PosedShape::Mesh(_)));
         dispatch!(level(), simd => patches.search_paths(simd, &sweep, samples, (skin, is_mesh), report));
         *has_swept |= report.contacts > count;
@@ -213,45 +195,38 @@ impl Detection {
     }
 
     /// Returns true only if no sample has a side point at a collider, and none is within `distance` of it.
-    fn is_far(
-        &mut self,
-        index: u32,
-        collider: &PosedCollider<'_>,
-        samples: &SampleCells,
-        distance: f64,
-    ) -> bool {
+    fn is_far(&mut self, collider: &PosedCollider<'_>, samples: &SampleCells, distance: f64) -> bool {
         let may_touch = self.may_touch(&collider.shape, samples, distance);
-        let is_far = !may_touch && self.paths.sides_at(index).is_empty();
+        let is_far = !may_touch && self.paths.sides_at(collider.index).is_empty();
         if !is_far {
             self.update_slopes(samples);
         }
         is_far
     }
 
-    /// Stores the side points of the samples after the step. `colliders`: during the step, with their indices.
+    /// Stores the side points of the samples after the step. `colliders`: during the step.
     pub(super) fn keep_sides<'a>(
         &mut self,
         state: &Lanes<3>,
         (samples, leaving): (&SampleCells, &[u32]),
-        colliders: impl Iterator<Item = (u32, PosedCollider<'a>)>,
+        colliders: impl Iterator<Item = PosedCollider<'a>>,
     ) {
         if !std::mem::take(&mut self.has_swept) {
             self.paths.clear_sides();
             return;
         }
-        self.read(state, &samples.slots, leaving);
-        self.update_paths();
+        self.read_moved(state, &samples.slots, leaving);
         let mut found = self.paths.take_scratch();
-        for (index, collider) in colliders {
-            let Some(motion) = self.paths.motion(index, &collider, &self.positions) else { continue };
-            if self.is_far(index, &collider, samples, motion) {
+        for collider in colliders {
+            let Some(motion) = self.paths.motion(&collider, &self.positions) else { continue };
+            if self.is_far(&collider, samples, motion) {
                 continue;
             }
             let Self { positions, smooth, paths, .. } = &*self;
-            let slopes = samples.stencils().map(|_| smooth.with_weights_of(smooth));
+            let slopes = smooth.of(samples);
             let field = ShapeField { shape: &collider.shape, positions, slopes };
-            let sweep = paths.sweep(index, &collider, field, motion);
-            dispatch!(level(), simd => find_sides(simd, &sweep, samples, index, &mut found));
+            let sweep = paths.sweep(&collider, field, motion);
+            dispatch!(level(), simd => find_sides(simd, &sweep, samples, &mut found));
         }
         self.paths.replace_sides(found);
     }
@@ -259,13 +234,8 @@ impl Detection {
 
 /// Adds the side points of the samples of a sweep.
 #[inline(always)]
-fn find_sides<S: Simd>(
-    simd: S,
-    sweep: &Sweep<'_>,
-    samples: &SampleCells,
-    collider: u32,
-    found: &mut Vec<Side>,
-) {
+fn find_sides<S: Simd>(simd: S, sweep: &Sweep<'_>, samples: &SampleCells, found: &mut Vec<Side>) {
+    let collider = sweep.collider.index;
     sweep.search(simd, samples, 0.0, |_, (block, _), ends, contacts| {
         for lane in 0..LANES {
             let point =

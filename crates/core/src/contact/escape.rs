@@ -34,9 +34,9 @@ const TIE: f64 = 1e-3;
 /// The points of a component by which it overlaps with colliders, in cells.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodyPoints {
-    pub(crate) samples: Vec<Point3<f64>>,
+    pub samples: Vec<Point3<f64>>,
     /// Vertices inside the body, at least one cell from its surface.
-    pub(crate) inner: Vec<Point3<f64>>,
+    pub inner: Vec<Point3<f64>>,
 }
 
 impl BodyPoints {

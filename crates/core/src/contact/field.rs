@@ -17,13 +17,13 @@ const SLOPE_BOUND: f64 = 0.25;
 
 /// Greatest displacement of a smooth position, relative to the greatest displacement of a lattice vertex: a slope along
 /// each axis changes by at most twice the displacement of a vertex.
-pub(crate) const SMOOTH_DISPLACEMENT: f64 = 1.0 + 6.0 * SLOPE_BOUND;
+pub(super) const SMOOTH_DISPLACEMENT: f64 = 1.0 + 6.0 * SLOPE_BOUND;
 
 /// Signed distance of a body's samples from a shape, in cells.
 ///
 /// A point is *within `skin`* if its signed distance is at most `skin`. A row is an index into
 /// `SampleCells::vertices`.
-pub(crate) trait Field {
+pub(super) trait Field {
     /// Interpolants in a cell: of the distance, or of the position.
     type Cell;
 
@@ -70,12 +70,12 @@ pub(super) struct PlaneCell {
 
 /// Distance from a shape of any kind.
 #[derive(Clone, Copy)]
-pub(crate) struct ShapeField<'a> {
-    pub(crate) shape: &'a PosedShape<'a>,
+pub(super) struct ShapeField<'a> {
+    pub(super) shape: &'a PosedShape<'a>,
     /// Position of the vertex of each row, in the body's frame.
-    pub(crate) positions: &'a [Vec4],
+    pub(super) positions: &'a [Vec4],
     /// Slopes of the positions, if the skin is smooth.
-    pub(crate) slopes: Option<RowSlopes<'a>>,
+    pub(super) slopes: Option<RowSlopes<'a>>,
 }
 
 /// Position within a cell: for each coordinate, the coefficients of the trilinear interpolant, and the smooth
@@ -202,7 +202,7 @@ impl Field for ShapeField<'_> {
 
 impl ShapeField<'_> {
     /// Returns false only if no sample is within `skin`. May return true in this case as well.
-    pub(crate) fn any_may_touch(&self, skin: f64) -> bool {
+    pub(super) fn any_may_touch(&self, skin: f64) -> bool {
         match self.slopes {
             None => may_touch(self.shape, self.positions.iter(), skin),
             Some(RowSlopes { slopes, .. }) => {
@@ -213,7 +213,7 @@ impl ShapeField<'_> {
 
     /// Computes the positions of four samples in the body's frame, from their monomials in the cell.
     #[inline(always)]
-    pub(crate) fn positions<S: Simd>(
+    pub(super) fn positions<S: Simd>(
         &self,
         simd: S,
         cell: &ShapeCell,
@@ -238,17 +238,13 @@ impl ShapeField<'_> {
 /// May return true in this case as well.
 ///
 /// Ignores coordinates that are NaN. If all coordinates along an axis are NaN, returns false.
-pub(super) fn may_touch<'a>(
-    shape: &PosedShape<'_>,
-    positions: impl Iterator<Item = &'a Vec4>,
-    skin: f64,
-) -> bool {
+fn may_touch<'a>(shape: &PosedShape<'_>, positions: impl Iterator<Item = &'a Vec4>, skin: f64) -> bool {
     let (center, half) = aabb(positions);
     shape.may_touch(&center, &half, skin)
 }
 
 /// As [`may_touch`], for the smooth positions in the cells around vertices with these positions and slopes.
-pub(super) fn smooth_may_touch<'a>(
+fn smooth_may_touch<'a>(
     shape: &PosedShape<'_>,
     vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
     skin: f64,

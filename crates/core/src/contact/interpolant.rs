@@ -10,7 +10,7 @@ use crate::simd::lanes::LANES;
 /// The first element of the result belongs to the first four positions, the second element to the last four.
 /// `positions`: x, y and z of the positions, as in `SampleBlock::positions`.
 #[inline(always)]
-pub(crate) fn monomials<S: Simd, const HALVES: usize>(
+pub(super) fn monomials<S: Simd, const HALVES: usize>(
     simd: S,
     positions: &[[f32; LANES]; 3],
 ) -> [[f64x4<S>; 8]; HALVES] {
@@ -38,7 +38,7 @@ pub(super) fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8
 }
 
 /// A smooth interpolant of a number in a cell; see `lattice::smooth`.
-pub(crate) struct SmoothInterpolant {
+pub(super) struct SmoothInterpolant {
     terms: SmoothTerms<f64>,
     /// Coefficients of the slope weight; `None` if it is 1 at all corners.
     slope_weights: Option<[f64; 8]>,

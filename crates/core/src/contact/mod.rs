@@ -27,12 +27,13 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the contact problem: its constraints and impulses |
 //! | `jacobi` | the solution of the problem by projected Jacobi iteration |
+//! | `nearest` | the samples nearest to a shape, at displayed positions |
 //! | `ray` | where a ray meets a shape |
 //! | `rigid` | the rigid bodies of a problem |
 //! | `pressure` | a contact of the last step |
-//! | `stage` | [`Contacts`], the contact stage of a body: detection and impulses |
-//! | `push_out` | moves samples that are still inside a collider out of it |
-//! | `rigid_stage` | the second part of the stage for rigid bodies |
+//! | `stage` | [`Contacts`], the contact stage of a body: detection |
+//! | `finish` | the second part of the stage: impulses, and the push-out of samples that are still inside a collider |
+//! | `rigid_stage` | how the stage moves rigid bodies |
 //! | `continuation` | the data of the stage for snapshots and for a body that breaks |
 //! | `escape` | the translation by which a body that begins inside colliders leaves them |
 //! | `vec4` | three-component vectors padded to four components |
@@ -73,14 +74,15 @@ mod distance;
 mod escape;
 mod fault;
 mod field;
+mod finish;
 mod interpolant;
 mod jacobi;
 mod memory;
+mod nearest;
 mod parts;
 mod patch;
 mod posed_collider;
 mod pressure;
-mod push_out;
 mod ray;
 mod rigid;
 mod rigid_stage;
@@ -104,20 +106,16 @@ pub use self::detection::ContactReport;
 pub use self::distance::SignedDistance;
 pub(crate) use self::escape::BodyPoints;
 pub use self::fault::{ColliderError, ColliderFault};
-pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
-pub(crate) use self::interpolant::monomials;
+pub(crate) use self::nearest::MovedSamples;
 pub(crate) use self::parts::Parts;
 pub(crate) use self::pressure::Pressure;
 pub(crate) use self::rigid_stage::RigidMover;
 pub(crate) use self::sampler::RestSurface;
-pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;
 pub use self::shape::Shape;
 pub(crate) use self::sides::Side;
-pub(crate) use self::smooth_rows::SmoothRows;
 pub use self::stage::Contacts;
-pub(crate) use self::vec4::{Vec4, wide};
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
 /// outside at a distance of at most this thickness.

@@ -26,7 +26,7 @@ const NEIGHBORHOOD: usize = 27;
 const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 
 /// Touching samples that have the same nearest lattice vertex. They act as one contact point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Patch {
     /// Bit mask of the vertices of the neighborhood that are in `rows` and `vertex_sums`.
     used: u32,
@@ -109,19 +109,7 @@ impl<S: Simd, const HALVES: usize> Touching<S, HALVES> {
 impl Patch {
     /// Creates a patch without samples.
     pub(super) fn new() -> Self {
-        let (rows, vertex_sums) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
-        let (total_weight, distance_sum) = (0.0, 0.0);
-        Self {
-            used: 0,
-            rows,
-            vertex_sums,
-            total_weight,
-            distance_sum,
-            deepest: f64::NEG_INFINITY,
-            has_side: false,
-            side_sums: (Vector3::zeros(), 0.0),
-            deepest_normal: Vector3::zeros(),
-        }
+        Self { deepest: f64::NEG_INFINITY, ..Self::default() }
     }
 
     /// Adds the touching samples of a block.

@@ -12,6 +12,8 @@ use crate::state::BodyFrame;
 /// Collider during a step, in the local frame of a body. Lengths are in cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PosedCollider<'a> {
+    /// Index of the collider.
+    pub(super) index: u32,
     /// The shape at the start of the step.
     pub(super) shape_before: PosedShape<'a>,
     /// The shape at the end of the step.
@@ -43,8 +45,6 @@ pub(super) struct SurfaceMotion {
     pub(super) translation_at_start: Vector3<f64>,
     /// Translation from time 0 to the end of the step, in cells.
     pub(super) translation_at_end: Vector3<f64>,
-    /// `1 / dt`, in 1/s.
-    pub(super) rate: f64,
 }
 
 impl PosedCollider<'_> {
@@ -53,7 +53,7 @@ impl PosedCollider<'_> {
         self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
             // The skew part of the rotation from the end to the start is minus the sine of the angle times the axis.
             let r = &motion.rotation_to_start;
-            Vector3::new(r.m23 - r.m32, r.m31 - r.m13, r.m12 - r.m21) * (0.5 * motion.rate)
+            Vector3::new(r.m23 - r.m32, r.m31 - r.m13, r.m12 - r.m21) * (0.5 * self.rate)
         })
     }
 
@@ -114,7 +114,7 @@ impl PosedCollider<'_> {
             let end = p - motion.center;
             let rotated = motion.rotation_to_start * (end - motion.translation_at_end);
             let start = rotated + motion.translation_at_start;
-            (end - start) * motion.rate
+            (end - start) * self.rate
         })
     }
 }

@@ -14,7 +14,7 @@ pub(crate) struct Pressure {
     /// Normal impulse, 0 if the contact does not press on the body.
     pub(crate) impulse: f64,
     /// Factor of the coefficient of friction: see `Contacts::set_friction_factors`.
-    pub(crate) friction_factor: f64,
+    pub(super) friction_factor: f64,
     /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
     pub(crate) friction: Vector3<f64>,
     /// Greatest depth of a sample at the end of the step in cells, negative outside: if every sample of the contact

@@ -240,7 +240,8 @@ fn product(matrix: &Columns, vector: &Vec4) -> Vec4 {
 #[cfg(test)]
 mod tests {
     use super::super::constraint::Contact;
-    use super::super::solver::{Solver, Tolerance};
+    use super::super::jacobi::Tolerance;
+    use super::super::solver::Solver;
     use super::*;
 
     /// A cube of the edge 2 and the mass 1, with its center at the origin.

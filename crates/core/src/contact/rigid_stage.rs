@@ -1,16 +1,17 @@
 //! The contacts of a rigid body with colliders: impulses and pushes move the whole body.
 
+use nalgebra::{Point3, Vector3};
+
 use super::SKIN;
 use super::colliders::Colliders;
-use super::constraint::{Contact, SOFT_DEPTH};
+use super::constraint::Contact;
+use super::finish::ContactMover;
 use super::patch::PatchVertices;
-use super::push_out::PUSH_ROUNDS;
 use super::samples::SampleCells;
-use super::solver::{Solver, Tolerance, Units};
-use super::stage::{Contacts, PUSH_LIMIT};
-use super::vec4::{Vec4, narrow};
+use super::solver::Solver;
+use super::stage::Contacts;
+use super::vec4::narrow;
 use crate::state::{BodyState, Interval, RigidMobility, Twist};
-use nalgebra::{Point3, Vector3};
 
 /// A rigid body that contacts move. Its lattice vertices follow at once.
 pub(crate) trait RigidMover {
@@ -25,6 +26,26 @@ pub(crate) trait RigidMover {
 
     /// Displaces the body.
     fn displace(&mut self, displacement: Twist);
+}
+
+impl<B: RigidMover> ContactMover for B {
+    fn state(&mut self) -> BodyState<'_> {
+        self.body_state()
+    }
+
+    fn mobility(&self) -> Option<RigidMobility> {
+        Some(RigidMover::mobility(self))
+    }
+
+    fn apply_impulses(&mut self, contacts: &mut Contacts, dt: f64) {
+        let Contacts { solver, rigid_totals, .. } = contacts;
+        solver.rigid_totals(rigid_totals);
+        rigid_totals.iter().for_each(|total| self.apply_impulse(*total, dt));
+    }
+
+    fn push(&mut self, contacts: &mut Contacts) {
+        self.displace(contacts.solver.rigid.change(0));
+    }
 }
 
 impl Contacts {
@@ -43,70 +64,12 @@ impl Contacts {
         // Positions are rounded to f32.
         let half = Vector3::repeat(1.001 * bounding_radius + 1e-6 * center.amax());
         let mut during = colliders.during(step, state.frame, self.thickness);
-        !during.any(|(_, collider)| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
+        !during.any(|collider| collider.shape.may_touch(&Point3::from(*center), &half, SKIN))
     }
 
-    /// Sets the mobility of a rigid body, at its present pose. `None` if the body is not rigid.
-    pub(crate) fn set_rigid(&mut self, mobility: Option<&RigidMobility>) {
-        self.rigid = mobility.copied();
-    }
-
-    /// Solves and applies the contacts of a rigid body that touches no other body, as
-    /// [`finish_alone`](Self::finish_alone).
-    pub(crate) fn finish_alone_rigidly(
-        &mut self,
-        body: &mut impl RigidMover,
-        colliders: &Colliders,
-        step: Interval,
-    ) {
-        if !self.pressures.is_empty() {
-            self.solver.begin_with(&self.begin, self.slow);
-            self.solver.solve(Tolerance::IMPACT);
-            self.solver.rigid_totals(&mut self.rigid_totals);
-            self.rigid_totals.iter().for_each(|total| body.apply_impulse(*total, step.dt));
-            self.finish_rigidly(body, colliders, step);
-        }
-        self.keep_sides(&body.body_state(), colliders, step);
-    }
-
-    /// Takes the impulses from the problem of an island, which moved the body already, as
-    /// [`finish_in_island`](Self::finish_in_island).
-    pub(super) fn finish_rigidly_in_island(
-        &mut self,
-        body: &mut impl RigidMover,
-        (colliders, step): (&Colliders, Interval),
-        (impulses, units): (&[(f32, Vec4)], Units),
-    ) {
-        if !self.pressures.is_empty() {
-            self.solver.set_impulses(impulses, units);
-            self.finish_rigidly(body, colliders, step);
-        }
-        self.keep_sides(&body.body_state(), colliders, step);
-    }
-
-    fn finish_rigidly(&mut self, body: &mut impl RigidMover, colliders: &Colliders, step: Interval) {
-        if self.store_impulses(step.dt) > SOFT_DEPTH {
-            let deepest = self.push_out_rigidly(body, colliders, step);
-            self.limit_depths(deepest);
-        }
-    }
-
-    /// Pushes the body out of colliders: see `push_out`.
-    fn push_out_rigidly(&mut self, body: &mut impl RigidMover, colliders: &Colliders, step: Interval) -> f64 {
-        let mut deepest = f64::INFINITY;
-        for _ in 0..PUSH_ROUNDS {
-            self.set_rigid(Some(&body.mobility()));
-            deepest = self.find_pushes(&body.body_state(), colliders, step);
-            if deepest <= SOFT_DEPTH {
-                break;
-            }
-            self.solver.solve(Tolerance::PUSH);
-            body.displace(self.solver.rigid.change(0));
-            if deepest > PUSH_LIMIT {
-                break;
-            }
-        }
-        deepest
+    /// Sets the mobility of a rigid body, at its present pose.
+    pub(crate) fn set_rigid(&mut self, mobility: &RigidMobility) {
+        self.rigid = Some(*mobility);
     }
 }
 
@@ -127,7 +90,10 @@ impl Solver {
         rigid: Option<&RigidMobility>,
     ) {
         match rigid {
-            None => self.add(contact, samples.links(vertices)),
+            None => {
+                let mobility = |row: u32| samples.mobilities[row as usize];
+                self.add(contact, vertices.iter().map(|(row, weight)| (row, weight, mobility(row))));
+            }
             Some(mobility) => {
                 self.add(contact, std::iter::empty());
                 self.rigid.link(self.len() - 1, 0, 1.0, narrow(position().coords - mobility.center));

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::sampler::RestSurface;
+use super::sampler::{RestSurface, sorted_unique};
 #[cfg(feature = "internals")]
 use crate::lattice::Embedding;
 use crate::lattice::{Lattice, Stencil, trilinear_weights};
@@ -22,7 +22,7 @@ const STRIP: usize = 32;
 #[derive(Clone, Debug)]
 pub struct SampleCells {
     /// Rows of the corners of each cell that contains a sample.
-    pub(crate) corners: Vec<[u32; 8]>,
+    pub(super) corners: Vec<[u32; 8]>,
     /// Index in `blocks` of the first block of each cell, then the number of blocks (CSR offsets).
     first: Vec<u32>,
     /// Blocks of samples, in the order of the cells.
@@ -32,7 +32,7 @@ pub struct SampleCells {
     /// Rows of the corners of each strip of [`STRIP`] cells. Detection tests a strip before its cells.
     strips: Vec<Vec<u32>>,
     /// Lattice vertices at the corners of the cells, in increasing order.
-    pub(crate) vertices: Vec<u32>,
+    pub(super) vertices: Vec<u32>,
     /// Slot of each of `vertices`.
     pub(super) slots: Vec<u32>,
     /// Inverse mass of each of `vertices`, in units of 1 / (mass of a full cell).
@@ -44,11 +44,11 @@ pub struct SampleCells {
 
 /// Up to eight samples of one cell that have the same nearest corner, one per lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SampleBlock {
+pub(super) struct SampleBlock {
     /// Nearest corner, 0..8.
     pub(super) corner: u8,
     /// Positions within the cell: x, y and z of each sample, in [0, 1]. Padding lanes repeat the last sample.
-    pub(crate) positions: [[f32; LANES]; 3],
+    pub(super) positions: [[f32; LANES]; 3],
     /// Fraction of each sample that counts at this corner: 1/k for a sample with k equally near corners,
     /// which is in a block of each of these corners; 0 for padding lanes.
     pub(super) fractions: [f32; LANES],
@@ -56,7 +56,7 @@ pub(crate) struct SampleBlock {
 
 impl SampleBlock {
     /// Returns the number of halves of the lanes that have samples: 1 or 2.
-    pub(crate) fn halves(&self) -> usize {
+    pub(super) fn halves(&self) -> usize {
         if self.fractions[LANES / 2] > 0.0 { 2 } else { 1 }
     }
 }
@@ -101,14 +101,15 @@ impl SampleCells {
         first.push(blocks.len() as u32);
         blocks.shrink_to_fit();
 
-        let vertices = sorted_unique(&cell_corners);
+        let vertices_of = |cells: &[[u32; 8]]| sorted_unique(cells.as_flattened().iter().copied());
+        let vertices = vertices_of(&cell_corners);
         let mut row_of = vec![0; slots.len()];
         (0u32..).zip(&vertices).for_each(|(row, &vertex)| row_of[vertex as usize] = row);
         for corner in cell_corners.iter_mut().flatten() {
             *corner = row_of[*corner as usize];
         }
         Self {
-            strips: cell_corners.chunks(STRIP).map(sorted_unique).collect(),
+            strips: cell_corners.chunks(STRIP).map(vertices_of).collect(),
             slots: vertices.iter().map(|&v| slots[v as usize]).collect(),
             mobilities: vec![1.0; vertices.len()],
             count: cells.len(),
@@ -127,9 +128,7 @@ impl SampleCells {
     pub fn smoothed(mut self, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let stencil = |&vertex: &u32| Stencil::new(lattice, vertex);
         let around = |vertex: &u32| stencil(vertex).vertices();
-        let mut vertices: Vec<u32> = self.vertices.iter().flat_map(around).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        let vertices = sorted_unique(self.vertices.iter().flat_map(around));
         let is_corner = |vertex: &u32| self.vertices.binary_search(vertex).is_ok();
         let row = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
         // The neighbors of a row that is not a corner may have no rows. Its slopes are zero.
@@ -147,7 +146,7 @@ impl SampleCells {
     }
 
     /// Returns the stencil of each row, in rows; `None` if the skin is linear.
-    pub(crate) fn stencils(&self) -> Option<&[Stencil]> {
+    pub(super) fn stencils(&self) -> Option<&[Stencil]> {
         self.stencils.as_deref()
     }
 
@@ -248,7 +247,7 @@ impl SampleCells {
     }
 
     /// Iterates over the strips: the rows of the corners of the strip's cells, and the range of these cells.
-    pub(crate) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
+    pub(super) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
         let cells = (0..self.corners.len()).step_by(STRIP);
         let cells = cells.map(|first| first..(first + STRIP).min(self.corners.len()));
         self.strips.iter().map(Vec::as_slice).zip(cells)
@@ -307,7 +306,7 @@ impl SampleCells {
     }
 
     /// Returns the sample blocks of one cell.
-    pub(crate) fn cell_blocks(&self, cell: usize) -> &[SampleBlock] {
+    pub(super) fn cell_blocks(&self, cell: usize) -> &[SampleBlock] {
         &self.blocks[self.first[cell] as usize..self.first[cell + 1] as usize]
     }
 }
@@ -319,13 +318,4 @@ fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
         (0..3).all(|a| if corner >> a & 1 == 1 { local[a] >= 0.5 } else { local[a] <= 0.5 })
     };
     (0..8).filter(move |&corner| nearest(corner))
-}
-
-/// Returns the corners of all cells in increasing order, without duplicates.
-fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
-    let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.shrink_to_fit();
-    vertices
 }

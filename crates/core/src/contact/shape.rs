@@ -176,26 +176,17 @@ impl<'a> PosedShape<'a> {
         }
     }
 
-    /// Returns the shape with the thickness of a shell if it is an open mesh.
-    pub(super) fn with_shell(self) -> Self {
-        match self {
-            Self::Mesh(mesh) => Self::Mesh(mesh.with_shell()),
-            shape => shape,
-        }
-    }
-
-    /// Returns all points within `thickness` cells of the shape: its surface moves outwards by the thickness. The side
-    /// of a sample follows from the surface without it: see `sides`.
+    /// Returns all points within `thickness` cells of the shape: its surface moves outwards by the thickness. An open
+    /// mesh has at least the thickness of a shell. The side of a sample follows from the surface without the thickness:
+    /// see `sides`.
     pub(super) fn thickened(self, thickness: f64) -> Self {
-        if thickness == 0.0 {
-            return self;
-        }
         match self {
+            Self::Mesh(mesh) => Self::Mesh(mesh.thickened(thickness)),
+            shape if thickness == 0.0 => shape,
             Self::Plane { point, normal } => Self::Plane { point: point + normal * thickness, normal },
             Self::Sphere { center, radius } => Self::Sphere { center, radius: radius + thickness },
             Self::Box { center, half, rotation, .. } => Self::Box { center, half, rotation, thickness },
             Self::Capsule { a, axis, radius } => Self::Capsule { a, axis, radius: radius + thickness },
-            Self::Mesh(mesh) => Self::Mesh(mesh.thickened(thickness)),
         }
     }
 

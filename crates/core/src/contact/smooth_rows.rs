@@ -3,12 +3,13 @@
 //! A row is an index into `SampleCells::vertices`.
 
 use super::memory::buffer_bytes;
+use super::samples::SampleCells;
 use super::vec4::Vec4;
 use crate::lattice::Stencil;
 
 /// Slopes and slope weights of the lattice vertices of all rows; see `lattice::slopes`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SmoothRows {
+pub(super) struct SmoothRows {
     slopes: Vec<[Vec4; 3]>,
     /// See `Stencil::bend`.
     bends: Vec<f32>,
@@ -17,20 +18,20 @@ pub(crate) struct SmoothRows {
 
 /// Slopes and slope weights of all rows, as an interpolation reads them.
 #[derive(Clone, Copy)]
-pub(crate) struct RowSlopes<'a> {
+pub(super) struct RowSlopes<'a> {
     pub(super) slopes: &'a [[Vec4; 3]],
     pub(super) slope_weights: &'a [f32],
 }
 
 impl SmoothRows {
     /// Computes the slopes of the positions of all rows.
-    pub(crate) fn update_slopes(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
+    pub(super) fn update_slopes(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
         self.slopes.clear();
         self.slopes.extend(stencils.iter().map(|stencil| stencil.slopes(|row| positions[row as usize])));
     }
 
     /// Computes the slope weights of the positions of all rows.
-    pub(crate) fn update_slope_weights(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
+    pub(super) fn update_slope_weights(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
         let Self { bends, slope_weights, .. } = self;
         let bend = |stencil: &Stencil| match stencil.is_isolated() {
             true => 0.0,
@@ -42,13 +43,18 @@ impl SmoothRows {
         slope_weights.extend(stencils.iter().map(|stencil| stencil.slope_weight(|row| bends[row as usize])));
     }
 
+    /// Returns the slopes and slope weights of the last updates, if the skin is smooth.
+    pub(super) fn of(&self, samples: &SampleCells) -> Option<RowSlopes<'_>> {
+        samples.stencils().map(|_| self.with_weights_of(self))
+    }
+
     /// Returns the slopes of the last update, with the slope weights of `weighted`.
-    pub(crate) fn with_weights_of<'a>(&'a self, weighted: &'a Self) -> RowSlopes<'a> {
+    pub(super) fn with_weights_of<'a>(&'a self, weighted: &'a Self) -> RowSlopes<'a> {
         RowSlopes { slopes: &self.slopes, slope_weights: &weighted.slope_weights }
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         buffer_bytes(&self.slopes) + buffer_bytes(&self.bends) + buffer_bytes(&self.slope_weights)
     }
 }

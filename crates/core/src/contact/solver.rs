@@ -23,42 +23,6 @@ use super::vec4::{Vec4, dot};
 use crate::sparse_set::SparseSet;
 use crate::state::Twist;
 
-/// Stopping criterion of the solver.
-///
-/// The iteration stops after `passes` passes, or after a pass in which no velocity of a contact changes by
-/// more than the threshold. The threshold is the greater of `absolute`, and `relative` times the greatest
-/// change by the impulses with which the iteration begins, or in the first pass.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tolerance {
-    /// Maximum number of passes: 1 plus a multiple of 4, so that the remaining fraction of the error is not
-    /// negative.
-    pub(super) passes: usize,
-    /// Threshold as a fraction of the greatest change at the beginning.
-    pub(super) relative: f32,
-    /// Threshold in the unit of the solved quantity.
-    pub(super) absolute: f32,
-}
-
-impl Tolerance {
-    /// For impulses. Each solution begins with the impulses of the step before, so that impulses of bodies at rest
-    /// become more exact from step to step, with few passes in each. An impact takes more passes.
-    pub(super) const IMPACT: Self = Self { passes: 13, relative: 1e-4, absolute: 0.0 };
-
-    /// For displacements in cells.
-    pub(super) const PUSH: Self = Self { passes: 9, relative: 0.0, absolute: 1e-5 };
-
-    /// Returns the criterion of a problem with rigid bodies. All contacts of a rigid body change each other, so that the
-    /// passes converge more slowly.
-    fn with_rigid_bodies(self) -> Self {
-        Self { passes: 1 + 4 * (self.passes - 1), ..self }
-    }
-
-    /// Returns the criterion of a problem.
-    pub(super) fn of(self, problem: &Solver) -> Self {
-        if problem.rigid.is_empty() { self } else { self.with_rigid_bodies() }
-    }
-}
-
 /// Link between a contact and one of its vertices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Link {
@@ -171,23 +135,16 @@ impl Solver {
     pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
         self.rigid.complete(self.constraints.len());
         self.rigid.begin_pass();
-        let Self { constraints, links, changes, rigid, .. } = self;
-        for (index, (constraint, impulse)) in constraints.iter_mut().zip(impulses).enumerate() {
-            let Contact { slip_before, approach, .. } = &constraint.contact;
+        for (index, impulse) in impulses.iter().enumerate().take(self.constraints.len()) {
+            let Contact { slip_before, approach, .. } = &self.constraints[index].contact;
             let is_fast = dot(slip_before, slip_before) + approach.max(0.0).powi(2) >= slow * slow;
             if is_fast || !impulse.iter().all(|x| x.is_finite()) {
                 continue;
             }
-            constraint.set_impulse(impulse);
-            let impulse = constraint.impulse();
-            for link in &links[constraint.links.clone()] {
-                changes[link.vertex as usize] += impulse * link.response;
-            }
-            if !rigid.is_empty() {
-                rigid.add_impulse(index, &impulse);
-            }
+            self.constraints[index].set_impulse(impulse);
+            self.add_changes(index);
         }
-        rigid.end_pass();
+        self.rigid.end_pass();
     }
 
     /// Returns the row and the velocity change of each vertex that has a link.
@@ -196,8 +153,8 @@ impl Solver {
     }
 
     /// As [`changes`](Self::changes), in increasing order of the rows.
-    pub(super) fn changes_by_row(&self) -> impl Iterator<Item = (u32, &Vec4)> {
-        self.rows.increasing().map(|(row, index)| (row, &self.changes[index as usize]))
+    pub(super) fn changes_by_row(&self) -> impl Iterator<Item = (u32, Vec4)> {
+        self.rows.increasing().map(|(row, index)| (row, self.changes[index as usize]))
     }
 
     /// Returns the row of each vertex that has a link, and its velocity change by the normal impulses alone.
@@ -242,34 +199,37 @@ impl Solver {
         self.rigid.complete(self.constraints.len());
         self.rigid.scale_changes(0.0);
         self.rigid.begin_pass();
-        for (index, (constraint, (normal, friction))) in self.constraints.iter_mut().zip(impulses).enumerate()
-        {
+        for (index, (normal, friction)) in impulses.iter().enumerate().take(self.constraints.len()) {
+            let constraint = &mut self.constraints[index];
             constraint.normal_impulse = normal * scale;
             constraint.friction_impulse = friction * scale;
-            for link in &self.links[constraint.links.clone()] {
-                self.changes[link.vertex as usize] += constraint.impulse() * link.response;
-            }
-            if !self.rigid.is_empty() {
-                self.rigid.add_impulse(index, &constraint.impulse());
-            }
+            self.add_changes(index);
         }
         self.rigid.end_pass();
+    }
+
+    /// Adds the velocity changes by the impulse of a constraint; those of rigid bodies count from the end of the pass.
+    fn add_changes(&mut self, index: usize) {
+        let constraint = &self.constraints[index];
+        let impulse = constraint.impulse();
+        for link in &self.links[constraint.links.clone()] {
+            self.changes[link.vertex as usize] += impulse * link.response;
+        }
+        if !self.rigid.is_empty() {
+            self.rigid.add_impulse(index, &impulse);
+        }
     }
 
     /// Begins another problem with the same contact points: without impulses, and with the contacts that `contact`
     /// returns for the index of a constraint, its contact and the change of its velocity.
     pub(super) fn restart(&mut self, mut contact: impl FnMut(usize, &Contact, &Vec4) -> Contact) {
-        let Self { constraints, links, changes, rigid, .. } = self;
-        for (index, constraint) in constraints.iter_mut().enumerate() {
-            let mut change = mean(links, constraint, changes);
-            if !rigid.is_empty() {
-                change += rigid.velocity(index);
-            }
-            let contact = contact(index, &constraint.contact, &change);
-            *constraint = ContactConstraint::new(contact, constraint.links.clone());
+        for index in 0..self.constraints.len() {
+            let constraint = &self.constraints[index];
+            let contact = contact(index, &constraint.contact, &self.change_of(index, constraint));
+            self.constraints[index] = ContactConstraint::new(contact, constraint.links.clone());
         }
-        changes.fill(Vec4::zeros());
-        rigid.scale_changes(0.0);
+        self.changes.fill(Vec4::zeros());
+        self.rigid.scale_changes(0.0);
     }
 
     /// Returns the change of the velocity of a constraint.
@@ -303,6 +263,7 @@ pub(super) fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Ve
 
 #[cfg(test)]
 mod tests {
+    use super::super::jacobi::Tolerance;
     use super::*;
 
     const TOLERANCE: Tolerance = Tolerance { passes: 41, relative: 0.0, absolute: 1e-6 };

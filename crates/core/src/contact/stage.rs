@@ -1,4 +1,5 @@
-//! The contact stage of a body: stores the velocities before the step, detects contacts and applies impulses.
+//! The contact stage of a body: stores the velocities before the step, and detects contacts. `finish` applies the
+//! impulses.
 //!
 //! A row is an index into `SampleCells::vertices`.
 
@@ -6,14 +7,14 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::colliders::Colliders;
-use super::constraint::{SOFT_DEPTH, SurfacePoint, mean, mean_factor, mean_position};
+use super::constraint::{SurfacePoint, mean, mean_factor, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::memory::buffer_bytes;
-use super::patch::{Patch, PatchVertices};
+use super::patch::Patch;
 use super::pressure::Pressure;
 use super::samples::SampleCells;
 use super::shape::PosedShape;
-use super::solver::{Solver, Tolerance, Units};
+use super::solver::Solver;
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
 use crate::state::{BodyState, ContactKey, Interval, RigidMobility, Twist};
@@ -51,7 +52,7 @@ pub struct Contacts {
     friction_factors: Vec<f32>,
     /// Whether all contacts of the step are with one plane, nothing else moves their vertices, and the samples follow
     /// them linearly.
-    is_on_plane: bool,
+    pub(super) is_on_plane: bool,
     /// Rows of the components that leave colliders. They have no contacts.
     pub(super) leaving: Vec<u32>,
     /// The contacts of the last step.
@@ -178,18 +179,6 @@ impl Contacts {
         report
     }
 
-    /// Solves and applies the contacts that [`detect`](Self::detect) found: the second part of
-    /// [`resolve`](Self::resolve) for a body that touches no other body.
-    pub(crate) fn finish_alone(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        if !self.pressures.is_empty() {
-            self.solver.begin_with(&self.begin, self.slow);
-            self.solver.solve(Tolerance::IMPACT);
-            self.apply_impulses(state, step.dt);
-            self.finish(state, colliders, step);
-        }
-        self.keep_sides(state, colliders, step);
-    }
-
     /// Sets the initial impulses of the solution: the impulses of the step before. `impulse` returns the impulse of
     /// a contact, in the unit of [`Pressure::impulse`].
     pub(crate) fn begin_with(&mut self, impulse: impl Fn(ContactKey) -> Vector3<f64>) {
@@ -225,9 +214,9 @@ impl Contacts {
         }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         self.slow = min_bounce.max(SLOW / step.dt) as f32;
-        for (index, collider) in colliders.during(step, state.frame, thickness) {
+        for collider in colliders.during(step, state.frame, thickness) {
             let untouched = report.contacts == 0;
-            detection.find(index, &collider, samples, SKIN, &mut report);
+            detection.find(&collider, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }
@@ -235,7 +224,7 @@ impl Contacts {
             self.is_on_plane &= !is_touched || pressures.is_empty() && collider.shape.plane().is_some();
             for patch in detection.patches() {
                 let vertices = patch.vertices();
-                let position = mean_position(vertices.iter(), detection.positions());
+                let position = mean_position(vertices.iter(), &detection.positions);
                 let point = SurfacePoint {
                     position,
                     offset: samples.offset(patch, &collider.shape, &position),
@@ -248,7 +237,7 @@ impl Contacts {
                 let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
-                    collider: index,
+                    collider: collider.index,
                     vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
                     friction_factor: point.friction_factor,
@@ -263,88 +252,6 @@ impl Contacts {
             }
         }
         report
-    }
-
-    /// Returns the contact problem of the contacts that [`detect`](Self::detect) found.
-    pub(super) fn solver(&self) -> &Solver {
-        &self.solver
-    }
-
-    /// Takes the impulses from the problem of an island, which moved the vertices already, and pushes samples out of
-    /// colliders: the second part of [`resolve`](Self::resolve). `impulses` and `units`: see [`Solver::set_impulses`].
-    pub(super) fn finish_in_island(
-        &mut self,
-        state: &mut BodyState<'_>,
-        (colliders, step): (&Colliders, Interval),
-        (impulses, units): (&[(f32, Vec4)], Units),
-    ) {
-        if !self.pressures.is_empty() {
-            self.is_on_plane = false;
-            self.solver.set_impulses(impulses, units);
-            self.touched.extend(self.solver.changes().map(|(row, _)| row));
-            self.finish(state, colliders, step);
-        }
-        self.keep_sides(state, colliders, step);
-    }
-
-    /// Stores on which side of the colliders the samples are at the end of a step.
-    pub(super) fn keep_sides(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, detection, leaving, thickness, .. } = self;
-        let during = colliders.during(step, state.frame, *thickness);
-        detection.keep_sides(state.positions, (samples, leaving), during);
-    }
-
-    /// Stores the impulses, and pushes samples out of colliders.
-    fn finish(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        if self.store_impulses(step.dt) > SOFT_DEPTH {
-            let deepest = self.push_out(state, colliders, step);
-            self.limit_depths(deepest);
-        }
-        self.touched.sort_unstable();
-        self.touched.dedup();
-    }
-
-    /// Stores the impulses of a step of `dt` seconds. Returns a bound of the greatest depth that remains.
-    ///
-    /// The impulses of a plane move no vertex inwards, and a sample at least as far outwards as the least moved vertex
-    /// of its cell that has a weight in it. Elsewhere, samples that turn about the contact point of an impact may be
-    /// deeper than it, by its motion at most.
-    pub(super) fn store_impulses(&mut self, dt: f64) -> f64 {
-        let Self { solver, pressures, displacements, is_on_plane, .. } = self;
-        for (pressure, (impulse, friction)) in pressures.iter_mut().zip(solver.impulses()) {
-            pressure.impulse = f64::from(impulse);
-            pressure.friction = wide(&friction);
-        }
-        let mut remaining = 0.0_f64;
-        let changes = solver.contacts().map(|(_, change)| change).zip(solver.least_changes());
-        for (pressure, (change, least)) in pressures.iter_mut().zip(changes) {
-            let (motion, before) = (f64::from(change) * dt, pressure.depth);
-            pressure.depth -= motion;
-            let bound = if *is_on_plane { before - f64::from(least) * dt } else { motion.abs() };
-            remaining = remaining.max(pressure.depth).max(bound);
-        }
-        for (row, change) in solver.normal_changes() {
-            // The displacement plus the velocity change times the step; the two are equal.
-            add_displacement(&mut displacements[row as usize], change, 2.0 * dt as f32);
-        }
-        remaining
-    }
-
-    /// Limits the depths of the contacts after a push-out.
-    pub(super) fn limit_depths(&mut self, deepest: f64) {
-        for pressure in &mut self.pressures {
-            pressure.depth = pressure.depth.min(deepest);
-        }
-    }
-
-    /// Adds the velocity changes to the velocities, and the velocity changes times the step to the positions.
-    fn apply_impulses(&mut self, state: &mut BodyState<'_>, dt: f64) {
-        for (row, change) in self.solver.changes() {
-            let (slot, change) = (self.samples.slots[row as usize], wide(change));
-            state.set_position(slot, state.position(slot) + change * dt);
-            state.set_velocity(slot, state.velocity(slot) + change);
-            self.touched.push(row);
-        }
     }
 
     /// Keeps the contacts of the last step of a sleeping body, before a search because another body is near.
@@ -395,14 +302,6 @@ impl Contacts {
 }
 
 impl SampleCells {
-    /// Returns the contact point of a patch as a mean of vertices: row, weight and inverse mass.
-    pub(super) fn links<'a>(
-        &'a self,
-        vertices: &'a PatchVertices,
-    ) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
-        vertices.iter().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
-    }
-
     /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact
     /// point: contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin
     /// is linear, which uses the distance of the contact point, and if the patch has a side. `position`: contact point
@@ -412,12 +311,5 @@ impl SampleCells {
             None => 0.0,
             Some(_) => patch.mean_distance() - shape.signed_distance(position).distance,
         }
-    }
-}
-
-/// Adds `vector * scale` to a contact displacement.
-pub(super) fn add_displacement(displacement: &mut [f32; 3], vector: &Vec4, scale: f32) {
-    for (sum, component) in displacement.iter_mut().zip(vector) {
-        *sum += component * scale;
     }
 }

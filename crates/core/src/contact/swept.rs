@@ -80,12 +80,12 @@ impl Paths {
 
     /// Returns the greatest displacement of a sample relative to a collider, in cells, or `None` if the collider does
     /// not need the sides of the samples. `positions`: of the rows.
-    pub(super) fn motion(&self, index: u32, collider: &PosedCollider<'_>, positions: &[Vec4]) -> Option<f64> {
+    pub(super) fn motion(&self, collider: &PosedCollider<'_>, positions: &[Vec4]) -> Option<f64> {
         if collider.shape.plane().is_some() || self.starts.is_empty() {
             return None;
         }
         let motion = self.greatest + collider.greatest_displacement(positions);
-        (collider.shape.needs_sides(motion) || !self.sides_at(index).is_empty()).then_some(motion)
+        (collider.shape.needs_sides(motion) || !self.sides_at(collider.index).is_empty()).then_some(motion)
     }
 
     /// Returns the side points at a collider.
@@ -97,13 +97,12 @@ impl Paths {
     /// Returns the search at a collider for which [`motion`](Self::motion) returned a number.
     pub(super) fn sweep<'a>(
         &'a self,
-        index: u32,
         collider: &'a PosedCollider<'a>,
         field: ShapeField<'a>,
         motion: f64,
     ) -> Sweep<'a> {
         let displacements = ShapeField { positions: &self.displacements, slopes: None, ..field };
-        Sweep { collider, field, displacements, motion, sides: self.sides_at(index) }
+        Sweep { collider, field, displacements, motion, sides: self.sides_at(collider.index) }
     }
 
     /// Returns an empty buffer for the side points of the next step.

@@ -5,7 +5,7 @@ use nalgebra::{Vector3, Vector4};
 use crate::simd::lanes::Lanes;
 
 /// Three-component vector, padded with a zero.
-pub(crate) type Vec4 = Vector4<f32>;
+pub(super) type Vec4 = Vector4<f32>;
 
 /// Converts a vector to f32 and pads it with a zero.
 #[inline(always)]
@@ -15,7 +15,7 @@ pub(super) fn narrow(v: Vector3<f64>) -> Vec4 {
 
 /// Converts x, y and z to f64.
 #[inline(always)]
-pub(crate) fn wide(v: &Vec4) -> Vector3<f64> {
+pub(super) fn wide(v: &Vec4) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z).map(f64::from)
 }
 

@@ -1,7 +1,7 @@
 //! The volume correction of a displayed lattice: P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)).
 
-use super::frame::Frame;
 use super::lattice::DisplayedLattice;
+use super::stages::Frame;
 use crate::body::Body;
 use crate::clearance::{Clearance, Mover};
 use crate::matching::{Purpose, RegionFit, Workspace};

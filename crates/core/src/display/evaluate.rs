@@ -9,8 +9,7 @@ use web_time::Instant;
 
 use super::buffers::{Display, DisplayTimes};
 use super::displayed::{Displayed, DisplayedSurface};
-use super::frame::Frame;
-use super::stages::{DISPLAY, Stage};
+use super::stages::{DISPLAY, Frame, Stage};
 use super::untangle::may_be_inverted;
 use super::untangling::Untangling;
 use crate::body::BodyRef;

@@ -4,8 +4,7 @@
 //! |---|---|
 //! | `untangle` | untangles a lattice |
 //! | `untangling` | untangles the displayed lattice within the limits |
-//! | `stages` | the stages of the display, in order, and their plan |
-//! | `frame` | the input of an evaluation |
+//! | `stages` | the stages of the display, in order, their plan and their input |
 //! | `lattice` | the positions of the lattice before and after the correction |
 //! | `correcting` | the volume correction |
 //! | `buffers` | [`Display`]: the buffers of an evaluation |
@@ -16,7 +15,6 @@ mod buffers;
 mod correcting;
 mod displayed;
 mod evaluate;
-mod frame;
 mod lattice;
 mod stages;
 mod untangle;

@@ -1,8 +1,23 @@
-//! The stages of the display.
+//! The stages of the display, and their input.
 
-use crate::body::Body;
+use crate::body::{Body, BodyRef};
+use crate::parallel::Executor;
 use crate::plan::{BodyPlan, PlannedStage, When};
 use crate::volume::VolumeMeasures;
+
+/// The input of an evaluation: a body in a simulation, and the executor.
+#[derive(Clone, Debug)]
+pub(super) struct Frame<'a> {
+    pub(super) body: BodyRef<'a>,
+    pub(super) executor: Executor,
+}
+
+impl<'a> Frame<'a> {
+    pub(super) fn new(body: BodyRef<'a>) -> Self {
+        let executor = body.context().map_or_else(Executor::sequential, |context| context.executor.clone());
+        Self { body, executor }
+    }
+}
 
 /// A stage that turns P^ of the dynamics into the displayed surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

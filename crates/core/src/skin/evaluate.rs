@@ -150,7 +150,7 @@ impl Neighborhoods {
     /// Iterates over the vertices whose one-rings do not fit in a tile, with their unit normals.
     fn oversized(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
         let position = move |vertex: u32| pose.position(self.points[vertex as usize] as usize);
-        self.rings.oversized().iter().map(move |oversized| {
+        self.rings.oversized.iter().map(move |oversized| {
             let ring = oversized.ring.iter().map(|&vertex| position(vertex));
             (oversized.vertex as usize, ring_normal(position(oversized.center), ring))
         })

@@ -74,9 +74,9 @@ impl SkinBuffers {
 /// The output arrays, one entry per mesh vertex. `None` if an output is not computed.
 pub(crate) struct Outputs<'a, P, N> {
     /// Positions in world space.
-    pub(crate) positions: Option<&'a mut [[P; 3]]>,
+    pub positions: Option<&'a mut [[P; 3]]>,
     /// Unit normals.
-    pub(crate) normals: Option<&'a mut [[N; 3]]>,
+    pub normals: Option<&'a mut [[N; 3]]>,
 }
 
 impl Skin {

@@ -57,7 +57,7 @@ impl VertexNormals {
                 }
             });
         }
-        for oversized in rings.oversized() {
+        for oversized in &rings.oversized {
             let ring = oversized.ring.iter().map(|&vertex| position(vertex));
             out[oversized.vertex as usize] = to_xyz(ring_normal(position(oversized.center), ring));
         }

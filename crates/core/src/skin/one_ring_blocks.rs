@@ -39,7 +39,7 @@ pub(super) struct OneRingBlocks {
     /// Tile offsets of each vertex.
     offsets: Vec<TileOffsets>,
     /// The vertices whose one-rings do not fit in a tile.
-    oversized: Vec<OversizedRing>,
+    pub(super) oversized: Vec<OversizedRing>,
 }
 
 /// Offsets of a vertex in the tile of positions and in the tile of normals.
@@ -163,11 +163,6 @@ impl OneRingBlocks {
     /// Returns the tile offsets of the vertices of a chunk.
     pub(super) fn offsets(&self, chunk: usize) -> &[TileOffsets] {
         &self.offsets[chunk * CHUNK..self.offsets.len().min((chunk + 1) * CHUNK)]
-    }
-
-    /// Returns the vertices whose one-rings do not fit in a tile.
-    pub(super) fn oversized(&self) -> &[OversizedRing] {
-        &self.oversized
     }
 
     /// Returns the memory of the tables, in bytes.

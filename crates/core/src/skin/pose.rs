@@ -9,16 +9,16 @@ use crate::state::BodyFrame;
 /// The input of an evaluation: the mesh, its embedding, and the positions of the lattice vertices.
 #[derive(Clone, Copy)]
 pub(crate) struct Pose<'a> {
-    pub(crate) mesh: &'a Mesh,
-    pub(crate) embedding: &'a Embedding,
+    pub mesh: &'a Mesh,
+    pub embedding: &'a Embedding,
     /// Position of each lattice vertex, in cells from the origin of the body frame.
-    pub(crate) lattice: &'a [Xyzx],
+    pub lattice: &'a [Xyzx],
     /// Slopes of the lattice, if the skin is smooth.
-    pub(crate) slopes: Option<Slopes<'a>>,
+    pub slopes: Option<Slopes<'a>>,
     /// The motions of the mesh vertices to `lattice`, if they are known. Only for a smooth skin.
-    pub(crate) motion: Option<SurfaceMotion<'a>>,
+    pub motion: Option<SurfaceMotion<'a>>,
     /// The body frame: its origin and cell size in world space.
-    pub(crate) frame: &'a BodyFrame,
+    pub frame: &'a BodyFrame,
 }
 
 /// The mesh vertices as points that move along straight lines, `p + lambda v`. The points of a component of the lattice
@@ -26,20 +26,20 @@ pub(crate) struct Pose<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceMotion<'a> {
     /// The mesh vertices, in the order of [`Embedding::by_cell`], relative to the center of their component.
-    pub(crate) points: &'a [Moving],
+    pub points: &'a [Moving],
     /// Component of each lattice vertex.
-    pub(crate) component_of_vertex: &'a [u32],
+    pub component_of_vertex: &'a [u32],
     /// Motion of each component.
-    pub(crate) components: &'a [ComponentMotion],
+    pub components: &'a [ComponentMotion],
 }
 
 /// The motion of the points of a component of the lattice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ComponentMotion {
     /// The scale `lambda`, in cells.
-    pub(crate) lambda: f32,
+    pub lambda: f32,
     /// The center, in cells from the origin of the body frame: `(x, y, z, x)`.
-    pub(crate) center: Xyzx,
+    pub center: Xyzx,
 }
 
 impl Pose<'_> {

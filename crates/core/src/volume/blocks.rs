@@ -17,10 +17,10 @@ use crate::simd::lanes::{Block, LANES, Row};
 const CHUNK_BLOCKS: usize = 512;
 
 /// The blocks of a lattice.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Blocks {
     /// Slot of each vertex.
-    slots: Vec<u32>,
+    pub(super) slots: Vec<u32>,
     /// Bit `l` of the entry of a block is set iff lane `l` has a vertex.
     occupied: Vec<u8>,
     /// Neighbors of each block, in neighbor order. The zero block replaces a block without links to this one.
@@ -30,8 +30,9 @@ pub(super) struct Blocks {
     /// Number of links of each vertex.
     links: Vec<Row>,
     /// Component of each block.
-    components: Vec<u32>,
-    chunks: Vec<Chunk>,
+    pub(super) components: Vec<u32>,
+    /// The chunks, in order. Their division does not depend on the number of threads.
+    pub(super) chunks: Vec<Chunk>,
 }
 
 /// Consecutive blocks and their vertices, which are consecutive as well.
@@ -45,15 +46,7 @@ impl Blocks {
     pub(super) fn new(lattice: &Lattice, adjacency: &Adjacency) -> Self {
         let indices = lattice.indices();
         let offset = best_offset(indices);
-        let mut this = Self {
-            slots: Vec::with_capacity(indices.len()),
-            occupied: Vec::new(),
-            neighbors: Vec::new(),
-            gaps: Vec::new(),
-            links: Vec::new(),
-            components: Vec::new(),
-            chunks: Vec::new(),
-        };
+        let mut this = Self { slots: Vec::with_capacity(indices.len()), ..Self::default() };
         // The eight places in the grid of the present vertex, and the first of their blocks.
         let (mut place, mut first) = ([i32::MIN; 3], 0);
         let mut begin = Chunk { blocks: 0..0, vertices: 0..0 };
@@ -96,14 +89,13 @@ impl Blocks {
         // First the lanes that are linked.
         gaps.resize(blocks, [0; 6]);
         for (vertex, linked) in adjacency.neighbors.iter().enumerate() {
-            let (block, lane) = (slots[vertex] as usize / LANES, slots[vertex] as usize % LANES);
+            let (block, lane) = place(slots[vertex]);
             for side in [1, 3, 5] {
                 let neighbor = linked[side] as usize;
                 if neighbor == vertex {
                     continue;
                 }
-                let (other, other_lane) =
-                    (slots[neighbor] as usize / LANES, slots[neighbor] as usize % LANES);
+                let (other, other_lane) = place(slots[neighbor]);
                 if other != block {
                     // Where joints are broken, a side of a block can have links to several blocks. The first one
                     // counts.
@@ -145,21 +137,6 @@ impl Blocks {
     /// Returns the number of blocks, without the zero block.
     pub(super) fn len(&self) -> usize {
         self.occupied.len()
-    }
-
-    /// Returns the slot of each vertex.
-    pub(super) fn slots(&self) -> &[u32] {
-        &self.slots
-    }
-
-    /// Returns the component of each block.
-    pub(super) fn components(&self) -> &[u32] {
-        &self.components
-    }
-
-    /// Returns the chunks, in order. Their division does not depend on the number of threads.
-    pub(super) fn chunks(&self) -> &[Chunk] {
-        &self.chunks
     }
 
     /// Sets the size of an array of blocks. New blocks are zero, and the zero block at the end always is.
@@ -239,6 +216,12 @@ impl Blocks {
     }
 }
 
+/// Returns the block and the lane of a slot.
+#[inline(always)]
+pub(super) fn place(slot: u32) -> (usize, usize) {
+    (slot as usize / LANES, slot as usize % LANES)
+}
+
 /// Returns the mask of the lanes of a bit mask.
 #[inline(always)]
 fn lanes<S: Simd>(simd: S, bits: u8) -> mask32x8<S> {
@@ -293,9 +276,10 @@ mod tests {
         let value = |vertex: usize| 1.0 + (vertex * vertex % 101) as f32;
         let mut values = Vec::new();
         blocks.resize(&mut values);
-        for (vertex, &slot) in blocks.slots().iter().enumerate() {
-            values[slot as usize / LANES][0][slot as usize % LANES] = value(vertex);
-            assert_eq!(blocks.components()[slot as usize / LANES] as usize, adjacency.component(vertex));
+        for (vertex, &slot) in blocks.slots.iter().enumerate() {
+            let (block, lane) = place(slot);
+            values[block][0][lane] = value(vertex);
+            assert_eq!(blocks.components[block] as usize, adjacency.component(vertex));
         }
         let mut sums = values.clone();
         dispatch!(level(), simd => {
@@ -303,10 +287,11 @@ mod tests {
                 blocks.filled(simd, block, blocks.sum(simd, block, (&values, 0))).store_array(&mut sums[block][0]);
             }
         });
-        for (vertex, &slot) in blocks.slots().iter().enumerate() {
+        for (vertex, &slot) in blocks.slots.iter().enumerate() {
             // Small integers, so that the sums are exact.
             let expected: f32 = adjacency.linked(vertex).map(value).sum();
-            let sum = &mut sums[slot as usize / LANES][0][slot as usize % LANES];
+            let (block, lane) = place(slot);
+            let sum = &mut sums[block][0][lane];
             assert_eq!(std::mem::take(sum), expected, "{vertex}");
         }
         assert!(sums.iter().all(|block| *block == [Row::ZERO]), "lanes without a vertex");
@@ -318,13 +303,13 @@ mod tests {
         let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), true).unwrap();
         let blocks = Blocks::new(&lattice, &Adjacency::new(&lattice));
         let mut end = (0, 0);
-        for Chunk { blocks: range, vertices } in blocks.chunks() {
+        for Chunk { blocks: range, vertices } in &blocks.chunks {
             assert_eq!((range.start, vertices.start), end);
-            let slots = &blocks.slots()[vertices.clone()];
-            assert!(slots.iter().all(|&slot| range.contains(&(slot as usize / LANES))));
+            let slots = &blocks.slots[vertices.clone()];
+            assert!(slots.iter().all(|&slot| range.contains(&place(slot).0)));
             end = (range.end, vertices.end);
         }
         assert_eq!(end, (blocks.len(), lattice.len()));
-        assert!(blocks.chunks().len() > 2);
+        assert!(blocks.chunks.len() > 2);
     }
 }

@@ -1,7 +1,5 @@
-//! Changes the deformation field: removes the directions of external forces, by Eq. (2) of Takamatsu & Kanai
-//! 2009, and fades the field out beside constrained vertices.
+//! Removes the directions of external forces from the deformation field: Eq. (2) of Takamatsu & Kanai 2009.
 
-use super::adjacency::Adjacency;
 use super::line::Moving;
 
 /// External force on a lattice vertex, from a contact or from the user; gravity is not included.
@@ -94,20 +92,6 @@ fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     let z = (b[2] - l20 * b[0] - l21 * y1) / d2;
     let y = y1 / d1 - l21 * z;
     [b[0] / xx - l10 * y - l20 * z, y, z]
-}
-
-/// Returns the factor of the field at each vertex: 0 at a constrained vertex, and 1 at vertices that are
-/// `links` or more links away from all constrained vertices.
-///
-/// In between the factor rises smoothly, which avoids a crease beside a pin. All factors are 1 if no vertex
-/// is constrained.
-pub(super) fn ramp(adjacency: &Adjacency, constrained: &[u32], links: u32) -> Vec<f32> {
-    let links = links.max(1);
-    let factor = |distance: u32| {
-        let t = f64::from(distance.min(links)) / f64::from(links);
-        (t * t * (3.0 - 2.0 * t)) as f32
-    };
-    adjacency.distances(constrained.iter().map(|&i| i as usize)).into_iter().map(factor).collect()
 }
 
 #[cfg(test)]

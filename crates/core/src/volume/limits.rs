@@ -10,13 +10,13 @@ const NOTICEABLE: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limit {
     /// Lattice vertex.
-    pub(crate) vertex: u32,
+    pub vertex: u32,
     /// Unit normal away from the obstacle, in world axes.
-    pub(crate) normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// Greatest displacement of the vertex against the normal, in cells; at least 0.
-    pub(crate) clearance: f64,
+    pub clearance: f64,
     /// Whether the limit is left out if the volume of the component can be restored without it only.
-    pub(crate) is_soft: bool,
+    pub is_soft: bool,
 }
 
 /// The limits of the vertices of a lattice.

@@ -36,7 +36,7 @@
 //! | `surface`, `shells` | construction of the measure `mesh`; which shells of the mesh bound the body |
 //! | `volumes` | all measures of a body, for reports |
 //! | `field` | the field `V` |
-//! | `external_forces` | changes of the field by external forces (Eq. 2) and constrained vertices |
+//! | `external_forces` | changes of the field by external forces (Eq. 2) |
 //! | `cubic` | the root of the cubic (Eq. 1) |
 //! | `regional` | scope `regional`: a scale for each vertex, before the cubic is solved |
 //! | `limits` | limits of the displacements, and the projection of a displacement to them |

@@ -267,7 +267,7 @@ impl BodyContacts {
         }
         let bodies = &*bodies;
         executor.for_each_mut(&mut islands[..self.island_count], |island| {
-            let index = island.index();
+            let index = island.index;
             let searches = searches.iter().filter(|search| !search.touches.is_empty());
             let own = searches.filter(|search| island_index(bodies, search.body) == index);
             let view = |body| view(body).expect("bodies that touch have a surface");
@@ -319,7 +319,7 @@ impl BodyContacts {
             Some(reactions[support] * (sign * share))
         };
         let force = |pair: &PairContact| (pair.impulse + reaction(pair).unwrap_or_default()) / dt;
-        let pairs = islands[..*island_count].iter().flat_map(Island::pairs);
+        let pairs = islands[..*island_count].iter().flat_map(|island| &island.pairs);
         records.extend(pairs.map(|pair| (*pair, force(pair))));
     }
 
@@ -355,7 +355,7 @@ impl BodyContacts {
 
     /// Returns the contacts between bodies of this step.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = &PairContact> {
-        self.islands[..self.island_count].iter().flat_map(Island::pairs)
+        self.islands[..self.island_count].iter().flat_map(|island| &island.pairs)
     }
 }
 

@@ -4,21 +4,21 @@
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactFilter {
     /// Whether different bodies touch each other.
-    pub(crate) between: bool,
+    pub between: bool,
     /// The bodies that touch themselves, in increasing order.
-    pub(crate) with_itself: Vec<u32>,
+    pub with_itself: Vec<u32>,
     /// Pairs of bodies that do not touch, the lesser index first, in increasing order.
-    pub(crate) ignored: Vec<(u32, u32)>,
+    pub ignored: Vec<(u32, u32)>,
     /// What each body is, for bodies that touch soft bodies alone. Empty if there is none.
-    pub(crate) kinds: Vec<ContactKind>,
+    pub kinds: Vec<ContactKind>,
 }
 
 /// Whether a body is rigid, and what it touches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactKind {
-    pub(crate) is_rigid: bool,
+    pub is_rigid: bool,
     /// Whether it touches soft bodies alone.
-    pub(crate) soft_only: bool,
+    pub soft_only: bool,
 }
 
 impl ContactFilter {

@@ -13,29 +13,27 @@ use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
 use super::patch::{FACING, GROWTH, MAX_OVERLAP, Patch};
-use super::surface::{ContactSurface, Sample};
+use super::surface::{ContactSurface, SIDES, Sample, side};
 use super::view::BodyView;
 use crate::contact::memory::buffer_bytes;
 use crate::simd::level;
+use crate::simd::vector::wide;
 
 /// Distance along the surface, in cells of the other body, up to which a sample is opposite to one of the other body,
 /// whose samples are at most half a cell apart. Beyond it, the clearance grows by the distance, so that no gap begins
 /// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
 
-/// Number of sides of normals.
-pub(crate) const SIDES: usize = 6;
-
 /// A gap at a sample of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
-    pub(crate) sample: u32,
+    pub sample: u32,
     /// Unit normal away from the other body, in world axes.
-    pub(crate) normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// Distance by which the sample may move against the normal: half of the gap.
-    pub(crate) clearance: f64,
+    pub clearance: f64,
     /// Whether it is a gap to the body itself.
-    pub(crate) is_own: bool,
+    pub is_own: bool,
 }
 
 /// The search for the gaps of one body after another. Its buffers are reused.
@@ -265,12 +263,6 @@ fn set_positions(positions: &mut Vec<Point3<f64>>, body: &BodyView<'_>, own: &Bo
     positions.extend(vertices.map(|vertex| Point3::from(own.state.frame.to_local(body.position(vertex)))));
 }
 
-/// Returns the side of a unit normal: its dominant axis and the sign along it.
-pub(crate) fn side(normal: &Vector3<f64>) -> usize {
-    let axis = normal.iamax();
-    axis + if normal[axis] < 0.0 { 3 } else { 0 }
-}
-
 /// Adds the samples of a cell of the body. Returns their range, and their patch.
 fn add_own_samples(
     own_samples: &mut Vec<OwnSample>,
@@ -293,7 +285,7 @@ fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], 
     let mut block_of_side = [None; SIDES];
     for sample in samples {
         let ([x, y, z], Some([a, b, c])) = pose(cell, sample) else { continue };
-        let side = side(&Vector3::new(a, b, c).map(f64::from));
+        let side = side(&wide([a, b, c]));
         let index =
             block_of_side[side].filter(|&index: &usize| blocks[index].count < 8).unwrap_or_else(|| {
                 let mut block = Block { side: side as u8, ..Block::default() };
@@ -318,7 +310,7 @@ fn add_blocks(blocks: &mut Vec<Block>, cell: &DeformedCell, samples: &[Sample], 
 /// Returns the position and the unit normal of a sample; no normal where its cell is flat or inside out.
 fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
     let local = sample.local.map(f64::from);
-    let normal = cell.gradient(local).normal(&Vector3::from(sample.normal.map(f64::from)));
+    let normal = cell.gradient(local).normal(&wide(sample.normal));
     (cell.position(local).map(|x| x as f32).into(), normal.map(|normal| normal.map(|x| x as f32).into()))
 }
 

@@ -12,12 +12,13 @@ use super::search::Search;
 use super::view::{BodyView, ContactStep};
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
+use crate::contact::finish::ContactMover;
+use crate::contact::jacobi::Tolerance;
 use crate::contact::memory::buffer_bytes;
-use crate::contact::rigid_stage::RigidMover;
-use crate::contact::solver::{Solver, Tolerance, Units};
+use crate::contact::solver::{Solver, Units};
 use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
-use crate::state::{BodyState, ContactKey, Interval, Twist};
+use crate::state::{ContactKey, Interval, Twist};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
 const PUSH_PART: f64 = 0.3;
@@ -31,7 +32,7 @@ pub(super) const GREATEST_RATIO: f64 = 1e30;
 /// Bodies that touch each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Island {
-    index: u32,
+    pub(super) index: u32,
     pub(super) members: Vec<Member>,
     pub(super) solver: Solver,
     /// The contacts between bodies, in the order of their constraints, which follow the constraints at colliders.
@@ -55,7 +56,7 @@ pub(crate) struct Island {
     /// Unit of length, and unit of mass.
     pub(super) units: (f64, f64),
     /// Mean velocity of the bodies, in scene units per second.
-    mean_velocity: Vector3<f64>,
+    pub(crate) mean_velocity: Vector3<f64>,
 }
 
 /// A body of an island.
@@ -146,21 +147,11 @@ impl Island {
         lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
 
-    /// Returns the index of the island.
-    pub(super) fn index(&self) -> u32 {
-        self.index
-    }
-
     /// Adds a body, greater than those before. Returns its index in the island.
     pub(super) fn add_body(&mut self, body: u32) -> u32 {
         let scale = Units { velocity: 1.0, mobility: 1.0 };
         self.members.push(Member { body, offset: 0, vertices: 0, first: 0, scale, rigid: None });
         self.members.len() as u32 - 1
-    }
-
-    /// Returns the contacts between bodies.
-    pub(super) fn pairs(&self) -> &[PairContact] {
-        &self.pairs
     }
 
     /// Returns the contacts of a body with other bodies and with itself.
@@ -185,7 +176,7 @@ impl Island {
         let slow = MIN_BOUNCE_STEPS * step.gravity * step.dt / self.units.0;
         self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(Tolerance::IMPACT);
-        self.impacts.extend(self.solver.changes_by_row().map(|(row, change)| (row, *change)));
+        self.impacts.extend(self.solver.changes_by_row());
         self.solver.rigid_totals(&mut self.rigid_impulses);
         self.store_impulses(step.dt);
         self.push(step.dt);
@@ -217,7 +208,7 @@ impl Island {
             member.rigid = body.rigid.map(|rigid| solver.rigid.add(rigid, velocity, mobility));
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
-                solver.append(contacts.solver(), row, member.scale, member.rigid);
+                solver.append(&contacts.solver, row, member.scale, member.rigid);
                 begin.extend(contacts.pressures().iter().map(|pressure| {
                     narrow(body.state.touches.force(pressure.key()) * (dt / (length * mass)))
                 }));
@@ -293,7 +284,7 @@ impl Island {
             return;
         }
         solver.solve(Tolerance::PUSH);
-        pushes.extend(solver.changes_by_row().map(|(row, change)| (row, *change)));
+        pushes.extend(solver.changes_by_row());
         rigid_pushes
             .extend(members.iter().filter_map(|member| member.rigid).map(|body| solver.rigid.change(body)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
@@ -304,28 +295,16 @@ impl Island {
         }
     }
 
-    /// Finishes the contacts of a member with colliders, whose vertices have been moved.
+    /// Finishes the contacts of a member with colliders, which has been moved.
     pub(crate) fn finish_contacts(
         &self,
         member: usize,
         contacts: &mut Contacts,
-        state: &mut BodyState<'_>,
+        body: &mut impl ContactMover,
         surroundings: (&Colliders, Interval),
     ) {
         let Member { first, scale, .. } = self.members[member];
-        contacts.finish_in_island(state, surroundings, (&self.collider_impulses[first..], scale));
-    }
-
-    /// As [`finish_contacts`](Self::finish_contacts), of a rigid member.
-    pub(crate) fn finish_contacts_rigidly(
-        &self,
-        member: usize,
-        contacts: &mut Contacts,
-        body: &mut impl RigidMover,
-        surroundings: (&Colliders, Interval),
-    ) {
-        let Member { first, scale, .. } = self.members[member];
-        contacts.finish_rigidly_in_island(body, surroundings, (&self.collider_impulses[first..], scale));
+        contacts.finish_in_island(body, surroundings, (&self.collider_impulses[first..], scale));
     }
 
     /// Returns the impulse on a rigid member, in units of the body, and its displacement by pushes.
@@ -356,10 +335,5 @@ impl Island {
         let first = changes.partition_point(|(row, _)| *row < offset);
         let own = changes[first..].iter().take_while(move |(row, _)| *row < offset + vertices);
         own.map(move |(row, change)| (row - offset, wide(change) * scale))
-    }
-
-    /// Returns the mean velocity of the bodies, in scene units per second.
-    pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
-        self.mean_velocity
     }
 }

@@ -6,6 +6,7 @@ use super::bounds::Bounds;
 use crate::contact::parts::Parts;
 use crate::simd::bounds::bounds;
 use crate::simd::lanes::Lanes;
+use crate::simd::vector::wide;
 use crate::state::State;
 
 /// Boxes of the motion of a body or a part in a step, by which those that are near are found, and the times at which
@@ -45,11 +46,11 @@ impl MotionBounds {
 /// The lattice vertices of the parts of a body.
 #[derive(Clone, Copy)]
 pub(crate) struct PartVertices<'a> {
-    pub(crate) parts: Parts<'a>,
+    pub parts: Parts<'a>,
     /// Slot of each lattice vertex.
-    pub(crate) slots: &'a [u32],
+    pub slots: &'a [u32],
     /// Bit mask of the lanes with a vertex, for each block of eight slots.
-    pub(crate) occupied: &'a [u8],
+    pub occupied: &'a [u8],
 }
 
 /// Boxes of the motion of the parts of a body in a step.
@@ -98,7 +99,7 @@ impl PartMotions {
     pub(super) fn end(&mut self, state: &State, vertices: &PartVertices<'_>) {
         let velocity = |local| Point3::from(state.frame.velocity_to_world(local));
         self.measure(&state.velocities, vertices, velocity, |motion| &mut motion.velocities);
-        let position = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
+        let position = |local: [f32; 3]| state.frame.to_world(wide(local));
         self.measure(&state.positions, vertices, position, |motion| &mut motion.positions);
         let overhang = vertices.parts.overhang * state.frame.cell_size();
         for motion in self.parts.iter_mut().chain([&mut self.all]) {

@@ -2,8 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::island::{GREATEST_RATIO, Island, PairContact, PatchBuffers};
+use super::island::{GREATEST_RATIO, Island, PairContact, PatchBuffers, PatchKey};
 use super::search::{Search, Touch};
+use super::surface::side;
 use super::view::{BodyView, ContactStep};
 use crate::contact::SKIN;
 use crate::contact::constraint::TouchedSurface;
@@ -42,84 +43,47 @@ impl Island {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
             let components = (component_of(&other, touch.touched.cell), component_of(&body, touch.cell));
-            (node, dominant_axis(&touch.normal), components, index)
+            (node, side(&touch.normal) as u8, components, index)
         }));
         buffers.keys.sort_unstable();
         let PatchBuffers { keys, links } = &mut buffers;
-        for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
-            let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            let (node, axis, (component, own), _) = patch[0];
+        let skin = SKIN * body.lesser_cell_size(&other);
+        for keys in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
+            let (node, axis, (component, own), _) = keys[0];
             let key = ContactKey::Body { other: search.other, components: [own, component], node, axis };
-            self.add_patch([&body, &other], search, (key, [own, component]), touches, links, step);
+            let group = TouchGroup::new(search, keys, skin);
+            self.add_group([&body, &other], (key, [own, component]), &group, links, step);
         }
         self.patches = buffers;
     }
 
-    /// Adds the contact of some touching samples.
-    fn add_patch<'a>(
+    /// Adds the contact of some touching samples. `links` is a buffer.
+    fn add_group(
         &mut self,
         [body, other]: [&BodyView; 2],
-        search: &Search,
         (key, components): (ContactKey, [u32; 2]),
-        touches: impl Iterator<Item = &'a Touch> + Clone,
+        group: &TouchGroup<'_>,
         links: &mut [Vec<(u32, f64)>; 2],
-        ContactStep { dt, gravity }: ContactStep,
+        step: ContactStep,
     ) {
         let (length, mass) = self.units;
-        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
-        let skin = SKIN * cell_size;
-        // A sample at the outer bound of the skin has a small weight in place of none.
-        let weight = |touch: &Touch| (skin - touch.gap).max(1e-3 * skin);
-        let total: f64 = touches.clone().map(weight).sum();
-        let share = |touch: &Touch| weight(touch) / total;
-        let normal: Vector3<f64> = touches.clone().map(|touch| touch.normal * share(touch)).sum();
-        let Some(normal) = normal.try_normalize(1e-6) else { return };
-        let first = touches.clone().next().map_or_else(Point3::origin, |touch| touch.point);
-        let mut point = first + touches.clone().map(|t| (t.point - first) * share(t)).sum::<Vector3<f64>>();
+        let (search, dt) = (group.search, step.dt);
+        let Some(mut mean) = group.mean() else { return };
         if search.body != search.other && search.thickness > 0.0 {
             // Where the layers around both surfaces meet.
-            point -= normal * body.properties.thickness;
+            mean.point -= mean.normal * body.properties.thickness;
         }
-        let gap: f64 = touches.clone().map(|touch| touch.gap * share(touch)).sum();
-        let past: f64 = touches.clone().map(|touch| touch.past * share(touch)).sum();
-        let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);
-
-        links.iter_mut().for_each(Vec::clear);
-        for touch in touches {
-            let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
-            for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
-                // A smooth surface of a crack leaves the cells of its part, where weights can be negative or great.
-                let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
-                let corners = body.corners(cell).into_iter().zip(weights);
-                links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
-            }
-        }
-        links.iter_mut().for_each(merge);
+        group.write_links([body, other], links);
         let fit_together = search.body == search.other && !body.lattice.broken_joints().is_empty();
         if fit_together && body.free_weight(&links[0]) + other.free_weight(&links[1]) < LEAST_FREE_WEIGHT {
             return;
         }
-
-        let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
-        let before =
-            mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
-        let frictions = [body.properties.friction, other.properties.friction];
         let friction_factor =
             mean_friction([body.friction_factor(&links[0]), other.friction_factor(&links[1])]);
-        let end_gap = gap + past * velocity.dot(&normal);
-        let gap_before = end_gap - dt * velocity.dot(&normal);
-        let touched = TouchedSurface {
-            normal,
-            distance_before: gap_before,
-            velocity,
-            velocity_before: before,
-            friction: mean_friction(frictions) * friction_factor,
-            restitution: body.properties.restitution.max(other.properties.restitution),
-            min_bounce: MIN_BOUNCE_STEPS * gravity * dt,
-        };
+        let touched = mean.surface([body, other], links, friction_factor, step);
+        let gap_before = touched.distance_before;
         let contact =
-            touched.contact(skin, length, |approach| approach.min(0.0).max(-gap_before.max(0.0) / dt));
+            touched.contact(group.skin, length, |approach| approach.min(0.0).max(-gap_before.max(0.0) / dt));
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
         let offsets = sides.map(|(_, index, _)| self.member(index).offset);
         let rigid = sides.map(|(body, index, _)| self.member(index).rigid.zip(body.rigid));
@@ -137,22 +101,125 @@ impl Island {
         {
             let center = body.state.frame.to_world(mobility.center);
             let constraint = self.solver.len() - 1;
-            self.solver.rigid.link(constraint, index, *sign as f32, narrow((point - center) / length));
+            let arm = narrow((mean.point - center) / length);
+            self.solver.rigid.link(constraint, index, *sign as f32, arm);
         }
         self.begin.push(narrow(body.state.touches.force(key) * (dt / (length * mass))));
         self.pairs.push(PairContact {
             bodies: [search.body, search.other],
             components,
             key,
-            point,
-            normal,
+            point: mean.point,
+            normal: mean.normal,
             friction_factor,
             // Without the impulses, until they are known.
-            depth: depth - past * velocity.dot(&normal),
+            depth: mean.depth - mean.past * touched.velocity.dot(&mean.normal),
             impulse: Vector3::zeros(),
             displacement: Vector3::zeros(),
-            cell_size: cell_size / length,
+            cell_size: body.lesser_cell_size(other) / length,
         });
+    }
+}
+
+/// The touching samples of one contact.
+struct TouchGroup<'a> {
+    search: &'a Search,
+    keys: &'a [PatchKey],
+    /// Thickness of the contact skin, in scene units.
+    skin: f64,
+    /// Sum of the weights of the samples.
+    total_weight: f64,
+}
+
+impl<'a> TouchGroup<'a> {
+    /// `keys`: of the touches of the search that belong to the contact.
+    fn new(search: &'a Search, keys: &'a [PatchKey], skin: f64) -> Self {
+        let mut group = Self { search, keys, skin, total_weight: 0.0 };
+        group.total_weight = group.touches().map(|touch| group.weight(touch)).sum();
+        group
+    }
+
+    fn touches(&self) -> impl Iterator<Item = &'a Touch> {
+        let touches = &self.search.touches;
+        self.keys.iter().map(|&(.., index)| &touches[index as usize])
+    }
+
+    /// Returns the depth of a sample below the outer bound of the skin. At this bound it is small in place of zero.
+    fn weight(&self, touch: &Touch) -> f64 {
+        (self.skin - touch.gap).max(1e-3 * self.skin)
+    }
+
+    /// Returns the samples with their shares in the contact, by weight.
+    fn shares(&self) -> impl Iterator<Item = (&'a Touch, f64)> {
+        self.touches().map(|touch| (touch, self.weight(touch) / self.total_weight))
+    }
+
+    /// Returns the contact point of the group; `None` if the normals cancel each other.
+    fn mean(&self) -> Option<MeanTouch> {
+        let normal: Vector3<f64> = self.shares().map(|(touch, share)| touch.normal * share).sum();
+        let normal = normal.try_normalize(1e-6)?;
+        let first = self.touches().next().map_or_else(Point3::origin, |touch| touch.point);
+        Some(MeanTouch {
+            point: first
+                + self.shares().map(|(touch, share)| (touch.point - first) * share).sum::<Vector3<f64>>(),
+            normal,
+            gap: self.shares().map(|(touch, share)| touch.gap * share).sum(),
+            past: self.shares().map(|(touch, share)| touch.past * share).sum(),
+            depth: self.touches().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
+    /// Replaces `links` by the contact point as a weighted mean of the vertices of each body.
+    fn write_links(&self, [body, other]: [&BodyView; 2], links: &mut [Vec<(u32, f64)>; 2]) {
+        links.iter_mut().for_each(Vec::clear);
+        for (touch, share) in self.shares() {
+            let sample = &body.contact.surface().samples[touch.sample as usize];
+            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
+            for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
+                // A smooth surface of a crack leaves the cells of its part, where weights can be negative or great.
+                let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));
+                let corners = body.corners(cell).into_iter().zip(weights);
+                links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share)));
+            }
+        }
+        links.iter_mut().for_each(merge);
+    }
+}
+
+/// The contact point of a group of touching samples. Means are weighted by the shares of the samples.
+struct MeanTouch {
+    point: Point3<f64>,
+    /// Unit normal.
+    normal: Vector3<f64>,
+    gap: f64,
+    past: f64,
+    /// Greatest depth of a sample.
+    depth: f64,
+}
+
+impl MeanTouch {
+    /// Returns the touched surface of the other body. `links`: as [`TouchGroup::write_links`] writes them.
+    fn surface(
+        &self,
+        [body, other]: [&BodyView; 2],
+        links: &[Vec<(u32, f64)>; 2],
+        friction_factor: f64,
+        ContactStep { dt, gravity }: ContactStep,
+    ) -> TouchedSurface {
+        let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
+        let velocity_before =
+            mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
+        let end_gap = self.gap + self.past * velocity.dot(&self.normal);
+        let frictions = [body.properties.friction, other.properties.friction];
+        TouchedSurface {
+            normal: self.normal,
+            distance_before: end_gap - dt * velocity.dot(&self.normal),
+            velocity,
+            velocity_before,
+            friction: mean_friction(frictions) * friction_factor,
+            restitution: body.properties.restitution.max(other.properties.restitution),
+            min_bounce: MIN_BOUNCE_STEPS * gravity * dt,
+        }
     }
 }
 
@@ -193,12 +260,6 @@ fn component_of(body: &BodyView, cell: u32) -> u32 {
 /// Returns the indices of the point nearest to a sample in the grid of half the cell size.
 fn half_grid_node(cell: [i32; 3], local: [f32; 3]) -> [i32; 3] {
     std::array::from_fn(|a| 2 * cell[a] + (2.0 * local[a]).round() as i32)
-}
-
-/// Returns the axis of the greatest component of a vector, 0..3, plus 3 if that is negative.
-fn dominant_axis(vector: &Vector3<f64>) -> u8 {
-    let axis = vector.iamax() as u8;
-    if vector[usize::from(axis)] < 0.0 { axis + 3 } else { axis }
 }
 
 /// Returns the weighted mean of vectors of vertices.

@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::bounds::Bounds;
 use super::deformed_cell::{DeformedCell, Gradient, LinearMap, MARGIN};
 use super::grid::Grid;
+use super::surface::ContactSurface;
 use crate::contact::memory::buffer_bytes;
 
 /// A lattice at one time: the world positions of its vertices, and a grid of its deformed cells.
@@ -15,7 +16,7 @@ pub(super) struct PosedLattice {
     /// For each vertex, the sides of the region on which it is outside: one bit for each of the six sides.
     sides: Vec<u8>,
     /// The cells that are near other bodies, in increasing order, and their boxes with a margin.
-    cells: Vec<(u32, Bounds)>,
+    pub(super) cells: Vec<(u32, Bounds)>,
     /// The box of all of them.
     all: Bounds,
     grid: Grid,
@@ -42,21 +43,30 @@ impl CellCache {
         buffer_bytes(&self.places) + buffer_bytes(&self.cells)
     }
 
-    /// Returns the cell with the given index in `PosedLattice::cells` and the given corners.
+    /// Returns the geometry of a cell of a lattice.
     fn cell(
         &mut self,
-        index: u32,
-        corners: impl FnOnce() -> [Point3<f64>; 8],
-        continued_sides: u8,
+        lattice: &PosedLattice,
+        surface: &ContactSurface,
+        found: &Candidate,
     ) -> &(DeformedCell, LinearMap) {
-        let place = &mut self.places[index as usize];
+        let place = &mut self.places[found.index as usize];
         if *place == 0 {
-            let cell = DeformedCell::new(&corners());
-            self.cells.push((cell, LinearMap::new(&cell, continued_sides)));
+            let cell = DeformedCell::new(&lattice.at(surface.corners[found.cell as usize]));
+            self.cells.push((cell, LinearMap::new(&cell, found.continued_sides)));
             *place = self.cells.len() as u32;
         }
         &self.cells[*place as usize - 1]
     }
+}
+
+/// A cell whose box contains a point.
+struct Candidate {
+    /// Index in `PosedLattice::cells`.
+    index: u32,
+    cell: u32,
+    /// Its sides in `ContactSurface::continued_sides`.
+    continued_sides: u8,
 }
 
 /// A point in a cell.
@@ -68,13 +78,12 @@ pub(super) struct Located {
 }
 
 impl PosedLattice {
-    /// Poses a lattice with the given positions of its vertices, and prepares the search of points in `region`. `cells`
-    /// has the vertices at the corners of each cell, and `continued_sides` the sides beyond which it is continued;
-    /// empty if none is. Points within `thickness` of the cells can be found too.
+    /// Poses the lattice of a body with the given positions of its vertices, and prepares the search of points in
+    /// `region`. Points within `thickness` of the cells can be found too.
     pub(super) fn pose(
         &mut self,
         positions: impl Iterator<Item = Point3<f64>>,
-        (cells, continued_sides): (&[[u32; 8]], &[u8]),
+        surface: &ContactSurface,
         (cell_size, thickness): (f64, f64),
         region: &Bounds,
     ) {
@@ -85,9 +94,10 @@ impl PosedLattice {
         self.sides.clear();
         self.sides.extend(self.positions.iter().map(|position| region.sides_of(position)));
         self.cells.clear();
-        for (cell, corners) in (0..).zip(cells) {
-            if let Some(&sides) = continued_sides.get(cell as usize).filter(|sides| **sides != 0) {
-                let bounds = continued(&corners.map(|v| self.positions[v as usize]), sides).enlarged(margin);
+        for (cell, corners) in (0..).zip(&surface.corners) {
+            let continued_sides = surface.continued_sides_of(cell);
+            if continued_sides != 0 {
+                let bounds = continued(&self.at(*corners), continued_sides).enlarged(margin);
                 if bounds.intersects(&region) {
                     self.cells.push((cell, bounds));
                 }
@@ -96,8 +106,7 @@ impl PosedLattice {
             // A cell is outside the region if all its corners are outside on one side of it.
             let common = corners.iter().fold(u8::MAX, |common, &vertex| common & self.sides[vertex as usize]);
             if common == 0 {
-                let corners = corners.map(|v| self.positions[v as usize]);
-                self.cells.push((cell, Bounds::of(corners).enlarged(margin)));
+                self.cells.push((cell, Bounds::of(self.at(*corners)).enlarged(margin)));
             }
         }
         self.all = self.cells.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(bounds));
@@ -115,11 +124,6 @@ impl PosedLattice {
         buffer_bytes(positions) + buffer_bytes(sides) + buffer_bytes(cells) + grid.bytes()
     }
 
-    /// Returns the cells that are near other bodies, in increasing order, and their boxes.
-    pub(super) fn cells(&self) -> &[(u32, Bounds)] {
-        &self.cells
-    }
-
     /// Returns whether a box intersects the box of a cell that `accepts` takes, so that a point of it may be located.
     pub(super) fn is_near(&self, bounds: &Bounds, accepts: impl Fn(u32) -> bool) -> bool {
         self.all.intersects(bounds)
@@ -133,67 +137,60 @@ impl PosedLattice {
 
     /// Returns the cell that contains a point. If several do, because the lattice overlaps itself, it is the first one
     /// that `accepts` takes; one that contains it without being continued comes before others. Cells that are inside
-    /// out contain no point. `corners` returns the corners of a cell, `continued_sides` is as in
-    /// [`pose`](Self::pose), and `cache` belongs to this pose.
+    /// out contain no point.
+    ///
+    /// If no cell contains the point, and `is_thick`, it is the cell that is nearest within the thickness of
+    /// [`pose`](Self::pose), and the local coordinates continue those of the cell linearly.
+    ///
+    /// `surface` is the one of `pose`, and `cache` belongs to this pose.
     pub(super) fn locate(
         &self,
+        surface: &ContactSurface,
         point: &Point3<f64>,
-        corners: impl Fn(u32) -> [Point3<f64>; 8],
-        continued_sides: &[u8],
+        is_thick: bool,
         accepts: impl Fn(u32) -> bool,
         cache: &mut CellCache,
     ) -> Option<Located> {
         let mut locate_within = |is_continued: bool| {
-            self.cells_at(point, continued_sides, &accepts).find_map(|(index, cell, continued_sides)| {
+            self.candidates(surface, point, &accepts).find_map(|found| {
+                let continued_sides = if is_continued { found.continued_sides } else { 0 };
                 if is_continued && continued_sides == 0 {
                     return None;
                 }
-                let (deformed, map) = cache.cell(index, || corners(cell), continued_sides);
-                let start = map.local(point)?;
-                let (local, gradient) =
-                    deformed.locate(point, start, if is_continued { continued_sides } else { 0 })?;
-                Some(Located { cell, local, gradient })
+                let (deformed, map) = cache.cell(self, surface, &found);
+                let (local, gradient) = deformed.locate(point, map.local(point)?, continued_sides)?;
+                Some(Located { cell: found.cell, local, gradient })
             })
         };
-        locate_within(false).or_else(|| if continued_sides.is_empty() { None } else { locate_within(true) })
-    }
-
-    /// Returns the cells that `accepts` takes and whose boxes contain a point: index in the pose, cell, and the sides
-    /// of the cell in `continued_sides`.
-    fn cells_at<'a>(
-        &'a self,
-        point: &'a Point3<f64>,
-        continued_sides: &'a [u8],
-        accepts: &'a impl Fn(u32) -> bool,
-    ) -> impl Iterator<Item = (u32, u32, u8)> + 'a {
-        self.grid.bin(point).iter().filter_map(move |&index| {
-            let (cell, bounds) = self.cells[index as usize];
-            let continued = || continued_sides.get(cell as usize).copied().unwrap_or(0);
-            (accepts(cell) && bounds.contains(point)).then(|| (index, cell, continued()))
-        })
-    }
-
-    /// Returns the cell that is nearest to a point outside of all cells, and the local coordinates there, which
-    /// continue those of the cell linearly. `None` if no cell is within the thickness of [`pose`](Self::pose). The
-    /// other arguments are as in [`locate`](Self::locate).
-    pub(super) fn locate_outside(
-        &self,
-        point: &Point3<f64>,
-        corners: impl Fn(u32) -> [Point3<f64>; 8],
-        continued_sides: &[u8],
-        accepts: impl Fn(u32) -> bool,
-        cache: &mut CellCache,
-    ) -> Option<Located> {
+        let has_continued = !surface.continued_sides.is_empty();
+        let inside = locate_within(false).or_else(|| has_continued.then(|| locate_within(true)).flatten());
+        if inside.is_some() || !is_thick {
+            return inside;
+        }
         let mut nearest: Option<(f64, Located)> = None;
-        for (index, cell, continued_sides) in self.cells_at(point, continued_sides, &accepts) {
-            let (deformed, _) = cache.cell(index, || corners(cell), continued_sides);
+        for found in self.candidates(surface, point, &accepts) {
+            let (deformed, _) = cache.cell(self, surface, &found);
             if let Some((distance, local, gradient)) = deformed.locate_outside(point)
                 && nearest.is_none_or(|(least, _)| distance < least)
             {
-                nearest = Some((distance, Located { cell, local, gradient }));
+                nearest = Some((distance, Located { cell: found.cell, local, gradient }));
             }
         }
         nearest.map(|(_, located)| located)
+    }
+
+    /// Returns the cells that `accepts` takes and whose boxes contain a point.
+    fn candidates(
+        &self,
+        surface: &ContactSurface,
+        point: &Point3<f64>,
+        accepts: impl Fn(u32) -> bool,
+    ) -> impl Iterator<Item = Candidate> {
+        self.grid.bin(point).iter().filter_map(move |&index| {
+            let (cell, bounds) = self.cells[index as usize];
+            let is_found = accepts(cell) && bounds.contains(point);
+            is_found.then(|| Candidate { index, cell, continued_sides: surface.continued_sides_of(cell) })
+        })
     }
 }
 

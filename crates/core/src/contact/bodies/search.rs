@@ -21,6 +21,7 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::memory::buffer_bytes;
 use crate::lattice::trilinear_weights;
+use crate::simd::vector::wide;
 use crate::state::{SampleTouch, TouchedPoint};
 
 /// Greatest depth in cells.
@@ -96,7 +97,7 @@ impl Search {
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
         self.cells.reset(posed[1]);
-        let mut near = posed[0].cells().iter().peekable();
+        let mut near = posed[0].cells.iter().peekable();
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {
@@ -139,8 +140,8 @@ impl Search {
             let point = current(&mut last_own, body, group.cell).position(sample.local.map(f64::from));
             let touched_cell = current(&mut last_touched, other, cell);
             let local = local.map(f64::from);
-            let normal = touched_cell.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
-            let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
+            let normal = touched_cell.gradient(local).normal(&wide(normal));
+            let normal = normal.unwrap_or_else(|| wide(memory.normal));
             let distance = (point - touched_cell.position(local)).dot(&normal);
             let shell = match self.body == self.other {
                 true => remaining(shell.into(), distance / other.lattice.cell_size()),
@@ -150,7 +151,7 @@ impl Search {
             let gap = distance - shell * other.lattice.cell_size();
             let (sample, touched) = (memory.sample, TouchedPoint { shell: shell as f32, ..memory.touched });
             let touch = Touch { sample, cell: group.cell, touched, point, normal, gap, past: 0.0 };
-            match gap <= SKIN * body.lattice.cell_size().min(other.lattice.cell_size()) {
+            match gap <= SKIN * body.lesser_cell_size(other) {
                 true => self.touches.push(touch),
                 false => self.separated.push(touch),
             }
@@ -201,18 +202,18 @@ impl Pair<'_> {
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
         let surface = other.contact.surface();
-        let corners = |cell| posed.at(other.corners(cell));
-        let located = self.locate(cell, &point, cells)?;
-        let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
+        let located =
+            posed.locate(surface, &point, thickness > 0.0, |found| self.accepts(cell, found), cells)?;
+        let outward = own.gradient(own_local).normal(&wide(sample.normal));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
         let shell_before = memory.map(|memory| f64::from(memory.touched.shell));
-        let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
+        let memory = memory.map(|memory| wide(memory.normal));
         let displacement = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u.clamp(-1.0, 2.0) as f32))) * dt
         };
-        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
+        let cell_size = body.lesser_cell_size(other);
         // An open surface has no outside, but the surfaces of a crack through it have one.
         let is_at_crack = self.is_same && surface.are_at_crack([cell, located.cell]);
         let facing = outward.filter(|_| body.contact.surface().is_closed || is_at_crack);
@@ -232,7 +233,7 @@ impl Pair<'_> {
             return None;
         }
         let layer = self.layer((cell, own_local), &touched_rest);
-        let touched_cell = DeformedCell::new(&corners(other_cell));
+        let touched_cell = DeformedCell::new(&posed.at(other.corners(other_cell)));
         let touched_local = other_local.map(f64::from);
         // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
         let normal = touched_cell.gradient(touched_local).normal(&rest_normal);
@@ -260,19 +261,6 @@ impl Pair<'_> {
         let touched =
             TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
         counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
-    }
-
-    /// Returns the cell of the other body that contains a point of a sample in `cell`, or that is nearest to it within
-    /// the thickness.
-    fn locate(&self, cell: u32, point: &Point3<f64>, cells: &mut CellCache) -> Option<Located> {
-        let Self { other, posed, thickness, .. } = *self;
-        let accepts = |found| self.accepts(cell, found);
-        let corners = |cell| posed.at(other.corners(cell));
-        let continued = &other.contact.surface().continued_sides;
-        posed.locate(point, corners, continued, accepts, cells).or_else(|| match thickness > 0.0 {
-            true => posed.locate_outside(point, corners, continued, accepts, cells),
-            false => None,
-        })
     }
 
     /// Returns the distance in cells at which a sample touches another part of the body, which fits together with its

@@ -19,6 +19,9 @@ const NEIGHBORHOOD: i32 = 2;
 /// Least weight of a lattice vertex that moves a sample noticeably.
 const LEAST_WEIGHT: f32 = 0.02;
 
+/// Number of [`side`]s of normals.
+pub(crate) const SIDES: usize = 6;
+
 /// Surface of a body at rest.
 #[derive(Debug)]
 pub(crate) struct ContactSurface {
@@ -110,9 +113,12 @@ impl ContactSurface {
 
     /// Returns whether two cells of the body are of different parts, and one of them was joined to another part.
     pub(super) fn are_at_crack(&self, cells: [u32; 2]) -> bool {
-        let is_continued =
-            |&cell: &u32| self.continued_sides.get(cell as usize).is_some_and(|sides| *sides != 0);
-        self.are_of_two_parts(cells) && cells.iter().any(is_continued)
+        self.are_of_two_parts(cells) && cells.iter().any(|&cell| self.continued_sides_of(cell) != 0)
+    }
+
+    /// Returns the sides of a cell that were joined to another part: see [`continued_sides`](Self::continued_sides).
+    pub(super) fn continued_sides_of(&self, cell: u32) -> u8 {
+        self.continued_sides.get(cell as usize).copied().unwrap_or(0)
     }
 
     /// Returns the lattice vertices that move a sample noticeably; none if there is no such sample.
@@ -142,6 +148,12 @@ impl ContactSurface {
         let of_parts = size_of_val(&**trees) + size_of_val(&**parts) + size_of_val(&**continued_sides);
         trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>() + lists + of_parts
     }
+}
+
+/// Returns the side of a unit normal: its dominant axis, plus 3 if it is negative along it.
+pub(crate) fn side(normal: &Vector3<f64>) -> usize {
+    let axis = normal.iamax();
+    axis + if normal[axis] < 0.0 { 3 } else { 0 }
 }
 
 /// Returns the sides of each cell that were joined to another part: see [`ContactSurface::continued_sides`].

@@ -11,26 +11,27 @@ use super::surface::ContactSurface;
 use crate::contact::Contacts;
 use crate::lattice::Lattice;
 use crate::simd::lanes::Lanes;
+use crate::simd::vector::wide;
 use crate::state::{RigidMobility, SearchedMotion, State};
 
 /// The numbers of a step that contact between bodies depends on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactStep {
     /// Length of the step in seconds.
-    pub(crate) dt: f64,
+    pub dt: f64,
     /// Magnitude of gravity, in scene units per second squared.
-    pub(crate) gravity: f64,
+    pub gravity: f64,
 }
 
 /// How a body touches other bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceProperties {
     /// Coulomb friction coefficient, >= 0.
-    pub(crate) friction: f64,
+    pub friction: f64,
     /// Coefficient of restitution, in [0, 1].
-    pub(crate) restitution: f64,
+    pub restitution: f64,
     /// Distance outside of the surface at which the body touches, in scene units, >= 0.
-    pub(crate) thickness: f64,
+    pub thickness: f64,
 }
 
 /// The data of contact between bodies that one body owns.
@@ -54,11 +55,11 @@ pub(crate) struct BodyContact {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MomentumChange {
     /// Sum of the impulses.
-    pub(crate) linear: Vector3<f64>,
+    pub linear: Vector3<f64>,
     /// Sum of the moments of the impulses about the center of mass.
-    pub(crate) angular: Vector3<f64>,
+    pub angular: Vector3<f64>,
     /// Sum of mass times displacement.
-    pub(crate) moved: Vector3<f64>,
+    pub moved: Vector3<f64>,
 }
 
 impl BodyContact {
@@ -119,26 +120,26 @@ impl BodyContact {
 /// A body, as contact between bodies reads it.
 #[derive(Clone, Copy)]
 pub(crate) struct BodyView<'a> {
-    pub(crate) lattice: &'a Lattice,
+    pub lattice: &'a Lattice,
     /// Slot of each lattice vertex.
-    pub(crate) slots: &'a [u32],
+    pub slots: &'a [u32],
     /// Mass of each lattice vertex in units of a full cell's mass.
-    pub(crate) masses: &'a [f32],
+    pub masses: &'a [f32],
     /// Mass of a full cell.
-    pub(crate) cell_mass: f64,
+    pub cell_mass: f64,
     /// Whether each lattice vertex is constrained by a pin or handle; empty if none is.
-    pub(crate) constrained: &'a [bool],
+    pub constrained: &'a [bool],
     /// Whether a part of the body touches itself.
-    pub(crate) touches_itself: bool,
-    pub(crate) state: &'a State,
-    pub(crate) contact: &'a BodyContact,
-    pub(crate) properties: SurfaceProperties,
+    pub touches_itself: bool,
+    pub state: &'a State,
+    pub contact: &'a BodyContact,
+    pub properties: SurfaceProperties,
     /// Factor of the coefficient of friction of each vertex of the lattice before the body broke; `None` if all are 1.
-    pub(crate) friction_factors: Option<&'a [f64]>,
+    pub friction_factors: Option<&'a [f64]>,
     /// The contacts with colliders, whose constraints are part of the problem of an island.
-    pub(crate) contacts: Option<&'a Contacts>,
+    pub contacts: Option<&'a Contacts>,
     /// The mobility of a rigid body; `None` if the body is not rigid.
-    pub(crate) rigid: Option<&'a RigidMobility>,
+    pub rigid: Option<&'a RigidMobility>,
 }
 
 impl BodyView<'_> {
@@ -146,6 +147,11 @@ impl BodyView<'_> {
     #[inline]
     pub(super) fn corners(&self, cell: u32) -> [u32; 8] {
         self.contact.surface().corners[cell as usize]
+    }
+
+    /// Returns the lesser cell size of two bodies.
+    pub(super) fn lesser_cell_size(&self, other: &BodyView) -> f64 {
+        self.lattice.cell_size().min(other.lattice.cell_size())
     }
 
     /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`, and
@@ -156,9 +162,8 @@ impl BodyView<'_> {
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        let ContactSurface { corners, continued_sides, .. } = self.contact.surface();
         let lengths = (self.lattice.cell_size(), thickness);
-        posed.pose(positions, (corners, continued_sides), lengths, region);
+        posed.pose(positions, self.contact.surface(), lengths, region);
     }
 
     /// Returns the world position of a lattice vertex.
@@ -177,7 +182,7 @@ impl BodyView<'_> {
     #[inline]
     pub(super) fn velocity_before(&self, vertex: u32) -> Vector3<f64> {
         let BodyContact { velocities_before, origin_velocity, .. } = self.contact;
-        let local = Vector3::from(velocities_before.get(self.slots[vertex as usize]).map(f64::from));
+        let local = wide(velocities_before.get(self.slots[vertex as usize]));
         (origin_velocity + local) * self.lattice.cell_size()
     }
 }

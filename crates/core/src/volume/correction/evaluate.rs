@@ -49,9 +49,9 @@ pub struct Correction {
 /// The ratios of the rest volumes in force to the volumes of the rest shape.
 pub(crate) struct RestRatios<'a> {
     /// One for each component.
-    pub(crate) components: &'a [f64],
+    pub components: &'a [f64],
     /// The one around each vertex.
-    pub(crate) of_vertex: &'a dyn Fn(usize) -> f64,
+    pub of_vertex: &'a dyn Fn(usize) -> f64,
 }
 
 impl Correction {

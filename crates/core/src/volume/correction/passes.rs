@@ -25,6 +25,7 @@ use nalgebra::Vector3;
 use super::evaluate::{Correction, VOLUME_TOLERANCE};
 use super::workspace::{Component, CorrectionWorkspace, Passes};
 use crate::parallel::Executor;
+use crate::simd::vector::wide;
 use crate::volume::adjacency::Adjacency;
 use crate::volume::cubic::smallest_root;
 use crate::volume::external_forces::{self, ExternalForce};
@@ -256,7 +257,7 @@ fn turned(
     field: Turned,
 ) -> Vector3<f64> {
     let neighbors = &adjacency.neighbors[vertex];
-    let position = |side: usize| Vector3::from(points[neighbors[side] as usize].position().map(f64::from));
+    let position = |side: usize| wide(points[neighbors[side] as usize].position());
     let [x, y, z] = [0, 1, 2].map(|axis| {
         let sides = [2 * axis, 2 * axis + 1];
         let links = sides.iter().filter(|&&side| adjacency.has_neighbor(vertex, side)).count();

@@ -3,7 +3,6 @@
 use std::sync::{Arc, Weak};
 
 use crate::volume::adjacency::Adjacency;
-use crate::volume::external_forces;
 
 /// Factors by which the field fades in beside constrained vertices.
 #[derive(Clone, Debug)]
@@ -17,13 +16,17 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// Creates the ramp beside constrained vertices. It is `links` links long.
+    /// Creates the ramp beside constrained vertices. The factor is 0 at a constrained vertex, and 1 at vertices that
+    /// are `links` or more links away from all of them, with `links` > 0. In between it rises smoothly, which avoids a
+    /// crease beside a pin.
     pub(super) fn new(adjacency: &Arc<Adjacency>, constrained: Vec<u32>, links: u32) -> Self {
-        Self {
-            adjacency: Arc::downgrade(adjacency),
-            factors: external_forces::ramp(adjacency, &constrained, links),
-            constrained,
-        }
+        let factor = |distance: u32| {
+            let t = f64::from(distance.min(links)) / f64::from(links);
+            (t * t * (3.0 - 2.0 * t)) as f32
+        };
+        let distances = adjacency.distances(constrained.iter().map(|&i| i as usize));
+        let factors = distances.into_iter().map(factor).collect();
+        Self { adjacency: Arc::downgrade(adjacency), factors, constrained }
     }
 
     /// Returns the memory in bytes.

@@ -28,10 +28,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::walls::Wall;
 use crate::lattice::Lattice;
-use crate::simd::lanes::{Block, LANES, Row, load, store};
+use crate::simd::lanes::{Block, Row, load, store};
 use crate::simd::level;
 use crate::volume::adjacency::Adjacency;
-use crate::volume::blocks::Blocks;
+use crate::volume::blocks::{Blocks, place};
 
 /// Weight of the walls relative to the links.
 const STIFFNESS: f64 = 10.0;
@@ -64,26 +64,26 @@ pub(super) fn fill(
     let blocks = Blocks::new(lattice, adjacency);
     let mut field = Vec::new();
     blocks.resize(&mut field);
-    for (vector, &slot) in start.iter().zip(blocks.slots()) {
+    for (vector, &slot) in start.iter().zip(&blocks.slots) {
         add(&mut field, slot, vector.map(|x| x as f32));
     }
     let decay = |component: usize| (DECAY / thickness[component]).powi(2) as f32;
     System::new(&blocks, walls, decay, None).solve(&mut field);
     System::new(&blocks, walls, |_| 0.0, Some(&field)).solve(&mut field);
-    blocks.slots().iter().map(|&slot| get(&field, slot).into()).collect()
+    blocks.slots.iter().map(|&slot| get(&field, slot).into()).collect()
 }
 
 /// Returns the vector at a slot.
 fn get(vectors: &[Block<3>], slot: u32) -> Vector3<f32> {
-    let rows = &vectors[slot as usize / LANES];
-    Vector3::from([0, 1, 2].map(|c| rows[c][slot as usize % LANES]))
+    let (block, lane) = place(slot);
+    Vector3::from(vectors[block].map(|row| row[lane]))
 }
 
 /// Adds a vector at a slot.
 fn add(vectors: &mut [Block<3>], slot: u32, vector: Vector3<f32>) {
-    let rows = &mut vectors[slot as usize / LANES];
+    let (block, lane) = place(slot);
     for c in 0..3 {
-        rows[c][slot as usize % LANES] += vector[c];
+        vectors[block][c][lane] += vector[c];
     }
 }
 
@@ -117,7 +117,7 @@ impl<'a> System<'a> {
         let mut diagonal = vec![[Row::ZERO; 2]; blocks.len()];
         dispatch!(level(), simd => {
             for (block, rows) in diagonal.iter_mut().enumerate() {
-                let decay = f32x8::splat(simd, decay(blocks.components()[block] as usize));
+                let decay = f32x8::splat(simd, decay(blocks.components[block] as usize));
                 let weight = blocks.filled(simd, block, blocks.links(simd, block) + decay);
                 store([weight; 2], rows);
             }
@@ -125,9 +125,10 @@ impl<'a> System<'a> {
         let mut right_hand_side = vec![[Row::ZERO; 3]; blocks.len() + 1];
         let mut walls: Vec<(u32, Matrix3<f32>)> = Vec::new();
         for Wall { vertex, normal, area } in all_walls {
-            let (slot, normal) = (blocks.slots()[*vertex as usize], normal.map(|x| x as f32));
+            let (slot, normal) = (blocks.slots[*vertex as usize], normal.map(|x| x as f32));
             let weight = (STIFFNESS * area) as f32;
-            diagonal[slot as usize / LANES][1][slot as usize % LANES] += weight;
+            let (block, lane) = place(slot);
+            diagonal[block][1][lane] += weight;
             let along_normal = normal * normal.transpose();
             let (mut matrix, mut target) = (along_normal, normal);
             if let Some(near) = near {

@@ -29,7 +29,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use self::scales::{Scales, equation};
 use super::adjacency::Adjacency;
-use super::blocks::{Blocks, Chunk};
+use super::blocks::{Blocks, Chunk, place};
 use super::line::{self, Moving, value_and_slope};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
@@ -126,8 +126,8 @@ impl Regional {
         let mut this =
             Self { rest: vec![0.0; points.len()], regions: vec![[Row::ZERO; 3]; blocks.len()], blocks };
         this.vertex_losses(&executor, adjacency, points, &mut scratch);
-        let loss = |slot: u32| scratch.regions[slot as usize / LANES][0][slot as usize % LANES];
-        let rest = this.blocks.slots().iter().map(|&slot| -loss(slot)).collect();
+        let places = this.blocks.slots.iter().map(|&slot| place(slot));
+        let rest = places.map(|(block, lane)| -scratch.regions[block][0][lane]).collect();
         this.sum_regions(&executor, &mut scratch);
         let sums = scratch.regions.clone();
         this.smooth_gradients(&mut scratch, thickness);
@@ -153,7 +153,7 @@ impl Regional {
     fn smooth_gradients(&self, scratch: &mut RegionalScratch, thickness: &[f64]) {
         dispatch!(level(), simd => {
             for block in 0..self.blocks.len() {
-                let length = smoothing_length(thickness[self.blocks.components()[block] as usize]);
+                let length = smoothing_length(thickness[self.blocks.components[block] as usize]);
                 let factor = 6.0 / (27.0 * length * length);
                 let [loss, gradient]: [f32x8<_>; 2] = load(simd, &scratch.regions[block]);
                 let (row, sums) = equation(simd, [loss * -factor, gradient * factor], self.blocks.links(simd, block));
@@ -180,8 +180,9 @@ impl Regional {
         scratch.ratios.clear();
         if let Some(ratio) = ratio {
             scratch.ratios.resize(self.blocks.len(), Row::all(1.0));
-            for (vertex, &slot) in self.blocks.slots().iter().enumerate() {
-                scratch.ratios[slot as usize / LANES][slot as usize % LANES] = ratio(vertex) as f32;
+            for (vertex, &slot) in self.blocks.slots.iter().enumerate() {
+                let (block, lane) = place(slot);
+                scratch.ratios[block][lane] = ratio(vertex) as f32;
             }
         }
     }
@@ -202,7 +203,7 @@ impl Regional {
         self.sum_regions(executor, scratch);
         let RegionalScratch { regions, scales, ratios, .. } = scratch;
         let rows = self.blocks.split(regions).zip(self.blocks.split(&mut scales.block_sums));
-        executor.for_each(self.blocks.chunks().iter().zip(rows), |(chunk, (rows, sums))| {
+        executor.for_each(self.blocks.chunks.iter().zip(rows), |(chunk, (rows, sums))| {
             dispatch!(level(), simd => {
                 for (block, (row, block_sums)) in chunk.blocks.clone().zip(rows.iter_mut().zip(sums)) {
                     let ratio = ratios.get(block).map(|ratio| f32x8::load_array_ref(simd, ratio));
@@ -219,17 +220,18 @@ impl Regional {
         offsets.resize(points.len(), [0.0; 3]);
         let vertices = self.blocks.split_vertices(points).zip(self.blocks.split_vertices(offsets));
         let parts = self.blocks.split(&mut scales.values).zip(vertices);
-        executor.for_each(self.blocks.chunks().iter().zip(parts), |(chunk, (scales, (points, offsets)))| {
+        executor.for_each(self.blocks.chunks.iter().zip(parts), |(chunk, (scales, (points, offsets)))| {
             dispatch!(level(), simd => {
-                for (scales, &component) in scales.iter_mut().zip(&self.blocks.components()[chunk.blocks.clone()]) {
+                for (scales, &component) in scales.iter_mut().zip(&self.blocks.components[chunk.blocks.clone()]) {
                     let [scale] = load(simd, scales);
                     store([bounded(simd, scale, caps[component as usize] as f32)], scales);
                 }
             });
             let first = chunk.blocks.start;
-            let slots = &self.blocks.slots()[chunk.vertices.clone()];
+            let slots = &self.blocks.slots[chunk.vertices.clone()];
             for ((&slot, point), offset) in slots.iter().zip(points).zip(offsets) {
-                let scale = scales[slot as usize / LANES - first][0][slot as usize % LANES];
+                let (block, lane) = place(slot);
+                let scale = scales[block - first][0][lane];
                 *offset = point.direction().map(|v| scale * v);
                 point.advance(scale);
             }
@@ -245,18 +247,18 @@ impl Regional {
         scratch: &mut RegionalScratch,
     ) {
         let out = self.blocks.split(&mut scratch.regions);
-        executor.for_each(self.blocks.chunks().iter().zip(out), |(chunk, out)| {
+        executor.for_each(self.blocks.chunks.iter().zip(out), |(chunk, out)| {
             out.fill([Row::ZERO; 2]);
             let Chunk { blocks, vertices } = chunk;
             let neighbors = &adjacency.neighbors[vertices.clone()];
-            let (rest, slots) = (&self.rest[vertices.clone()], &self.blocks.slots()[vertices.clone()]);
+            let (rest, slots) = (&self.rest[vertices.clone()], &self.blocks.slots[vertices.clone()]);
             dispatch!(level(), simd => {
                 for ((neighbors, rest), &slot) in neighbors.iter().zip(rest).zip(slots) {
                     let [x0, x1, y0, y1, z0, z1] = line::load(simd, points, neighbors);
                     let [volume, gradient] = value_and_slope(simd, x1 - x0, y1 - y0, z1 - z0);
-                    let row = &mut out[slot as usize / LANES - blocks.start];
-                    row[0][slot as usize % LANES] = rest - volume / 8.0;
-                    row[1][slot as usize % LANES] = gradient / 8.0;
+                    let (block, lane) = place(slot);
+                    let rows = &mut out[block - blocks.start];
+                    (rows[0][lane], rows[1][lane]) = (rest - volume / 8.0, gradient / 8.0);
                 }
             });
         });
@@ -271,7 +273,7 @@ impl Regional {
             std::mem::swap(regions, previous);
             let before = &*previous;
             let out = self.blocks.split(regions);
-            executor.for_each(self.blocks.chunks().iter().zip(out), |(chunk, out)| {
+            executor.for_each(self.blocks.chunks.iter().zip(out), |(chunk, out)| {
                 dispatch!(level(), simd => {
                     for (block, out) in chunk.blocks.clone().zip(out) {
                         let mut sums: [f32x8<_>; 2] = load(simd, &before[block]);

@@ -61,7 +61,7 @@ impl Scales {
             std::mem::swap(values, previous);
             let (sums, before) = (&*sums, &*previous);
             let out = blocks.split(changes).zip(blocks.split(values));
-            executor.for_each(blocks.chunks().iter().zip(out), |(chunk, (changes, values))| {
+            executor.for_each(blocks.chunks.iter().zip(out), |(chunk, (changes, values))| {
                 dispatch!(level(), simd => {
                     for (block, (change, value)) in chunk.blocks.clone().zip(changes.iter_mut().zip(values)) {
                         let [weighted, inverse] = load(simd, &equations[block]);
@@ -69,7 +69,7 @@ impl Scales {
                         let [mut last] = load(simd, change);
                         let neighbors;
                         if iteration == 0 {
-                            let mean = mean(sums[blocks.components()[block] as usize]);
+                            let mean = mean(sums[blocks.components[block] as usize]);
                             s = blocks.filled(simd, block, f32x8::splat(simd, mean));
                             last = f32x8::splat(simd, 0.0);
                             neighbors = blocks.links(simd, block) * s;
@@ -93,7 +93,7 @@ impl Scales {
     fn sum_components(&mut self, blocks: &Blocks, components: usize) {
         self.sums.clear();
         self.sums.resize(components, [0.0; 2]);
-        for (block_sums, &component) in self.block_sums.iter().zip(blocks.components()) {
+        for (block_sums, &component) in self.block_sums.iter().zip(&blocks.components) {
             for (sum, value) in self.sums[component as usize].iter_mut().zip(block_sums) {
                 *sum += f64::from(*value);
             }
