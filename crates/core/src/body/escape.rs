@@ -9,8 +9,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
-use super::leaving::Leaving;
-use super::parts::{ContactData, Pipeline, Shape};
+use super::parts::{ContactData, Leaving, Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{BodyPoints, Colliders, PosedShape};

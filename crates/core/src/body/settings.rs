@@ -82,7 +82,7 @@ impl Body {
 
     /// Returns the lattice vertices that pins and handles constrained in the last step.
     pub(crate) fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
-        let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        let constrained = Constraints::constrained_by(self.constraints.as_ref());
         (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
     }
 

@@ -1,7 +1,6 @@
 //! The body and its parts.
 
-use super::fracture_stage::Breaking;
-use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
+use super::parts::{Breaking, ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
 use crate::dynamics::{Constraints, Forces, Inflation, KeyedMaterial, Material, RigidBody, StiffnessFactors};
 use crate::error::Error;

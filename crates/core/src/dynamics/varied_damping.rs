@@ -104,7 +104,7 @@ impl VariedDamping {
         }
         tracker.set_masses(slots, slots.iter().map(|&slot| weights.get(slot)[0]));
         let task_blocks = matching.cascade.task_blocks();
-        tracker.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        tracker.measure_fields(executor, task_blocks, weights, &state.positions, &state.velocities);
     }
 
     /// Returns sᵢ of each vertex.

@@ -34,7 +34,7 @@ pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use pressing::{Deflection, Pressing, PressingContact};
-pub(crate) use rest::{Rest, RestSigns, Stay};
+pub(crate) use rest::{Rest, Stay};
 pub(crate) use rigid::{RigidMobility, RigidPose, Twist};
 pub(crate) use supports::{Support, SupportingContact, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, TouchedPoint, Touches};
@@ -179,14 +179,9 @@ impl State {
         self.touches.searched_motion((&self.positions, self.frame.shift), occupied, limit, is_relative)
     }
 
-    /// Wakes the body up. It has to be at rest again before it sleeps.
-    pub(crate) fn wake(&mut self) {
-        self.rest.wake();
-    }
-
-    /// Adds a step of `dt` seconds to the time of rest. `occupied` has the bit mask of the lanes with a vertex of
-    /// each block.
-    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], RestSigns { is_slow, stay }: RestSigns) {
+    /// Adds a step of `dt` seconds to the time of rest. `is_slow`: whether all vertices were slow, or stayed where other
+    /// bodies were searched. `occupied` has the bit mask of the lanes with a vertex of each block.
+    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], is_slow: bool, stay: Stay) {
         self.rest.add(dt, is_slow);
         match stay {
             Stay::Impossible => self.rest.leave(),

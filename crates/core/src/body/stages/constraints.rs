@@ -142,11 +142,9 @@ impl Body {
 
     /// Replaces all pins and handles.
     pub(in crate::body) fn replace_constraints(&mut self, constraints: Option<Constraints>) {
-        let constrained = |constraints: &Option<Constraints>| {
-            constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
-        };
         let before = std::mem::replace(&mut self.constraints, constraints);
-        if constrained(&before) != constrained(&self.constraints) {
+        let constrained = Constraints::constrained_by(self.constraints.as_ref());
+        if constrained != Constraints::constrained_by(before.as_ref()) {
             self.track_constraints();
         }
     }
@@ -154,16 +152,8 @@ impl Body {
     /// Updates which components have constrained vertices. The momenta of such components are not conserved.
     pub(in crate::body) fn track_constraints(&mut self) {
         let Self { pipeline: Pipeline { matching, momentum, .. }, constraints, state, .. } = self;
-        match constraints {
-            Some(constraints) => {
-                momentum.set_constrained(
-                    matching.layout.slots(),
-                    constraints.constrained(),
-                    &mut state.momenta,
-                );
-            }
-            None => momentum.clear_constrained(),
-        }
+        let constrained = Constraints::constrained_by(constraints.as_ref());
+        momentum.set_constrained(matching.layout.slots(), constrained, &mut state.momenta);
         self.update_fit_masses();
     }
 
@@ -180,7 +170,7 @@ impl Body {
             constraints,
             ..
         } = self;
-        let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        let constrained = Constraints::constrained_by(constraints.as_ref());
         let factors = matching.regions.constraint_factors(&matching.layout, constrained);
         let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
         let slots = matching.layout.slots().iter();
@@ -197,11 +187,8 @@ impl Body {
     /// Moves constrained vertices to the targets of their pins and handles.
     pub(in crate::body) fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
-            constraints.apply(
-                context.interval,
-                &mut self.state.body_state(),
-                self.pipeline.matching.layout.slots(),
-            );
+            let slots = self.pipeline.matching.layout.slots();
+            constraints.apply(context.interval, &mut self.state.body_state(), slots);
         }
     }
 }

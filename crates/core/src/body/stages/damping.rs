@@ -1,5 +1,6 @@
 //! Region damping, and the damping of the elastic modes.
 
+use super::matching::fitted_state;
 use super::stage::{BodyStep, Stage};
 use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings, Shape};
@@ -7,7 +8,7 @@ use crate::body::soft_body::Body;
 use crate::dynamics::{
     Damping, ElasticDamper, MovingRegions, Quantity, RegionDamper, RegionDamping, VariedDamping,
 };
-use crate::matching::{Purpose, RegionFit, Shapes};
+use crate::matching::Purpose;
 use crate::parallel::Executor;
 
 /// Moves the velocities towards the mean rigid velocity of the regions.
@@ -97,12 +98,7 @@ impl Body {
         };
         let workspace = shared.as_deref_mut().unwrap_or(workspace);
         if !state.fitted {
-            let fitted = RegionFit {
-                positions: &state.positions,
-                rotations: &mut state.rotations,
-                shapes: Shapes::of(state.strains.as_ref()),
-            };
-            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
+            matching.fit(workspace, executor, fitted_state(state), None, Purpose::Regions);
         }
         let fraction = material.region_damping_fraction(context.interval.dt) as f32;
         let moving = MovingRegions {
@@ -125,10 +121,9 @@ impl Body {
         else {
             return;
         };
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         // Only region damping changes the velocities since the start of the step.
         if !momentum.is_measured || region_damping.is_some() {
-            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+            momentum.measure((matching, state), executor);
         }
         damping.begin(constraints.as_ref(), (matching, state), momentum, (rates, executor));
     }

@@ -59,21 +59,20 @@ impl Body {
         if !is_free || state.momenta.contains(&None) {
             state.energy_limit = None;
         }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        let (needs_rebase, invalidated) =
-            (state.needs_rebase(slots[0], weights), momentum.any_invalidated(&state.momenta));
+        let needs_rebase = state.needs_rebase(slots[0], &matching.regions.weights);
+        let invalidated = momentum.any_invalidated(&state.momenta);
         momentum.is_measured = false;
         if !needs_rebase && !invalidated {
             return;
         }
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        momentum.measure((matching, state), executor);
         momentum.is_measured = !needs_rebase;
         if needs_rebase {
             state.rebase(slots, momentum.center());
         }
         if invalidated && is_free {
             state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
-            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+            momentum.measure((matching, state), executor);
         }
         momentum.store_measured(&mut state.momenta);
     }

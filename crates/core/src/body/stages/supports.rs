@@ -81,8 +81,7 @@ impl Body {
             damping.clear_supports();
             return;
         }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        momentum.measure((matching, state), executor);
         momentum.is_measured = false;
         let step = DampingStep { rates, size, layers, rolling_resistance, friction };
         damping.begin_supports(constraints.as_ref(), (matching, state), momentum, (step, executor));
