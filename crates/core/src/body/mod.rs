@@ -17,7 +17,7 @@
 //! | `select` | the vertices of a selection |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `builder`, `builder_contact`, `build` | the settings of a new body; builds it |
-//! | `rigid` | rigid bodies: settings, step and contacts |
+//! | `rigid` | rigid bodies: step and contacts |
 //! | `rigid_values` | the mass and the motion of a rigid body, as users set and read them |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |

@@ -1,4 +1,4 @@
-//! Rigid bodies: their settings, their step, and their contacts.
+//! Rigid bodies: their step, and their contacts.
 //!
 //! A rigid body has the lattice of a soft body, which gives the geometry of its contacts and displays its mesh. One stage
 //! takes the place of damping, shape matching and integration: it advances the pose (`dynamics::rigid`) and writes the
@@ -11,44 +11,11 @@ use super::parts::{ContactData, Pipeline, Shape};
 use super::soft_body::Body;
 use crate::contact::RigidMover;
 use crate::dynamics::{
-    Constraint, Constraints, Elasticity, HeldVertex, Material, RegionSize, RigidBody, RigidError, RigidMass,
-    Stiffness, rolling_resistance,
+    Constraint, Constraints, HeldVertex, RigidBody, RigidError, RigidMass, rolling_resistance,
 };
-use crate::matching::HalfWidth;
 use crate::parallel::Executor;
 use crate::simd::vector::wide;
 use crate::state::{BodyFrame, BodyState, Interval, RigidMobility, RigidPose, State, Twist};
-use crate::volume::{Preservation, VolumeOptions};
-
-/// Checks that the settings of a rigid body are those of a body that does not deform. Returns its material and its volume
-/// correction.
-pub(super) fn rigid_settings(
-    material: &Material,
-    volume: VolumeOptions,
-) -> Result<(Material, VolumeOptions), RigidError> {
-    let default = Material::default();
-    let elasticity = match material.elasticity {
-        Elasticity::Preset(_) => "material",
-        Elasticity::YoungsModulus(_) => "youngs_modulus",
-        Elasticity::Regions { .. } => "half_width or stiffness",
-    };
-    let given = [
-        (elasticity, material.elasticity != default.elasticity),
-        ("poisson_ratio", material.poisson_ratio.is_some()),
-        ("accuracy", material.accuracy != default.accuracy),
-        ("damping_ratio or damping_rate", material.damping.is_some()),
-        ("region_damping", material.region_damping != default.region_damping),
-        ("plastic", material.plastic.is_some()),
-        ("volume", matches!(volume.measure, Preservation::By(_))),
-    ];
-    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(RigidError::Setting { key });
-    }
-    // Of the regions, only the layout is used.
-    let (size, stiffness) = (RegionSize::Cells(HalfWidth::whole(1)), Stiffness::PerStep(1.0));
-    let material = Material { elasticity: Elasticity::Regions { size, stiffness }, ..*material };
-    Ok((material, VolumeOptions { measure: Preservation::Off, ..volume }))
-}
 
 impl Body {
     /// Returns whether the body is rigid.

@@ -47,16 +47,16 @@ impl DampingRates {
 pub(crate) struct VariedDamping {
     /// Factor of the rate of each lattice vertex.
     factors: Vec<f64>,
-    greatest: f64,
-    least: f64,
+    pub(super) greatest: f64,
+    pub(super) least: f64,
     /// The rates that the shares are computed for.
     rates: Option<DampingRates>,
     /// sᵢ of each vertex. Zero in lanes without a vertex.
-    shares: Lanes<1>,
+    pub(super) shares: Lanes<1>,
     /// m sᵢ of each vertex in the first row.
     weights: Lanes<2>,
     /// Measures the motion of the masses m sᵢ.
-    tracker: MomentumTracker,
+    pub(super) tracker: MomentumTracker,
 }
 
 impl VariedDamping {
@@ -72,16 +72,6 @@ impl VariedDamping {
             weights: Lanes::zeros(layout.blocks()),
             tracker: MomentumTracker::new(lattice, masses, layout, cascade.tasks()),
         }
-    }
-
-    /// Returns the greatest factor.
-    pub(crate) fn greatest(&self) -> f64 {
-        self.greatest
-    }
-
-    /// Returns the least factor.
-    pub(crate) fn least(&self) -> f64 {
-        self.least
     }
 
     /// Measures the motion of the masses m sᵢ for the rates of a step.
@@ -105,16 +95,6 @@ impl VariedDamping {
         tracker.set_masses(slots, slots.iter().map(|&slot| weights.get(slot)[0]));
         let task_blocks = matching.cascade.task_blocks();
         tracker.measure_fields(executor, task_blocks, weights, &state.positions, &state.velocities);
-    }
-
-    /// Returns sᵢ of each vertex.
-    pub(crate) fn shares(&self) -> &Lanes<1> {
-        &self.shares
-    }
-
-    /// Returns the last measurement of the motion of the masses m sᵢ.
-    pub(crate) fn tracker(&self) -> &MomentumTracker {
-        &self.tracker
     }
 
     /// Returns the memory in bytes.
