@@ -29,14 +29,14 @@ use nalgebra::{Vector3, Vector6};
 use super::constrained::ConstrainedVertices;
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
-use super::momentum::{Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity};
+use super::momentum::{Mobility, MomentumTracker, Projection, RigidState, RigidVelocity};
 use super::reaction::{DampingStep, Reaction, SupportConditions};
 use super::rolling::resistance;
 use super::varied_damping::{DampingRates, VariedDamping};
 use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
-use crate::state::{Momentum, State, Support};
+use crate::state::{Momentum, State, Support, Twist};
 
 /// The elastic-damping stage.
 #[derive(Clone, Debug, Default)]
@@ -62,10 +62,10 @@ pub(crate) struct ElasticDamper {
 #[derive(Clone, Debug)]
 struct SupportedMotion {
     /// Rigid motion with the momenta of the component.
-    motion: RigidMotion,
+    motion: Twist,
     /// The rigid motion without and with the supports.
-    free: RigidMotion,
-    reference: RigidMotion,
+    free: Twist,
+    reference: Twist,
     /// Whether the component has constrained vertices.
     is_held: bool,
     /// Impulse of other bodies in the step, by the coupling.
@@ -73,7 +73,7 @@ struct SupportedMotion {
     /// Change of the linear momentum in the step.
     given: Vector3<f64>,
     /// The change of the rigid motion in a step by rolling resistance.
-    rolling: RigidMotion,
+    rolling: Twist,
     projection: Projection,
 }
 
@@ -175,11 +175,11 @@ impl ElasticDamper {
             let free = match self.constrained.of_component(component) {
                 None => motion,
                 Some(vertices) => {
-                    let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+                    let mobility = Mobility::of_body(rigid.mass, &rigid.inertia);
                     projection_of(&mobility, motion, rigid.center, Some(&vertices)).motion()
                 }
             };
-            self.damped.rigid.push((free * (1.0 - keep)).about_origin(rigid.center));
+            self.damped.rigid.push(RigidVelocity::of(free * (1.0 - keep), rigid.center));
         }
     }
 
@@ -236,7 +236,7 @@ impl ElasticDamper {
             if let Some(tracked) = tracked {
                 tracked.add(rigid.momentum_about(body.center, change));
             }
-            added.push(change.about_origin(rigid.center));
+            added.push(RigidVelocity::of(change, rigid.center));
         }
         let adds = added.iter().any(|velocity| *velocity != RigidVelocity::default());
         adds.then_some((added, varied.as_ref().map(|varied| &varied.shares)))
@@ -253,7 +253,7 @@ impl ElasticDamper {
         let (frame, measured) = (state.frame, &self.states(momentum)[side.1 as usize]);
         let SupportedMotion { motion, reference, projection, .. } = self.motions.get(side.1 as usize)?;
         let cell_size = frame.cell_size();
-        let world = |motion: &RigidMotion| RigidMotion {
+        let world = |motion: &Twist| Twist {
             linear: (motion.linear + frame.velocity()) * cell_size,
             angular: motion.angular,
         };
@@ -280,11 +280,11 @@ impl ElasticDamper {
         momentum: &MomentumTracker,
         (cell_mass, cell_size): (f64, f64),
     ) {
-        let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
+        let Twist { linear, angular } = Twist::from_components(&component.change);
         let index = component.side.1;
         let mass = self.states(momentum)[index as usize].mass;
         let moved = &mut self.motions[index as usize];
-        moved.reference = moved.reference + RigidMotion { linear: linear / cell_size, angular };
+        moved.reference = moved.reference + Twist { linear: linear / cell_size, angular };
         moved.coupled = component.impulse / (cell_mass * cell_size);
         if moved.is_held {
             return;
@@ -310,9 +310,9 @@ impl ElasticDamper {
         let vertices = self.constrained.of_component(component);
         let Self { conditions, reactions, fraction, .. } = self;
         let motion = rigid.motion(rigid.momentum);
-        let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+        let mobility = Mobility::of_body(rigid.mass, &rigid.inertia);
         let project = |motion| projection_of(&mobility, motion, rigid.center, vertices.as_ref());
-        let mut rolling = RigidMotion::ZERO;
+        let mut rolling = Twist::default();
         let projection = project(motion);
         let free = projection.motion();
         let moved = |reference, rolling, projection| SupportedMotion {
@@ -343,7 +343,7 @@ impl ElasticDamper {
         let projection = conditions.project(
             *fraction,
             motion.components(),
-            |motion| project(RigidMotion::from_components(&motion)),
+            |motion| project(Twist::from_components(&motion)),
             |row| mobility.free_change(row),
         );
         let mut reference = projection.motion();
@@ -357,7 +357,7 @@ impl ElasticDamper {
             let own = conditions.list().iter().filter(|condition| condition.support == index);
             let sum: Vector6<f64> =
                 own.map(|condition| condition.row * (condition.impulse * *fraction)).sum();
-            let impulse = RigidMotion::from_components(&sum).linear;
+            let impulse = Twist::from_components(&sum).linear;
             let (point, pressure) = (pressing.point.into(), pressing.impulse);
             reactions.push(Reaction { component, collider, impulse, point, pressure });
         }
@@ -368,7 +368,7 @@ impl ElasticDamper {
 /// Returns the projection of a motion of a component about its center of mass on the motion of its constrained vertices.
 fn projection_of(
     mobility: &Mobility,
-    motion: RigidMotion,
+    motion: Twist,
     center: Vector3<f64>,
     vertices: Option<&RigidState>,
 ) -> Projection {

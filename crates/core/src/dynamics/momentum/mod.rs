@@ -15,7 +15,7 @@ mod sums;
 
 pub(crate) use components::Components;
 pub(super) use projection::{Mobility, Projection, SOFTNESS};
-pub(super) use rigid::{RigidMotion, RigidVelocity, stack};
+pub(super) use rigid::RigidVelocity;
 pub(super) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;

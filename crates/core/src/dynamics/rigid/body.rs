@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use super::holds::{Freedom, HeldVertex, Joint, motion_of};
 use super::mass::RigidMass;
 use super::rotation::rotated;
-use crate::dynamics::momentum::{Mobility, Projection, RigidMotion};
+use crate::dynamics::momentum::{Mobility, Projection};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row, load, store};
 use crate::simd::level;
@@ -105,9 +105,9 @@ impl RigidBody {
     /// Sets the motion to the one nearest to the velocities of all vertices.
     pub(crate) fn fit_motion(&self, pose: &mut RigidPose, vertices: &[HeldVertex]) {
         let state = motion_of(vertices, |vertex| (vertex.target, vertex.velocity));
-        let RigidMotion { linear, angular } = state.motion(state.momentum);
-        let linear = linear + angular.cross(&(pose.center() - state.center));
-        self.set_motion(pose, Twist { linear, angular });
+        let motion = state.motion(state.momentum);
+        let linear = motion.velocity_at(&(pose.center() - state.center));
+        self.set_motion(pose, Twist { linear, ..motion });
     }
 
     /// Returns the rest position of a vertex from the center of mass.
@@ -188,8 +188,8 @@ impl RigidBody {
         let motion = match joint.freedom {
             Freedom::Fixed => {
                 let targets = motion_of(&self.held, |vertex| (vertex.target, vertex.velocity));
-                let RigidMotion { linear, angular } = targets.motion(targets.momentum);
-                Twist { linear: linear + angular.cross(&(pose.center() - targets.center)), angular }
+                let motion = targets.motion(targets.momentum);
+                Twist { linear: motion.velocity_at(&(pose.center() - targets.center)), ..motion }
             }
             _ => {
                 let linear = joint.velocity + omega.cross(&(pose.center() - joint.target));
@@ -214,7 +214,7 @@ impl RigidBody {
     /// Returns the projection of the motion on motions that move the held vertices to their targets in `dt` seconds.
     fn held_projection(&self, pose: &RigidPose, dt: f64) -> Projection {
         let mobility = Mobility::of_body(self.mass.mass, &self.inertia_at(&pose.rotation()));
-        let motion = RigidMotion { linear: pose.velocity(), angular: self.angular_velocity(pose) };
+        let motion = Twist { linear: pose.velocity(), angular: self.angular_velocity(pose) };
         let mut projection = Projection::new(mobility, motion, pose.center());
         let place = |vertex: &HeldVertex| pose.center() + pose.rotation() * vertex.offset;
         projection.fix_vertices(&motion_of(&self.held, |vertex| {
