@@ -8,9 +8,9 @@ use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::{Constraints, RegionDamper};
 use crate::error::StateError;
-use crate::parallel::Executor;
 
-/// Pins and handles that become active capture the positions of their vertices.
+/// Activates and deactivates pins and handles according to their time windows. Those that become active capture the positions
+/// of their vertices.
 pub(super) struct BeginConstraints;
 
 impl Stage for BeginConstraints {
@@ -27,7 +27,14 @@ impl Stage for BeginConstraints {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.begin_constraints(step.context, step.executor);
+        let Body { pipeline: Pipeline { matching, .. }, constraints: Some(constraints), state, .. } = body
+        else {
+            return;
+        };
+        let vertices = (&state.body_state(), matching.layout.slots());
+        if constraints.begin(step.context.interval, vertices, step.executor) {
+            body.track_constraints();
+        }
     }
 
     fn describe(&self, _body: &Body) -> (String, usize) {
@@ -128,18 +135,6 @@ impl Stage for ApplyConstraints {
 }
 
 impl Body {
-    /// Activates and deactivates pins and handles according to their time windows.
-    fn begin_constraints(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { pipeline: Pipeline { matching, .. }, constraints: Some(constraints), state, .. } = self
-        else {
-            return;
-        };
-        let state_slots = (&state.body_state(), matching.layout.slots());
-        if constraints.begin(context.interval, state_slots, executor) {
-            self.track_constraints();
-        }
-    }
-
     /// Replaces all pins and handles.
     pub(in crate::body) fn replace_constraints(&mut self, constraints: Option<Constraints>) {
         let before = std::mem::replace(&mut self.constraints, constraints);
