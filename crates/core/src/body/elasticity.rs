@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
+use crate::contact::Colliders;
 use crate::dynamics::{
     Accuracy, Damping, DampingRates, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper,
     RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue, vertex_moments,
@@ -49,6 +50,13 @@ pub struct Softened {
 }
 
 impl Body {
+    /// Prepares the body for a simulation with these colliders, this greatest gravity and this step length.
+    pub(crate) fn join(&mut self, colliders: &Colliders, gravity: f64, dt: f64) {
+        self.update_contact_stage(colliders);
+        self.search_escapes();
+        self.fix_elasticity(gravity, dt);
+    }
+
     /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
     /// the elasticity of regions, it has no effect.

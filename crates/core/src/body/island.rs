@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::context::StepContext;
 use super::parts::{ContactData, Pipeline, Shape};
-use super::rigid::MovedBody;
 use super::soft_body::Body;
 use crate::contact::bodies::{BodyContactPart, Island, MomentumChange};
 use crate::dynamics::add_rigid;
@@ -56,19 +55,9 @@ impl Body {
     fn finish_island_rigidly(&mut self, context: &StepContext, (island, member): (&Island, usize)) {
         let dt = context.interval.dt;
         let cell_size = self.shape.lattice.cell_size();
-        let Self {
-            contact: ContactData { contacts, .. },
-            pipeline: Pipeline { matching, .. },
-            rigid: Some(rigid),
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
+        let Some((mut body, contacts)) = self.moved_in_contact() else { return };
         let (impulse, push) = island.rigid_motion(member);
         let touches_colliders = contacts.as_ref().is_some_and(|contacts| !contacts.pressures().is_empty());
-        let mut body = MovedBody { rigid, state, occupied: matching.layout.occupied() };
         body.change(|rigid, pose| {
             rigid.apply_impulse(pose, impulse, dt);
             rigid.displace(pose, push);

@@ -7,9 +7,9 @@
 use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
-use super::parts::{ContactData, Pipeline, Shape};
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
-use crate::contact::RigidMover;
+use crate::contact::{Contacts, RigidMover};
 use crate::dynamics::{
     Constraint, Constraints, HeldVertex, RigidBody, RigidError, RigidMass, rolling_resistance,
 };
@@ -42,11 +42,16 @@ impl Body {
         self.write_pose();
     }
 
-    /// Returns the parts that contacts and pushes move; `None` if the body is not rigid.
-    fn moved(&mut self) -> Option<MovedBody<'_>> {
-        let Self { pipeline: Pipeline { matching, .. }, rigid, state, .. } = self;
+    /// Returns the parts that contacts and pushes move, and the contacts with colliders; `None` if the body is not rigid.
+    pub(super) fn moved_in_contact(&mut self) -> Option<(MovedBody<'_>, Option<&mut Contacts>)> {
+        let Self { pipeline: Pipeline { matching, .. }, contact, rigid, state, .. } = self;
         let rigid = rigid.as_deref_mut()?;
-        Some(MovedBody { rigid, state, occupied: matching.layout.occupied() })
+        let moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
+        Some((moved, contact.contacts.as_mut()))
+    }
+
+    fn moved(&mut self) -> Option<MovedBody<'_>> {
+        self.moved_in_contact().map(|(moved, _)| moved)
     }
 
     /// Writes the lattice vertices of a rigid body, whose pose was set.
@@ -187,18 +192,9 @@ impl Body {
 
     /// Applies the contacts with colliders of a rigid body that touches no other body.
     pub(super) fn finish_alone_rigidly(&mut self, context: &StepContext) {
-        let Self {
-            contact: ContactData { contacts: Some(contacts), .. },
-            pipeline: Pipeline { matching, .. },
-            rigid: Some(rigid),
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let mut moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
-        contacts.finish_alone_rigidly(&mut moved, context.colliders, context.interval);
+        if let Some((mut moved, Some(contacts))) = self.moved_in_contact() {
+            contacts.finish_alone_rigidly(&mut moved, context.colliders, context.interval);
+        }
     }
 
     /// Applies the rolling resistance of the supports.
@@ -297,9 +293,9 @@ fn held_vertices<'a>(
 
 /// The parts of a rigid body that contacts move.
 pub(super) struct MovedBody<'a> {
-    pub(super) rigid: &'a mut RigidBody,
-    pub(super) state: &'a mut State,
-    pub(super) occupied: &'a [u8],
+    rigid: &'a mut RigidBody,
+    state: &'a mut State,
+    occupied: &'a [u8],
 }
 
 impl MovedBody<'_> {

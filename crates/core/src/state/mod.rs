@@ -205,15 +205,12 @@ impl State {
 
     /// Returns the position of a slot, in cells from the body's origin.
     pub(crate) fn local(&self, slot: u32) -> Vector3<f64> {
-        let (high, low) = (self.positions.get(slot), self.compensation.get(slot));
-        Vector3::from_fn(|c, _| f64::from(high[c]) + f64::from(low[c]))
+        frame::position_of(&self.positions, &self.compensation, slot)
     }
 
     /// Sets the position of a slot, in cells from the body's origin.
     pub(crate) fn set_local(&mut self, slot: u32, local: Vector3<f64>) {
-        let high: [f32; 3] = local.map(|x| x as f32).into();
-        self.positions.set(slot, high);
-        self.compensation.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
+        frame::set_position_of(&mut self.positions, Some(&mut self.compensation), slot, local);
     }
 
     /// Sets the positions of all vertices from the world positions `world`. Moves the origin near the mean
