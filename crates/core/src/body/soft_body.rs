@@ -121,7 +121,7 @@ impl Body {
     }
 
     /// Returns the mass of a full cell.
-    pub(crate) fn cell_mass(&self) -> f64 {
+    pub(super) fn cell_mass(&self) -> f64 {
         self.settings.material.density * self.shape.lattice.cell_size().powi(3)
     }
 

@@ -75,7 +75,7 @@ impl VariedDamping {
     }
 
     /// Measures the motion of the masses m sᵢ for the rates of a step.
-    pub(crate) fn measure(
+    pub(super) fn measure(
         &mut self,
         rates: DampingRates,
         (matching, state): (&Matching, &State),
@@ -98,7 +98,7 @@ impl VariedDamping {
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let lanes = self.shares.bytes() + self.weights.bytes();
         size_of_val(self.factors.as_slice()) + lanes + self.tracker.bytes()
     }

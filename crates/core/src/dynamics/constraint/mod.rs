@@ -147,7 +147,7 @@ impl Constraint {
     }
 
     /// Returns whether the constraint prescribed the position of a vertex in the last step.
-    pub(crate) fn holds(&self, vertex: u32) -> bool {
+    pub(in crate::dynamics) fn holds(&self, vertex: u32) -> bool {
         self.vertices.binary_search(&vertex).is_ok_and(|place| self.holds_place(place))
     }
 

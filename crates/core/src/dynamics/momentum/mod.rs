@@ -190,7 +190,7 @@ impl MomentumTracker {
     }
 
     /// Scales the measured momenta by `scale`, after all velocities were scaled by `scale`.
-    pub(crate) fn scale(&mut self, scale: f64) {
+    pub(in crate::dynamics) fn scale(&mut self, scale: f64) {
         for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
             momentum.linear = momentum.linear.map(|p| p * scale);
             momentum.angular = momentum.angular.map(|l| l * scale);
