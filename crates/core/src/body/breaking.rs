@@ -9,12 +9,11 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::context::StepContext;
-use super::fracture_stage::Breaking;
-use super::parts::{Pipeline, Settings, Shape};
+use super::parts::{Breaking, Pipeline, Settings, Shape};
 use super::soft_body::Body;
 use super::transfer::{Parents, transfer};
 use crate::contact::Parts;
-use crate::dynamics::{Quantity, StiffnessFactors};
+use crate::dynamics::{Constraints, Quantity, StiffnessFactors};
 use crate::error::Error;
 use crate::fracture::{CrackPlane, Cracks, Deformation, Fracture, FractureOptions};
 use crate::lattice::{Lattice, Masses, cell_shares, dense_shares, masses_of_shares};
@@ -82,6 +81,7 @@ impl Body {
             shares,
             whole: self.mesh().cloned(),
             whole_masses: self.shape.masses.clone(),
+            weakest: (0.0, 1.0),
             has_gradients: false,
             is_due: false,
             has_new_pieces: false,
@@ -217,7 +217,6 @@ impl Body {
     pub(super) fn find_breaking(&mut self, context: &StepContext, executor: &Executor) {
         let modulus = self.modulus_in_force(context.interval.dt);
         let half_width = self.half_width();
-        let weakest = self.weakest(context.interval.dt);
         let is_one_task = self.is_one_task();
         let Self {
             pipeline: Pipeline { matching, workspace, .. },
@@ -235,12 +234,12 @@ impl Body {
         if !breaking.has_gradients && breaking.fracture.needs_gradients() {
             let mut shared = is_one_task.then(|| context.workspaces.lock(executor));
             let workspace = shared.as_deref_mut().unwrap_or(workspace);
-            if let Some(gradients) = breaking.fracture.gradients(weakest, true) {
+            if let Some(gradients) = breaking.fracture.gradients(breaking.weakest, true) {
                 matching.measure(workspace, executor, &state.positions, gradients);
             }
         }
         if let Some(strains) = &state.strains
-            && let Some(gradients) = breaking.fracture.gradients(weakest, true)
+            && let Some(gradients) = breaking.fracture.gradients(breaking.weakest, true)
         {
             gradients.take_elastic_parts(strains, executor, matching.cascade.task_blocks());
         }
@@ -254,7 +253,7 @@ impl Body {
             modulus,
             factors: factors.as_ref().map(|factor| factor as &dyn Fn(u32) -> f64),
             strengths: strengths.as_ref().map(|strength| strength as &dyn Fn(u32) -> f64),
-            held: constraints.as_ref().map_or(&[], |constraints| constraints.constrained()),
+            held: Constraints::constrained_by(constraints.as_ref()),
         };
         breaking.is_due = breaking.fracture.find_breaking(&deformation);
     }

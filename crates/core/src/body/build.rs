@@ -6,18 +6,18 @@ use super::builder::{BodyBuilder, Model};
 use super::elasticity::{extent, initial_half_width, longest_side, size_of, slenderness_of};
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
-use super::rigid::rigid_settings;
 use super::rigid_values::MassProperties;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
-use crate::dynamics::{PartFactors, RigidError};
+use crate::dynamics::{Elasticity, Material, PartFactors, RegionSize, RigidError, Stiffness};
 use crate::error::Error;
 use crate::fracture::FractureOptions;
-use crate::lattice::{Embedding, Lattice, LatticeError, Masses, Resolution, cell_shares};
-use crate::mesh::{RefinedMesh, Scale};
-use crate::skin::{Skin, SkinKind};
+use crate::lattice::{Embedding, Lattice, LatticeError, LatticeOptions, Masses, Resolution, cell_shares};
+use crate::matching::HalfWidth;
+use crate::mesh::{Refine, RefinedMesh, Scale};
+use crate::skin::SkinKind;
 use crate::state::State;
-use crate::volume::Correction;
+use crate::volume::{Correction, Preservation, VolumeOptions};
 
 impl BodyBuilder {
     /// Builds the body.
@@ -36,52 +36,18 @@ impl BodyBuilder {
     ///
     /// As [`BodyBuilder::build`].
     pub fn build_refined(mut self) -> Result<(Body, Option<RefinedMesh>), Error> {
-        self.material.validate()?;
-        self.keyed.validate()?;
-        let (material, volume) = match self.rigid {
-            true => rigid_settings(&self.material, self.volume)?,
-            false => (self.material, self.volume),
-        };
-        self.check_rigid()?;
-        self.mass_properties.iter().try_for_each(MassProperties::validate)?;
-        let mut options = self.options;
+        let (material, volume) = self.checked()?;
         if self.rigid && !self.has_resolution {
-            options.resolution = Resolution::Vertices(Self::RIGID_VERTICES);
+            self.options.resolution = Resolution::Vertices(Self::RIGID_VERTICES);
         }
-        self.placement.validate()?;
-        self.touching.validate()?;
-        self.fracture.iter().try_for_each(FractureOptions::validate)?;
-        let mut refined = None;
-        let (lattice, surface) = match self.shape {
-            Model::Lattice(lattice) if !lattice.broken_joints().is_empty() => {
-                return Err(LatticeError::Broken.into());
-            }
-            Model::Lattice(lattice) => {
-                let Scale::Uniform(factor) = self.scale else {
-                    return Err(LatticeError::Scale(self.scale).into());
-                };
-                (if factor == 1.0 { *lattice } else { lattice.scaled(factor)? }, None)
-            }
-            Model::Mesh(mesh) => {
-                let mesh = mesh.scaled(self.scale)?;
-                let lattice = Lattice::from_mesh(&mesh, &options)?;
-                refined = self.refine.apply(&mesh, lattice.cell_size())?;
-                if let Some(refined) = &refined {
-                    let zones = self.zones.iter_mut().map(|zone| &mut zone.selection);
-                    let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
-                    let handles = self.handles.iter_mut().map(|handle| &mut handle.selection);
-                    let all = zones.chain(pins).chain(handles);
-                    all.for_each(|selection| selection.refine(refined));
-                }
-                let mesh = refined.as_ref().map_or(mesh, |refined| refined.mesh.clone());
-                let embedding = Embedding::new(&lattice, mesh.vertices());
-                let embedding = match self.skin {
-                    SkinKind::Linear => embedding,
-                    SkinKind::Smooth => embedding.smoothed(&lattice),
-                };
-                (lattice, Some(Surface { mesh, embedding, skin: Skin::default(), pieces: None }))
-            }
-        };
+        let (lattice, surface, refined) =
+            self.shape.build(self.scale, &self.options, (self.refine, self.skin))?;
+        if let Some(refined) = &refined {
+            let zones = self.zones.iter_mut().map(|zone| &mut zone.selection);
+            let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
+            let handles = self.handles.iter_mut().map(|handle| &mut handle.selection);
+            zones.chain(pins).chain(handles).for_each(|selection| selection.refine(refined));
+        }
         self.touching.check_size(longest_side(&lattice, surface.as_ref()))?;
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
         check_cell_mass(&material, &lattice)?;
@@ -124,12 +90,7 @@ impl BodyBuilder {
             },
             state,
             pipeline,
-            contact: ContactData {
-                contacts: None,
-                body_contact: None,
-                colliders_resist_rolling: false,
-                leaving: Vec::new(),
-            },
+            contact: ContactData::default(),
             constraints: None,
             forces: None,
             inflation: None,
@@ -156,6 +117,22 @@ impl BodyBuilder {
         Ok((body, refined))
     }
 
+    /// Checks the settings without the lattice. Returns the material and the volume correction of the body.
+    fn checked(&self) -> Result<(Material, VolumeOptions), Error> {
+        self.material.validate()?;
+        self.keyed.validate()?;
+        let checked = match self.rigid {
+            true => rigid_settings(&self.material, self.volume)?,
+            false => (self.material, self.volume),
+        };
+        self.check_rigid()?;
+        self.mass_properties.iter().try_for_each(MassProperties::validate)?;
+        self.placement.validate()?;
+        self.touching.validate()?;
+        self.fracture.iter().try_for_each(FractureOptions::validate)?;
+        Ok(checked)
+    }
+
     /// Checks that a rigid body has no settings of bodies that deform, beside those of its material.
     fn check_rigid(&self) -> Result<(), RigidError> {
         if self.mass_properties.is_some() && !self.rigid {
@@ -172,4 +149,62 @@ impl BodyBuilder {
             None => Ok(()),
         }
     }
+}
+
+impl Model {
+    /// Builds the lattice, and of a mesh the surface, which is that of the refined mesh if there is one.
+    fn build(
+        self,
+        scale: Scale,
+        options: &LatticeOptions,
+        (refine, skin): (Refine, SkinKind),
+    ) -> Result<(Lattice, Option<Surface>, Option<RefinedMesh>), Error> {
+        match self {
+            Self::Lattice(lattice) if !lattice.broken_joints().is_empty() => Err(LatticeError::Broken.into()),
+            Self::Lattice(lattice) => {
+                let Scale::Uniform(factor) = scale else { return Err(LatticeError::Scale(scale).into()) };
+                let lattice = if factor == 1.0 { *lattice } else { lattice.scaled(factor)? };
+                Ok((lattice, None, None))
+            }
+            Self::Mesh(mesh) => {
+                let mesh = mesh.scaled(scale)?;
+                let lattice = Lattice::from_mesh(&mesh, options)?;
+                let refined = refine.apply(&mesh, lattice.cell_size())?;
+                let mesh = refined.as_ref().map_or(mesh, |refined| refined.mesh.clone());
+                let embedding = Embedding::new(&lattice, mesh.vertices());
+                let surface = Surface::new(mesh, embedding, (&lattice, skin), None);
+                Ok((lattice, Some(surface), refined))
+            }
+        }
+    }
+}
+
+/// Checks that the settings of a rigid body are those of a body that does not deform. Returns its material and its volume
+/// correction.
+fn rigid_settings(
+    material: &Material,
+    volume: VolumeOptions,
+) -> Result<(Material, VolumeOptions), RigidError> {
+    let default = Material::default();
+    let elasticity = match material.elasticity {
+        Elasticity::Preset(_) => "material",
+        Elasticity::YoungsModulus(_) => "youngs_modulus",
+        Elasticity::Regions { .. } => "half_width or stiffness",
+    };
+    let given = [
+        (elasticity, material.elasticity != default.elasticity),
+        ("poisson_ratio", material.poisson_ratio.is_some()),
+        ("accuracy", material.accuracy != default.accuracy),
+        ("damping_ratio or damping_rate", material.damping.is_some()),
+        ("region_damping", material.region_damping != default.region_damping),
+        ("plastic", material.plastic.is_some()),
+        ("volume", matches!(volume.measure, Preservation::By(_))),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(RigidError::Setting { key });
+    }
+    // Of the regions, only the layout is used.
+    let (size, stiffness) = (RegionSize::Cells(HalfWidth::whole(1)), Stiffness::PerStep(1.0));
+    let material = Material { elasticity: Elasticity::Regions { size, stiffness }, ..*material };
+    Ok((material, VolumeOptions { measure: Preservation::Off, ..volume }))
 }

@@ -1,14 +1,15 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
+use crate::contact::Colliders;
 use crate::dynamics::{
     Accuracy, Damping, DampingRates, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper,
-    RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
+    RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue, vertex_moments,
 };
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching, bulk_of};
@@ -49,6 +50,13 @@ pub struct Softened {
 }
 
 impl Body {
+    /// Prepares the body for a simulation with these colliders, this greatest gravity and this step length.
+    pub(crate) fn join(&mut self, colliders: &Colliders, gravity: f64, dt: f64) {
+        self.update_contact_stage(colliders);
+        self.search_escapes();
+        self.fix_elasticity(gravity, dt);
+    }
+
     /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
     /// the elasticity of regions, it has no effect.
@@ -340,13 +348,9 @@ pub(super) fn slenderness_of(lattice: &Lattice, surface: Option<&Surface>, masse
 
 /// Returns the second moments of the mass of a lattice about its center, relative to the mass, in squared cells.
 fn second_moments_of_cells(lattice: &Lattice, masses: &[f32]) -> Matrix3<f64> {
-    let points = lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from)));
-    let weighted = || points.clone().zip(masses.iter().map(|&mass| f64::from(mass)));
-    let mass: f64 = masses.iter().map(|&mass| f64::from(mass)).sum();
-    let center = weighted().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
-    let outer = |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
+    let (mass, _, moments) = vertex_moments(lattice, masses);
     // The mass of a cell is at its corners: 1/4 per axis in place of 1/12.
-    weighted().map(outer).sum::<Matrix3<f64>>() / mass - Matrix3::identity() / 6.0
+    moments / mass - Matrix3::identity() / 6.0
 }
 
 /// Returns the longest side of the bounding box of the mesh, or of a bare lattice.

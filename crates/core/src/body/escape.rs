@@ -9,8 +9,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
-use super::leaving::Leaving;
-use super::parts::{ContactData, Pipeline, Shape};
+use super::parts::{ContactData, Leaving, Pipeline, Shape};
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::contact::{BodyPoints, Colliders, PosedShape};
@@ -49,7 +48,7 @@ impl Body {
             return;
         }
         let of_vertex = &lattice.components().of_vertex;
-        let leaves = |component: u32| state.escapes.list().iter().any(|escape| escape.component == component);
+        let leaves = |component: u32| state.escapes.of(component).is_some();
         for (&slot, &component) in matching.layout.slots().iter().zip(of_vertex) {
             if leaves(component) {
                 let (position, velocity) = (state.local(slot), state.velocities.get(slot));
@@ -110,14 +109,14 @@ impl Body {
             }
         }
         let up = (-gravity).try_normalize(0.0).unwrap_or_default();
-        for (component, points) in points.iter().enumerate() {
-            let is_leaving = state.escapes.list().iter().any(|escape| escape.component as usize == component);
+        for (component, points) in (0..).zip(&points) {
             let is_in = || entered.iter().any(|shape| points.is_in(shape));
-            if is_leaving || momentum.is_constrained(component) || !is_in() {
+            let is_leaving = state.escapes.of(component).is_some();
+            if is_leaving || momentum.is_constrained(component as usize) || !is_in() {
                 continue;
             }
             if let Some(translation) = points.escape_translation(shapes, up) {
-                state.escapes.add(component as u32, translation);
+                state.escapes.add(component, translation);
             }
         }
     }
@@ -129,8 +128,7 @@ impl Body {
             return;
         }
         for &Leaving { slot, component, position, velocity } in &*leaving {
-            let escape = state.escapes.list().iter().find(|escape| escape.component == component);
-            let translation = escape.map_or([0.0; 3], |escape| escape.translation);
+            let translation = state.escapes.of(component).map_or([0.0; 3], |escape| escape.translation);
             state.set_local(slot, position + Vector3::from(translation));
             state.velocities.set(slot, velocity);
             state.momenta[component as usize] = None;

@@ -6,7 +6,8 @@ use super::parts::Pipeline;
 use super::reference::{BodyRef, DisplayContext};
 use super::soft_body::Body;
 use crate::dynamics::{Constraint, ConstraintError};
-use crate::matching::{Purpose, RegionFit, Workspace};
+use crate::matching::Purpose;
+use crate::simd::vector::wide;
 use crate::state::Interval;
 
 /// The force that a pin or handle exerts on a body, in world space.
@@ -82,11 +83,7 @@ impl Body {
         if let Some((force, torque)) = self.reaction_of(constraint, gravity, (step, executor), center) {
             return HoldForce { force: result.force + force, torque: result.torque + torque, center };
         }
-        let mut workspace = Workspace::default();
-        let mut rotations = state.rotations.clone();
-        let fitted =
-            RegionFit { positions: &state.positions, rotations: &mut rotations, shapes: self.shapes() };
-        matching.fit(&mut workspace, executor, fitted, None, Purpose::Vertices);
+        let (workspace, _) = self.fit_now(executor, Purpose::Vertices);
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.shape.lattice.cell_size() / (dt * dt);
         let moved = in_step.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
@@ -95,7 +92,7 @@ impl Body {
             let mass = self.mass_of(vertex);
             // The regions act on the vertex with its mass in the fits.
             let strength = stiffness * matching.regions.goal_strength(slot);
-            let distance = Vector3::from(goals.get(slot).map(f64::from)) - state.local(slot);
+            let distance = wide(goals.get(slot)) - state.local(slot);
             let velocity = state.frame.velocity_to_world(state.velocities.get(slot));
             let acceleration = (motion / dt - velocity) / dt;
             add((acceleration - gravity) * mass - distance * strength, position(vertex));
@@ -140,7 +137,7 @@ impl Body {
             let component = of_vertex[vertex as usize] as usize;
             let [own, all] = held.get(component).copied().unwrap_or_default();
             if own > 0.0 && !is_held[vertex as usize] {
-                let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
+                let velocity = wide(state.velocities.get(slot));
                 let change = damper.change((component, slot), state.local(slot), velocity);
                 let force = self.mass_of(vertex) * self.shape.lattice.cell_size() / dt * own / all * change;
                 add(force, state.frame.to_world(state.local(slot)));

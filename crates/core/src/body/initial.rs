@@ -24,22 +24,13 @@ impl Body {
         let constraints = self.constraints.as_ref().map(|constraints| constraints.at_start(&whole));
         let inflation = self.inflation.as_ref().map(|inflation| inflation.at_start(&whole));
         BodySnapshot {
-            cracks: None,
-            state,
             constraints,
-            material: self.material_at_start(),
-            youngs_modulus: self.settings.youngs_modulus,
-            half_width: self.half_width(),
-            stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
-            parts: self.settings.parts.clone(),
             inflation,
+            material: self.material_at_start(),
+            stiffness_factors: self.stiffness_factors().map(|factors| factors[..whole.len()].to_vec()),
             keyed: self.keyed.as_deref().cloned(),
-            modulus_share: 1.0,
             friction: self.keyed.as_ref().and_then(|keyed| keyed.friction.as_ref()).map(Curve::greatest),
-            volume: self.settings.volume,
-            forces: None,
-            displacements: Vec::new(),
-            sides: Vec::new(),
+            ..self.snapshot_of(state)
         }
     }
 

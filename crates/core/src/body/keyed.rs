@@ -105,9 +105,6 @@ impl Body {
         if let Some(share) = share {
             self.settings.modulus_share = share;
         }
-        let (alpha, greatest) = (self.alpha(interval.dt), self.greatest_alpha());
-        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest)) {
-            self.pass_stiffness_factors();
-        }
+        self.limit_factors_in_force(interval.dt);
     }
 }

@@ -37,27 +37,21 @@ impl RigidLinked {
         Twist { linear: linear * self.cell_size, angular }
     }
 
-    /// Returns the velocity of a point by a motion of the body.
-    fn velocity(&self, point: &Point3<f64>, motion: &Twist) -> Vector3<f64> {
-        motion.linear + motion.angular.cross(&(point - self.center))
-    }
-
     /// Returns the change of the velocity of a point so far.
     pub(crate) fn velocity_change(&self, point: &Point3<f64>) -> Vector3<f64> {
-        self.velocity(point, &self.change)
+        self.change.velocity_at(&(point - self.center))
     }
 
     /// Returns the matrix of the velocity change of a point by an impulse on it.
     pub(crate) fn mobility_at(&self, point: &Point3<f64>) -> Matrix3<f64> {
-        let column = |axis: usize| self.velocity(point, &self.response(point, &Vector3::ith(axis, 1.0)));
+        let response = |axis: usize| self.response(point, &Vector3::ith(axis, 1.0));
+        let column = |axis: usize| response(axis).velocity_at(&(point - self.center));
         Matrix3::from_columns(&[0, 1, 2].map(column))
     }
 
     /// Adds an impulse at a point.
     pub(crate) fn add(&mut self, point: &Point3<f64>, impulse: &Vector3<f64>) {
-        let Twist { linear, angular } = self.response(point, impulse);
-        self.change.linear += linear;
-        self.change.angular += angular;
+        self.change = self.change + self.response(point, impulse);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Changes the material between steps.
 
 use super::elasticity::initial_half_width;
+use super::parts::Shape;
 use super::soft_body::Body;
 use super::stages::{DampModes, DampRegions, Stage};
 use super::zones::check_stiffness;
@@ -9,6 +10,15 @@ use crate::lattice::Lattice;
 use crate::range::{RangeError, in_range};
 
 impl Body {
+    /// Replaces the material by another one of the same density, if its numbers are valid, and wakes the body up.
+    pub(super) fn replace_material(&mut self, material: Material) -> Result<(), RangeError> {
+        material.validate()?;
+        check_stiffness(&material, self.stiffness_factors.as_ref())?;
+        self.settings.material = material;
+        self.wake();
+        Ok(())
+    }
+
     /// Sets the elasticity, from the next step on, and rebuilds the regions if their size changes. Positions,
     /// velocities and momenta are unchanged.
     ///
@@ -19,21 +29,14 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_elasticity(&mut self, elasticity: Elasticity) -> Result<(), RangeError> {
-        let material = Material { elasticity, ..self.settings.material };
-        material.validate()?;
-        check_stiffness(&material, self.stiffness_factors.as_ref())?;
+        self.replace_material(Material { elasticity, ..self.settings.material })?;
         self.forget_keys(|keyed| &mut keyed.youngs_modulus);
-        self.settings.material = material;
-        self.wake();
         // The default of the damping depends on the elasticity.
         self.update_elastic_damping();
         self.settings.youngs_modulus = None;
         self.update_shapes();
-        self.set_half_width(initial_half_width(
-            &self.settings.material,
-            &self.shape.lattice,
-            self.shape.extent,
-        ));
+        let Shape { lattice, extent, .. } = &self.shape;
+        self.set_half_width(initial_half_width(&self.settings.material, lattice, *extent));
         Ok(())
     }
 
@@ -44,11 +47,8 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_poisson_ratio(&mut self, poisson_ratio: Option<f64>) -> Result<(), RangeError> {
-        let material = Material { poisson_ratio, ..self.settings.material };
-        material.validate()?;
+        self.replace_material(Material { poisson_ratio, ..self.settings.material })?;
         self.forget_keys(|keyed| &mut keyed.poisson_ratio);
-        self.settings.material = material;
-        self.wake();
         self.settings.youngs_modulus = None;
         self.update_shapes();
         Ok(())
@@ -88,11 +88,8 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_damping(&mut self, damping: Option<Damping>) -> Result<(), RangeError> {
-        let material = Material { damping, ..self.settings.material };
-        material.validate()?;
+        self.replace_material(Material { damping, ..self.settings.material })?;
         self.forget_keys(|keyed| &mut keyed.damping_ratio);
-        self.settings.material = material;
-        self.wake();
         self.update_elastic_damping();
         Ok(())
     }
@@ -122,11 +119,8 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
-        let material = Material { region_damping, ..self.settings.material };
-        material.validate()?;
-        self.settings.material = material;
-        self.wake();
-        if DampRegions.exists(self) != material.has_region_damping() {
+        self.replace_material(Material { region_damping, ..self.settings.material })?;
+        if DampRegions.exists(self) != self.settings.material.has_region_damping() {
             DampRegions.rebuild(self);
         }
         Ok(())

@@ -4,8 +4,7 @@
 //! |---|---|
 //! | `touching` | options of the contact with other bodies |
 //! | `surface`, `piece_mesh` | the displayed mesh; the map from the mesh of the whole body to the pieces |
-//! | `fracture_stage`, `leaving` | the stage of fracture; vertices that leave colliders |
-//! | `parts` | shape, settings, pipeline, contacts and display data of a body |
+//! | `parts` | shape, settings, pipeline, contacts, fracture and display data of a body |
 //! | `soft_body` | [`Body`]: its parts |
 //! | `values` | positions, velocities and other values of the vertices |
 //! | `samples` | the contact stage, and the samples of the surface |
@@ -18,13 +17,14 @@
 //! | `select` | the vertices of a selection |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `builder`, `builder_contact`, `build` | the settings of a new body; builds it |
-//! | `rigid` | rigid bodies: settings, step and contacts |
+//! | `rigid` | rigid bodies: step and contacts |
 //! | `rigid_values` | the mass and the motion of a rigid body, as users set and read them |
 //! | `reference` | a body with the data of its simulation |
 //! | `context` | the inputs of a step |
 //! | `transfer` | the state after joints broke |
 //! | `breaking` | fracture and cuts |
 //! | `body_contact` | contact with other bodies |
+//! | `island` | the part of a body in a step of bodies that touch each other |
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `stages` | the stages of a step, in order |
@@ -49,12 +49,11 @@ mod builder_contact;
 mod context;
 mod elasticity;
 mod escape;
-mod fracture_stage;
 mod hold_force;
 mod inflation;
 mod initial;
+mod island;
 mod keyed;
-mod leaving;
 mod linked;
 mod material;
 mod parts;

@@ -2,17 +2,17 @@
 
 use std::sync::OnceLock;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
-use super::leaving::Leaving;
 use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::contact::Contacts;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::{ElasticDamper, EnergyLimiter, Material, MomentumTracker, PartFactors, RegionDamper};
+use crate::fracture::Fracture;
 use crate::lattice::{Lattice, Masses};
 use crate::matching::{HalfWidth, Matching, Workspace};
-use crate::mesh::Scale;
+use crate::mesh::{Mesh, Scale};
 use crate::skin::SkinKind;
 use crate::state::Placement;
 use crate::volume::{Correction, VolumeMeasures, VolumeOptions};
@@ -79,7 +79,7 @@ pub(super) struct Pipeline {
 }
 
 /// The data of contacts.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct ContactData {
     pub(super) contacts: Option<Contacts>,
     /// Present in a simulation in which the body can touch bodies.
@@ -88,6 +88,46 @@ pub(super) struct ContactData {
     pub(super) colliders_resist_rolling: bool,
     /// Vertices of components that leave colliders in the current step: see `escape`.
     pub(super) leaving: Vec<Leaving>,
+}
+
+/// The state of a vertex of a component that leaves colliders, before the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaving {
+    pub(super) slot: u32,
+    /// Index of the connected component.
+    pub(super) component: u32,
+    /// Position and velocity in cells and cells/s.
+    pub(super) position: Vector3<f64>,
+    pub(super) velocity: [f32; 3],
+}
+
+/// The stage of a body that can break or was cut.
+#[derive(Debug)]
+pub(super) struct Breaking {
+    pub(super) fracture: Fracture,
+    /// Filled share of each cell, times the factor of its density.
+    pub(super) shares: Vec<f64>,
+    /// The mesh of the whole body.
+    pub(super) whole: Option<Mesh>,
+    /// The masses of the vertices of the whole body.
+    pub(super) whole_masses: Masses,
+    /// Greatest Young's modulus in force in the present step, and the least factor of the limits.
+    pub(super) weakest: (f64, f64),
+    /// Whether the shape matching of the step stores the deformation gradients of all regions.
+    pub(super) has_gradients: bool,
+    /// Whether joints were found that break at the end of the step.
+    pub(super) is_due: bool,
+    /// Whether there are pieces that the contacts of the simulation have not registered.
+    pub(super) has_new_pieces: bool,
+}
+
+impl Breaking {
+    /// Begins a step: decides whether its shape matching stores the deformation gradients of all regions. Otherwise they
+    /// are measured after it where they are needed. The results are the same. Plastic bodies always need them.
+    pub(super) fn begin_step(&mut self, weakest: (f64, f64), is_plastic: bool) {
+        self.weakest = weakest;
+        self.has_gradients = is_plastic || self.fracture.expects_gradients();
+    }
 }
 
 /// The data that the display derives from the shape.

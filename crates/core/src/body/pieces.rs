@@ -7,7 +7,6 @@ use super::surface::Surface;
 use crate::fracture::CutMesh;
 use crate::lattice::{Embedding, Smoothing};
 use crate::mesh::Mesh;
-use crate::skin::{Skin, SkinKind};
 use crate::volume::{Correction, Preservation, VolumeMeasure, VolumeMeasures, VolumeOptions};
 
 impl Body {
@@ -81,11 +80,7 @@ impl Body {
                 (whole, embedding, None)
             }
         };
-        let embedding = match self.settings.skin {
-            SkinKind::Linear => embedding,
-            SkinKind::Smooth => embedding.smoothed(&self.shape.lattice),
-        };
-        Surface { mesh, embedding, skin: Skin::default(), pieces }
+        Surface::new(mesh, embedding, (&self.shape.lattice, self.settings.skin), pieces)
     }
 
     /// Creates the volume correction of the pieces. If the measure `mesh` cannot use their mesh, the volume of the

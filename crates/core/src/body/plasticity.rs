@@ -16,10 +16,7 @@ impl Body {
     ///
     /// A number out of range.
     pub fn set_plastic(&mut self, plastic: Option<Plasticity>) -> Result<(), RangeError> {
-        let material = Material { plastic, ..self.settings.material };
-        material.validate()?;
-        self.settings.material = material;
-        self.wake();
+        self.replace_material(Material { plastic, ..self.settings.material })?;
         self.update_shapes();
         Ok(())
     }

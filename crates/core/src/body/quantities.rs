@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3
 use super::parts::Pipeline;
 use super::reference::BodyRef;
 use super::soft_body::Body;
-use crate::matching::{Purpose, RegionFit, Workspace, rotations};
+use crate::matching::{Purpose, rotations};
 
 impl Body {
     /// Returns the mass: the sum of [`Body::masses`], or of a rigid body that of its mesh.
@@ -111,11 +111,7 @@ impl BodyRef<'_> {
             return Some(0.0);
         }
         let Body { pipeline: Pipeline { matching, .. }, state, .. } = body;
-        let mut rotations = state.rotations.clone();
-        let fitted =
-            RegionFit { positions: &state.positions, rotations: &mut rotations, shapes: body.shapes() };
-        let mut workspace = Workspace::default();
-        matching.fit(&mut workspace, context.executor, fitted, None, Purpose::Regions);
+        let (_, rotations) = body.fit_now(context.executor, Purpose::Regions);
         let misfit = matching.regions.misfit(
             &matching.layout,
             |slot| state.local(slot),

@@ -1,4 +1,4 @@
-//! Rigid bodies: their settings, their step, and their contacts.
+//! Rigid bodies: their step, and their contacts.
 //!
 //! A rigid body has the lattice of a soft body, which gives the geometry of its contacts and displays its mesh. One stage
 //! takes the place of damping, shape matching and integration: it advances the pose (`dynamics::rigid`) and writes the
@@ -7,48 +7,15 @@
 use nalgebra::{Point3, Vector3};
 
 use super::context::StepContext;
-use super::parts::{ContactData, Pipeline, Shape};
+use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
-use crate::contact::RigidMover;
-use crate::contact::bodies::Island;
+use crate::contact::{Contacts, RigidMover};
 use crate::dynamics::{
-    Constraint, Constraints, Elasticity, HeldVertex, Material, RegionSize, RigidBody, RigidError, RigidMass,
-    Stiffness, rolling_resistance,
+    Constraint, Constraints, HeldVertex, RigidBody, RigidError, RigidMass, rolling_resistance,
 };
-use crate::matching::HalfWidth;
 use crate::parallel::Executor;
-use crate::state::{BodyState, Interval, RigidMobility, State, Twist};
-use crate::volume::{Preservation, VolumeOptions};
-
-/// Checks that the settings of a rigid body are those of a body that does not deform. Returns its material and its volume
-/// correction.
-pub(super) fn rigid_settings(
-    material: &Material,
-    volume: VolumeOptions,
-) -> Result<(Material, VolumeOptions), RigidError> {
-    let default = Material::default();
-    let elasticity = match material.elasticity {
-        Elasticity::Preset(_) => "material",
-        Elasticity::YoungsModulus(_) => "youngs_modulus",
-        Elasticity::Regions { .. } => "half_width or stiffness",
-    };
-    let given = [
-        (elasticity, material.elasticity != default.elasticity),
-        ("poisson_ratio", material.poisson_ratio.is_some()),
-        ("accuracy", material.accuracy != default.accuracy),
-        ("damping_ratio or damping_rate", material.damping.is_some()),
-        ("region_damping", material.region_damping != default.region_damping),
-        ("plastic", material.plastic.is_some()),
-        ("volume", matches!(volume.measure, Preservation::By(_))),
-    ];
-    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(RigidError::Setting { key });
-    }
-    // Of the regions, only the layout is used.
-    let (size, stiffness) = (RegionSize::Cells(HalfWidth::whole(1)), Stiffness::PerStep(1.0));
-    let material = Material { elasticity: Elasticity::Regions { size, stiffness }, ..*material };
-    Ok((material, VolumeOptions { measure: Preservation::Off, ..volume }))
-}
+use crate::simd::vector::wide;
+use crate::state::{BodyFrame, BodyState, Interval, RigidMobility, RigidPose, State, Twist};
 
 impl Body {
     /// Returns whether the body is rigid.
@@ -75,37 +42,41 @@ impl Body {
         self.write_pose();
     }
 
-    /// Returns the parts that contacts and pushes move; `None` if the body is not rigid.
-    fn moved(&mut self) -> Option<MovedBody<'_>> {
-        let Self { pipeline: Pipeline { matching, .. }, rigid, state, .. } = self;
+    /// Returns the parts that contacts and pushes move, and the contacts with colliders; `None` if the body is not rigid.
+    pub(super) fn moved_in_contact(&mut self) -> Option<(MovedBody<'_>, Option<&mut Contacts>)> {
+        let Self { pipeline: Pipeline { matching, .. }, contact, rigid, state, .. } = self;
         let rigid = rigid.as_deref_mut()?;
-        Some(MovedBody { rigid, state, occupied: matching.layout.occupied() })
+        let moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
+        Some((moved, contact.contacts.as_mut()))
     }
 
-    /// Writes the lattice vertices of a rigid body, whose pose was changed.
+    fn moved(&mut self) -> Option<MovedBody<'_>> {
+        self.moved_in_contact().map(|(moved, _)| moved)
+    }
+
+    /// Writes the lattice vertices of a rigid body, whose pose was set.
     pub(super) fn write_pose(&mut self) {
-        if let Some(moved) = self.moved() {
-            moved.rigid.write(moved.state, moved.occupied);
+        self.change_pose(|_, _| {});
+    }
+
+    /// Changes the pose of a rigid body, and writes its lattice vertices.
+    pub(super) fn change_pose(&mut self, change: impl FnOnce(&mut RigidBody, &mut RigidPose)) {
+        if let Some(mut moved) = self.moved() {
+            moved.change(change);
         }
     }
 
     /// Reads the targets of the vertices that pins and handles hold in a step.
-    pub(super) fn read_held(&mut self, interval: Interval) {
+    pub(super) fn read_held(&mut self, step: Interval) {
         let Self { pipeline: Pipeline { matching, .. }, constraints, rigid: Some(rigid), state, .. } = self
         else {
             return;
         };
-        let (slots, frame) = (matching.layout.slots(), state.frame.body_frame());
+        let places = (state.frame.body_frame(), matching.layout.slots());
         let mut held = std::mem::take(&mut rigid.held);
         held.clear();
         if let Some(constraints) = constraints {
-            held.extend(held_vertices(constraints, constraints.list(), interval).map(
-                |(vertex, target, change)| HeldVertex {
-                    offset: rigid.offset(slots[vertex as usize]),
-                    target: frame.to_local(&target),
-                    velocity: change / (interval.dt * frame.cell_size),
-                },
-            ));
+            held.extend(held_vertices((constraints, constraints.list()), rigid, places, step));
         }
         rigid.held = held;
     }
@@ -115,19 +86,13 @@ impl Body {
         let Interval { dt, .. } = context.interval;
         self.read_held(context.interval);
         let velocity_change = context.gravity * (dt / self.shape.lattice.cell_size());
-        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
-        if let Some(pose) = &mut state.rigid {
-            rigid.advance(pose, velocity_change, dt);
-        }
-        rigid.write(state, occupied);
+        self.change_pose(|rigid, pose| rigid.advance(pose, velocity_change, dt));
     }
 
     /// Moves the held vertices of a rigid body to their targets.
     pub(super) fn hold_rigidly(&mut self) {
-        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
-        if let Some(pose) = state.rigid.as_mut().filter(|_| !rigid.held.is_empty()) {
-            rigid.hold(pose);
-            rigid.write(state, occupied);
+        if self.rigid.as_ref().is_some_and(|rigid| !rigid.held.is_empty()) {
+            self.change_pose(|rigid, pose| rigid.fit_to(pose, &rigid.held));
         }
     }
 
@@ -153,10 +118,8 @@ impl Body {
 
     /// Applies an impulse of a step of `dt` seconds.
     fn apply_impulse_rigidly(&mut self, impulse: Twist, dt: f64) {
-        if impulse != Twist::default()
-            && let Some(mut moved) = self.moved()
-        {
-            moved.apply_impulse(impulse, dt);
+        if impulse != Twist::default() {
+            self.change_pose(|rigid, pose| rigid.apply_impulse(pose, impulse, dt));
         }
     }
 
@@ -205,7 +168,7 @@ impl Body {
     /// Stores the pose before a step, from which a body inside colliders leaves them.
     pub(super) fn begin_rigid_contacts(&mut self) {
         if let (Some(rigid), Some(pose)) = (&mut self.rigid, self.state.rigid) {
-            rigid.set_before(pose);
+            rigid.before = pose;
         }
     }
 
@@ -218,124 +181,64 @@ impl Body {
 
     /// Moves the body out of colliders in which it began, by the translation of the first component.
     pub(super) fn move_out_rigidly(&mut self) {
-        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
-        let Some(escape) = state.escapes.list().first() else { return };
-        let mut pose = *rigid.pose_before();
-        pose.set_center(pose.center() + Vector3::from(escape.translation));
-        state.rigid = Some(pose);
-        rigid.write(state, occupied);
-        state.escapes.advance();
+        let Some(escape) = self.state.escapes.list().first() else { return };
+        let translation = Vector3::from(escape.translation);
+        self.change_pose(|rigid, pose| {
+            *pose = rigid.before;
+            pose.set_center(pose.center() + translation);
+        });
+        self.state.escapes.advance();
     }
 
     /// Applies the contacts with colliders of a rigid body that touches no other body.
     pub(super) fn finish_alone_rigidly(&mut self, context: &StepContext) {
-        let Self {
-            contact: ContactData { contacts: Some(contacts), .. },
-            pipeline: Pipeline { matching, .. },
-            rigid: Some(rigid),
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let mut moved = MovedBody { rigid, state, occupied: matching.layout.occupied() };
-        contacts.finish_alone(&mut moved, context.colliders, context.interval);
-    }
-
-    /// Applies the impulses and pushes of the island of the body.
-    ///
-    /// A contact moves the center of mass by D/M, so that its moment changes by D × V: see `Body::add_momenta`. A body that
-    /// nothing else touches gives this change to its angular momentum.
-    pub(super) fn finish_island_rigidly(
-        &mut self,
-        context: &StepContext,
-        (island, member): (&Island, usize),
-    ) {
-        let dt = context.interval.dt;
-        let cell_size = self.shape.lattice.cell_size();
-        let Self {
-            contact: ContactData { contacts, .. },
-            pipeline: Pipeline { matching, .. },
-            rigid: Some(rigid),
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let Some(mut pose) = state.rigid else { return };
-        let (impulse, push) = island.rigid_motion(member);
-        rigid.apply_impulse(&mut pose, impulse, dt);
-        rigid.displace(&mut pose, push);
-        let touches_colliders = contacts.as_ref().is_some_and(|contacts| !contacts.pressures().is_empty());
-        if rigid.held.is_empty() && !touches_colliders {
-            let moved = impulse.linear * dt + push.linear * rigid.mass();
-            let velocity = pose.velocity() - island.mean_velocity / cell_size;
-            pose.set_angular_momentum(pose.angular_momentum() - moved.cross(&velocity));
-        }
-        state.rigid = Some(pose);
-        let occupied = matching.layout.occupied();
-        rigid.write(state, occupied);
-        if let Some(contacts) = contacts {
-            let mut moved = MovedBody { rigid, state, occupied };
-            island.finish_contacts(member, contacts, &mut moved, (context.colliders, context.interval));
+        if let Some((mut moved, Some(contacts))) = self.moved_in_contact() {
+            contacts.finish_alone(&mut moved, context.colliders, context.interval);
         }
     }
 
     /// Applies the rolling resistance of the supports.
     pub(super) fn resist_rolling(&mut self, context: &StepContext) {
         let own = self.rolling_resistance();
-        let Some(MovedBody { rigid, state, occupied }) = self.moved() else { return };
-        let Some(mut pose) = state.rigid else { return };
-        let mut spin = rigid.angular_velocity(&pose);
-        let before = spin;
-        for support in state.supports.list() {
+        let Some(before) = self.spin() else { return };
+        let Some(mut moved) = self.moved() else { return };
+        let mut spin = before;
+        for support in moved.state.supports.list() {
             let coefficient = context.colliders.rolling_resistance(support.collider).unwrap_or(own);
-            spin += rolling_resistance(support, coefficient, rigid.mobility(), spin);
+            spin += rolling_resistance(support, coefficient, moved.rigid.mobility(), spin);
         }
         if spin != before {
-            let motion = Twist { linear: pose.velocity(), angular: spin };
-            rigid.set_motion(&mut pose, motion);
-            state.rigid = Some(pose);
-            rigid.write(state, occupied);
+            moved.change(|rigid, pose| rigid.set_spin(pose, spin));
         }
     }
 
     /// Fits the pose of a rigid body to positions that were set. The motion is unchanged.
     pub(super) fn fit_pose(&mut self) {
-        let vertices = self.vertex_motions();
-        let Some(MovedBody { rigid, state, .. }) = self.moved() else { return };
-        let Some(mut pose) = state.rigid else { return };
-        let spin = rigid.angular_velocity(&pose);
-        rigid.fit_to(&mut pose, &vertices);
-        let motion = Twist { linear: pose.velocity(), angular: spin };
-        rigid.set_motion(&mut pose, motion);
-        state.rigid = Some(pose);
-        self.write_pose();
+        let Some(vertices) = self.vertex_motions() else { return };
+        self.change_pose(|rigid, pose| {
+            let spin = rigid.angular_velocity(pose);
+            rigid.fit_to(pose, &vertices);
+            rigid.set_spin(pose, spin);
+        });
     }
 
     /// Fits the motion of a rigid body to velocities that were set.
     pub(super) fn fit_motion(&mut self) {
         let vertices = self.vertex_motions();
         self.state.set_origin_velocity(self.pipeline.matching.layout.slots(), Vector3::zeros());
-        let Some(MovedBody { rigid, state, .. }) = self.moved() else { return };
-        let Some(mut pose) = state.rigid else { return };
-        rigid.fit_motion(&mut pose, &vertices);
-        state.rigid = Some(pose);
-        self.write_pose();
+        if let Some(vertices) = vertices {
+            self.change_pose(|rigid, pose| rigid.fit_motion(pose, &vertices));
+        }
     }
 
-    /// Returns the positions and velocities of all vertices of a rigid body.
-    fn vertex_motions(&self) -> Vec<HeldVertex> {
-        let Some(rigid) = &self.rigid else { return Vec::new() };
-        let state = &self.state;
-        let motion = |&slot: &u32| HeldVertex {
+    /// Returns the positions and velocities of all vertices of a rigid body; `None` of a soft one.
+    fn vertex_motions(&self) -> Option<Vec<HeldVertex>> {
+        let (rigid, state) = (self.rigid.as_ref()?, &self.state);
+        Some(self.by_vertex(|slot| HeldVertex {
             offset: rigid.offset(slot),
             target: state.local(slot),
-            velocity: Vector3::from(state.velocities.get(slot).map(f64::from)) + state.frame.velocity(),
-        };
-        self.pipeline.matching.layout.slots().iter().map(motion).collect()
+            velocity: wide(state.velocities.get(slot)) + state.frame.velocity(),
+        }))
     }
 
     /// Returns the force and the torque about `center` of a pin or handle of a rigid body in the next step of `dt`
@@ -349,47 +252,60 @@ impl Body {
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let (rigid, pose, constraints) =
             (self.rigid.as_deref()?, self.state.rigid?, self.constraints.as_ref()?);
-        let (frame, slots) = (self.state.frame.body_frame(), self.pipeline.matching.layout.slots());
+        let (frame, slots) = (self.frame(), self.pipeline.matching.layout.slots());
         let mut holding = rigid.clone();
         holding.held.clear();
-        let (mut own, mut all) = (0.0, 0.0);
+        let mut own = 0;
         for other in constraints.list() {
             let in_step = other.in_step(step, executor);
-            for (vertex, target, change) in held_vertices(constraints, std::slice::from_ref(&*in_step), step)
-            {
-                let (offset, target) = (rigid.offset(slots[vertex as usize]), frame.to_local(&target));
-                let velocity = change / (step.dt * frame.cell_size);
-                holding.held.push(HeldVertex { offset, target, velocity });
-                all += 1.0;
-                own += f64::from(u8::from(other.index() == constraint.index()));
+            let some = (constraints, std::slice::from_ref(&*in_step));
+            let before = holding.held.len();
+            holding.held.extend(held_vertices(some, rigid, (frame, slots), step));
+            if other.index() == constraint.index() {
+                own = holding.held.len() - before;
             }
         }
         let Twist { linear, angular } =
             holding.reaction(&pose, gravity * (step.dt / frame.cell_size), step.dt);
-        let unit = self.impulse_unit() / step.dt * own / f64::max(all, 1.0);
+        let unit = self.impulse_unit() / step.dt * own as f64 / holding.held.len().max(1) as f64;
         let force = linear * unit;
         let arm = frame.to_world(pose.center()) - center;
         Some((force, angular * (unit * frame.cell_size) + arm.cross(&force)))
     }
 }
 
-/// Returns the vertices that some of the constraints of a body move in a step: vertex, target and change of the target.
+/// Returns the vertices of a rigid body that some of its pins and handles hold in a step. `frame`, `slots`: of the body.
 fn held_vertices<'a>(
-    constraints: &'a Constraints,
-    some: &'a [Constraint],
-    interval: Interval,
-) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> + 'a {
-    some.iter().flat_map(move |constraint| {
-        let targets = constraint.targets(interval);
-        targets.filter(move |&(vertex, ..)| constraints.is_moved_by(constraint, vertex))
+    (constraints, some): (&'a Constraints, &'a [Constraint]),
+    rigid: &'a RigidBody,
+    (frame, slots): (BodyFrame, &'a [u32]),
+    step: Interval,
+) -> impl Iterator<Item = HeldVertex> + 'a {
+    let targets = some.iter().flat_map(move |constraint| {
+        constraint.targets(step).filter(move |&(vertex, ..)| constraints.is_moved_by(constraint, vertex))
+    });
+    targets.map(move |(vertex, target, change)| HeldVertex {
+        offset: rigid.offset(slots[vertex as usize]),
+        target: frame.to_local(&target),
+        velocity: change / (step.dt * frame.cell_size),
     })
 }
 
 /// The parts of a rigid body that contacts move.
-struct MovedBody<'a> {
+pub(super) struct MovedBody<'a> {
     rigid: &'a mut RigidBody,
     state: &'a mut State,
     occupied: &'a [u8],
+}
+
+impl MovedBody<'_> {
+    /// Changes the pose, and writes the lattice vertices.
+    pub(super) fn change(&mut self, change: impl FnOnce(&mut RigidBody, &mut RigidPose)) {
+        if let Some(pose) = &mut self.state.rigid {
+            change(self.rigid, pose);
+        }
+        self.rigid.write(self.state, self.occupied);
+    }
 }
 
 impl RigidMover for MovedBody<'_> {
@@ -402,16 +318,10 @@ impl RigidMover for MovedBody<'_> {
     }
 
     fn apply_impulse(&mut self, impulse: Twist, dt: f64) {
-        if let Some(pose) = &mut self.state.rigid {
-            self.rigid.apply_impulse(pose, impulse, dt);
-        }
-        self.rigid.write(self.state, self.occupied);
+        self.change(|rigid, pose| rigid.apply_impulse(pose, impulse, dt));
     }
 
     fn displace(&mut self, displacement: Twist) {
-        if let Some(pose) = &mut self.state.rigid {
-            self.rigid.displace(pose, displacement);
-        }
-        self.rigid.write(self.state, self.occupied);
+        self.change(|rigid, pose| rigid.displace(pose, displacement));
     }
 }

@@ -76,12 +76,12 @@ impl Body {
         placement.validate()?;
         placement.check_limit(MAX_CELLS * cell_size)?;
         let rest_center = self.shape.lattice.origin() + rigid.rest_center() * cell_size;
-        let Some(mut moved) = self.state.rigid else { return Ok(()) };
-        moved.set_center(self.state.frame.to_local(pose * rest_center));
-        moved.set_rotation(rotation);
-        rigid.set_motion(&mut moved, Twist { linear: velocity / cell_size, angular: spin });
-        self.state.rigid = Some(moved);
-        self.write_pose();
+        let center = self.state.frame.to_local(pose * rest_center);
+        self.change_pose(|rigid, pose| {
+            pose.set_center(center);
+            pose.set_rotation(rotation);
+            rigid.set_motion(pose, Twist { linear: velocity / cell_size, angular: spin });
+        });
         self.measure_contact_bounds();
         self.wake();
         Ok(())

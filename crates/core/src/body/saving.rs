@@ -10,15 +10,22 @@ use super::zones::{check_stiffness, checked_factors};
 use crate::error::{Error, StateError};
 use crate::lattice::{Embedding, Lattice, Layout};
 use crate::range::{Range, in_range};
-use crate::state::ArrayError;
+use crate::state::{ArrayError, State};
 use crate::volume::{self, Correction, VolumeError, VolumeOptions};
 
 impl Body {
     /// Returns a copy of the current state.
     pub fn snapshot(&self) -> BodySnapshot {
-        let mut snapshot = BodySnapshot {
-            cracks: self.cracks(),
-            state: self.state.clone(),
+        let mut snapshot = BodySnapshot { cracks: self.cracks(), ..self.snapshot_of(self.state.clone()) };
+        stages().for_each(|stage| stage.save(self, &mut snapshot));
+        snapshot
+    }
+
+    /// Returns a snapshot of a state of the whole body, with the present settings, without the data of stages.
+    pub(super) fn snapshot_of(&self, state: State) -> BodySnapshot {
+        BodySnapshot {
+            cracks: None,
+            state,
             constraints: None,
             material: self.settings.material,
             youngs_modulus: self.settings.youngs_modulus,
@@ -33,9 +40,7 @@ impl Body {
             forces: None,
             displacements: Vec::new(),
             sides: Vec::new(),
-        };
-        stages().for_each(|stage| stage.save(self, &mut snapshot));
-        snapshot
+        }
     }
 
     /// Restores a state of a body that was built from the same mesh or lattice with the same settings.

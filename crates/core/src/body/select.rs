@@ -47,26 +47,31 @@ impl Body {
         let (count, pose) = (self.shape.lattice.len(), self.pose_of(pose));
         let selected = match self.surface() {
             None => selection.lattice_vertices(self.lattice_at(pose), count, |vertex| [vertex]),
-            Some(Surface { mesh, embedding, .. }) => {
-                let vertices = |point: u32| embedding.corners(point as usize);
-                match pose {
-                    SelectionPose::Start => {
-                        let points = mesh.vertices().iter().map(|point| self.shape.model_to_world * point);
-                        selection.lattice_vertices(points, count, vertices)
-                    }
-                    SelectionPose::Now => {
-                        let lattice = self.positions();
-                        let points = (0..mesh.vertices().len()).map(|point| {
-                            let corners = embedding.corners(point).into_iter().zip(embedding.weights(point));
-                            let part = |(corner, weight)| lattice[corner as usize].coords * f64::from(weight);
-                            Point3::from(corners.map(part).sum::<Vector3<f64>>())
-                        });
-                        selection.lattice_vertices(points, count, vertices)
-                    }
-                }
+            Some(surface) => {
+                let vertices = |point: u32| surface.embedding.corners(point as usize);
+                selection.lattice_vertices(self.mesh_at(surface, pose), count, vertices)
             }
         };
         selected.map_err(|error| error.at(pose))
+    }
+
+    /// Returns the positions of the mesh vertices in the cells of the lattice, in world space.
+    pub(super) fn mesh_at(&self, surface: &Surface, pose: SelectionPose) -> Vec<Point3<f64>> {
+        let Surface { mesh, embedding, .. } = surface;
+        match pose {
+            SelectionPose::Start => {
+                mesh.vertices().iter().map(|point| self.shape.model_to_world * point).collect()
+            }
+            SelectionPose::Now => {
+                let lattice = self.positions();
+                let point = |point: usize| {
+                    let corners = embedding.corners(point).into_iter().zip(embedding.weights(point));
+                    let part = |(corner, weight)| lattice[corner as usize].coords * f64::from(weight);
+                    Point3::from(corners.map(part).sum::<Vector3<f64>>())
+                };
+                (0..mesh.vertices().len()).map(point).collect()
+            }
+        }
     }
 
     /// Returns the weight in [0, 1] of each lattice vertex for a selection that is a map; `None` for another one.

@@ -4,7 +4,8 @@ use super::parts::Shape;
 use super::soft_body::Body;
 use super::surface::Surface;
 use crate::dynamics::{
-    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, TimeWindow,
+    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Pin, Selection, SelectionPose,
+    TimeWindow,
 };
 use crate::error::Error;
 use crate::mesh::MeshAnimation;
@@ -82,7 +83,7 @@ impl Body {
 
     /// Returns the lattice vertices that pins and handles constrained in the last step.
     pub(crate) fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
-        let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        let constrained = Constraints::constrained_by(self.constraints.as_ref());
         (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
     }
 
@@ -154,9 +155,8 @@ impl Body {
         window: TimeWindow,
         animation: &MeshAnimation,
     ) -> Result<Constraint, Error> {
-        let Some(Surface { mesh, embedding, .. }) = self.surface() else {
-            return Err(ConstraintError::NoMesh.into());
-        };
+        let Some(surface) = self.surface() else { return Err(ConstraintError::NoMesh.into()) };
+        let Surface { mesh, embedding, .. } = surface;
         let (value, limit) =
             (animation.greatest_coordinate() * self.shape.scale.greatest(), self.coordinate_limit());
         if value > limit {
@@ -165,8 +165,7 @@ impl Body {
         let part = match self.mesh_part(selection)? {
             Some(part) => part,
             None if selection.is_shape() => {
-                let points = mesh.vertices().iter().map(|point| self.shape.model_to_world * point);
-                selection.points_inside(points)?
+                selection.points_inside(self.mesh_at(surface, SelectionPose::Start))?
             }
             None => (0..mesh.vertices().len() as u32).collect(),
         };

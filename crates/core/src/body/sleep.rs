@@ -34,7 +34,8 @@ use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::{ElasticDamper, effective_gravity};
 use crate::parallel::Executor;
-use crate::state::{Interval, RestSigns, Stay};
+use crate::simd::vector::wide;
+use crate::state::{Interval, Stay};
 
 /// Time in seconds for which a body must be at rest before it falls asleep.
 const REST_TIME: f64 = 0.5;
@@ -87,7 +88,7 @@ impl Body {
             // A sleeping body keeps contacts that the bodies at them may have forgotten.
             self.state.touches.forget_search();
         }
-        self.state.wake();
+        self.state.rest.wake();
     }
 
     /// Returns at the beginning of a step whether the body may sleep during the step.
@@ -125,13 +126,6 @@ impl Body {
             || state.frame.velocity() == Vector3::zeros() && matching.layout.slots().iter().all(is_still)
     }
 
-    /// Wakes a body up that another body touched.
-    pub(super) fn wake_in_contact(&mut self) {
-        if self.is_asleep() {
-            self.wake();
-        }
-    }
-
     /// Updates the time for which the body has been at rest, at the end of a step.
     pub(super) fn track_rest(&mut self, context: &StepContext, executor: &Executor) {
         if !context.sleep {
@@ -148,9 +142,8 @@ impl Body {
             true => Stay::Possible { check: context.is_frame_start.then_some(limit) },
             false => Stay::Impossible,
         };
-        let Self { pipeline: Pipeline { matching, .. }, state, .. } = self;
-        let signs = RestSigns { is_slow: is_at_rest, stay };
-        state.track_rest(context.interval.dt, matching.layout.occupied(), signs);
+        let occupied = self.pipeline.matching.layout.occupied();
+        self.state.track_rest(context.interval.dt, occupied, is_at_rest, stay);
     }
 
     /// Returns whether the body touches others, and is where it was when these contacts were searched.
@@ -199,7 +192,7 @@ impl Body {
         let slots = matching.layout.slots();
         let origin = state.frame.velocity();
         let is_fast = |&slot: &u32| {
-            let velocity = Vector3::from(state.velocities.get(slot).map(f64::from)) + origin;
+            let velocity = wide(state.velocities.get(slot)) + origin;
             let squared = velocity.norm_squared();
             squared >= limit * limit || squared.is_nan()
         };

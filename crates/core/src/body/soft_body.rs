@@ -1,7 +1,6 @@
 //! The body and its parts.
 
-use super::fracture_stage::Breaking;
-use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
+use super::parts::{Breaking, ContactData, DisplayData, Pipeline, Settings, Shape};
 use crate::contact::Contacts;
 use crate::dynamics::{Constraints, Forces, Inflation, KeyedMaterial, Material, RigidBody, StiffnessFactors};
 use crate::error::Error;
@@ -122,7 +121,7 @@ impl Body {
     }
 
     /// Returns the mass of a full cell.
-    pub(crate) fn cell_mass(&self) -> f64 {
+    pub(super) fn cell_mass(&self) -> f64 {
         self.settings.material.density * self.shape.lattice.cell_size().powi(3)
     }
 

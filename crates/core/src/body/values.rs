@@ -7,6 +7,8 @@ use super::surface::Surface;
 use crate::matching::{Purpose, RegionFit, Workspace};
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
+use crate::simd::lanes::Lanes;
+use crate::simd::vector::wide;
 use crate::state::ArrayError;
 
 impl Body {
@@ -136,13 +138,19 @@ impl Body {
 
     /// Returns the goal positions g at the current positions, shape `(n, 3)`, without advancing time.
     pub fn goals(&self) -> Vec<Point3<f64>> {
-        let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
-        let mut rotations = self.state.rotations.clone();
+        let executor = Executor::sequential();
+        let (workspace, _) = self.fit_now(&executor, Purpose::Vertices);
+        let goals = self.pipeline.matching.goals(&workspace, &executor);
+        self.by_vertex(|slot| self.state.frame.to_world(wide(goals.get(slot))))
+    }
+
+    /// Fits the regions to the current positions, and leaves the state as it is. Returns the sums and the rotations.
+    pub(super) fn fit_now(&self, executor: &Executor, purpose: Purpose) -> (Workspace, Lanes<4>) {
+        let (mut workspace, mut rotations) = (Workspace::default(), self.state.rotations.clone());
         let fitted =
             RegionFit { positions: &self.state.positions, rotations: &mut rotations, shapes: self.shapes() };
-        self.pipeline.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Vertices);
-        let goals = self.pipeline.matching.goals(&workspace, &executor);
-        self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
+        self.pipeline.matching.fit(&mut workspace, executor, fitted, None, purpose);
+        (workspace, rotations)
     }
 
     /// Checks the length of an array that a user passes.

@@ -99,12 +99,22 @@ impl Body {
     }
 
     /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most the greatest
-    /// alpha.
+    /// alpha. If they change, what was measured with others is forgotten.
     pub(super) fn limit_stiffness_factors(&mut self, dt: f64) {
-        let (alpha, greatest) = (self.alpha(dt), self.greatest_alpha());
-        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest)) {
-            self.apply_stiffness_factors();
+        if self.limit_factors_in_force(dt) {
+            self.forget_elastic_measures();
         }
+    }
+
+    /// As [`limit_stiffness_factors`](Self::limit_stiffness_factors), of the same material. Returns whether the factors
+    /// in force change.
+    pub(super) fn limit_factors_in_force(&mut self, dt: f64) -> bool {
+        let (alpha, greatest) = (self.alpha(dt), self.greatest_alpha());
+        let changes = self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest));
+        if changes {
+            self.pass_stiffness_factors();
+        }
+        changes
     }
 
     /// Passes the factors in force to the shape matching.

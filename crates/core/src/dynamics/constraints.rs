@@ -249,6 +249,11 @@ impl Constraints {
         &self.held
     }
 
+    /// As [`constrained`](Self::constrained), of a body that may have no constraints: then the list is empty.
+    pub(crate) fn constrained_by(constraints: Option<&Self>) -> &[bool] {
+        constraints.map_or(&[], Self::constrained)
+    }
+
     /// Returns whether any constraint is active in the current step.
     pub fn any_active(&self) -> bool {
         self.constraints.iter().any(Constraint::is_active)

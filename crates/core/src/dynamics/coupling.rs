@@ -8,9 +8,9 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::momentum::{Mobility, RigidMotion, SOFTNESS};
+use super::momentum::{Mobility, SOFTNESS};
 use super::reaction::{ImpulseLimits, SupportDirections, SupportLimits};
-use crate::state::PairSupport;
+use crate::state::{PairSupport, Twist};
 
 /// Number of sweeps over the conditions of all supports. More sweeps damp towers of more bodies as a whole.
 const SWEEPS: usize = 10;
@@ -23,7 +23,7 @@ pub(crate) struct CoupledComponent {
     /// Center of mass.
     pub(super) center: Vector3<f64>,
     /// Rigid motion with the momenta of the component.
-    pub(super) motion: RigidMotion,
+    pub(super) motion: Twist,
     /// Reference motion (v, ω).
     pub(super) reference: Vector6<f64>,
     /// Change of the reference motion by impulses, restricted by pins, handles and colliders.
@@ -47,8 +47,8 @@ pub(crate) struct Coupling {
     /// The components that press on others, in increasing order of the sides.
     pub(crate) components: Vec<CoupledComponent>,
     conditions: Vec<Condition>,
-    /// The reaction of each support: the impulse on its first side in the step.
-    reactions: Vec<Vector3<f64>>,
+    /// The reaction of each support: the impulse on its first side in the last step that was solved.
+    pub(crate) reactions: Vec<Vector3<f64>>,
 }
 
 /// A condition: equal speeds of two components along `rows`.
@@ -115,11 +115,6 @@ impl Coupling {
             reactions[condition.support] += impulse;
         }
     }
-
-    /// Returns the reactions of the supports in the last solution: the impulse on the first side of each.
-    pub(crate) fn reactions(&self) -> &[Vector3<f64>] {
-        &self.reactions
-    }
 }
 
 /// Adds the conditions of a support with a coefficient of friction, and advances its deflections.
@@ -140,7 +135,7 @@ fn add_conditions(
     let parts = [fraction / first.fraction, fraction / second.fraction];
     let pressing = &mut support.pressing;
     let arms = sides.map(|component| Vector3::from(pressing.point) - component.center);
-    let velocity = |side: usize| sides[side].motion.linear + sides[side].motion.angular.cross(&arms[side]);
+    let velocity = |side: usize| sides[side].motion.velocity_at(&arms[side]);
     let relative = [first.motion.angular - second.motion.angular, velocity(0) - velocity(1)];
     let limits = SupportLimits::new(
         pressing,
@@ -190,7 +185,7 @@ mod tests {
 
     fn component(body: u32, speed: f64) -> CoupledComponent {
         let mass = MASSES[body as usize];
-        let motion = RigidMotion { linear: Vector3::x() * speed, angular: Vector3::z() * (0.3 * speed) };
+        let motion = Twist { linear: Vector3::x() * speed, angular: Vector3::z() * (0.3 * speed) };
         CoupledComponent {
             side: (body, 0),
             center: Vector3::x() * f64::from(body),
@@ -223,7 +218,7 @@ mod tests {
     /// Returns the linear momentum, and the angular momentum about the origin, of the changes.
     fn momenta(components: &[CoupledComponent]) -> (Vector3<f64>, Vector3<f64>) {
         let impulses = components.iter().zip(MASSES).map(|(c, mass)| {
-            let RigidMotion { linear, angular } = RigidMotion::from_components(&(c.change * c.fraction));
+            let Twist { linear, angular } = Twist::from_components(&(c.change * c.fraction));
             let (linear, angular) = (linear * mass, angular * (mass * INERTIA));
             (linear, angular + c.center.cross(&linear))
         });
@@ -233,7 +228,7 @@ mod tests {
     /// Returns the energy of the components with the velocities that `motion` returns.
     fn energy(components: &[CoupledComponent], motion: fn(&CoupledComponent) -> Vector6<f64>) -> f64 {
         let energies = components.iter().zip(MASSES).map(|(c, mass)| {
-            let RigidMotion { linear, angular } = RigidMotion::from_components(&motion(c));
+            let Twist { linear, angular } = Twist::from_components(&motion(c));
             0.5 * mass * (linear.norm_squared() + INERTIA * angular.norm_squared())
         });
         energies.sum()

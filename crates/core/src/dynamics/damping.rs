@@ -9,6 +9,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
+use super::integration::inverse_and_rate;
 use crate::matching::{
     Factors, InverseCovariances, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted,
     Workspace, columns, full, inverse, scale, shape, times,
@@ -215,17 +216,9 @@ impl VertexUpdate for Damp<'_> {
         _: &mut [()],
     ) {
         for ((block, region_sums), velocities) in (first..).zip(region_sums).zip(velocities) {
-            let fraction = f32x8::splat(simd, self.fraction);
-            let (inverse, fraction) = match self.factors {
-                None => {
-                    let [_, inverse] = load(simd, &self.weights.blocks()[block]);
-                    (inverse, fraction)
-                }
-                Some(factors) => {
-                    let [factor, inverse] = load(simd, &factors.vertices.blocks()[block]);
-                    (inverse, factor * fraction)
-                }
-            };
+            let (weights, factors) = (&self.weights.blocks()[block], self.factors);
+            let factors = factors.map(|factors| &factors.vertices.blocks()[block]);
+            let (inverse, fraction) = inverse_and_rate(simd, weights, factors, self.fraction);
             let region_sums: [f32x8<S>; 3] = load(simd, region_sums);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {

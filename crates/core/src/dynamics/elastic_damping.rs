@@ -26,22 +26,22 @@
 
 use nalgebra::{Vector3, Vector6};
 
+use super::constrained::ConstrainedVertices;
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
-use super::momentum::{Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums};
+use super::momentum::{Mobility, MomentumTracker, Projection, RigidState, RigidVelocity};
 use super::reaction::{DampingStep, Reaction, SupportConditions};
 use super::rolling::resistance;
 use super::varied_damping::{DampingRates, VariedDamping};
 use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
-use crate::state::{Momentum, State, Support};
+use crate::state::{Momentum, State, Support, Twist};
 
 /// The elastic-damping stage.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ElasticDamper {
-    /// Sums over the constrained vertices of each component, with unit masses, and their number.
-    constrained: Vec<(Sums, f64)>,
+    constrained: ConstrainedVertices,
     damped: Damped,
     /// Component and index of each support, in increasing order.
     supports: Vec<(u32, u32)>,
@@ -62,10 +62,10 @@ pub(crate) struct ElasticDamper {
 #[derive(Clone, Debug)]
 struct SupportedMotion {
     /// Rigid motion with the momenta of the component.
-    motion: RigidMotion,
+    motion: Twist,
     /// The rigid motion without and with the supports.
-    free: RigidMotion,
-    reference: RigidMotion,
+    free: Twist,
+    reference: Twist,
     /// Whether the component has constrained vertices.
     is_held: bool,
     /// Impulse of other bodies in the step, by the coupling.
@@ -73,7 +73,7 @@ struct SupportedMotion {
     /// Change of the linear momentum in the step.
     given: Vector3<f64>,
     /// The change of the rigid motion in a step by rolling resistance.
-    rolling: RigidMotion,
+    rolling: Twist,
     projection: Projection,
 }
 
@@ -93,7 +93,7 @@ impl ElasticDamper {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.constrained.as_slice())
+        self.constrained.bytes()
             + size_of_val(self.motions.as_slice())
             + size_of_val(self.added.as_slice())
             + size_of_val(self.supports.as_slice())
@@ -125,24 +125,24 @@ impl ElasticDamper {
 
     /// Returns the share of each vertex in the damping; `None` if all are 1.
     pub(crate) fn shares(&self) -> Option<&Lanes<1>> {
-        self.varied.as_ref().map(VariedDamping::shares)
+        self.varied.as_ref().map(|varied| &varied.shares)
     }
 
     /// Returns the least factor of the rate.
     pub(crate) fn least_factor(&self) -> f64 {
-        self.varied.as_ref().map_or(1.0, VariedDamping::least)
+        self.varied.as_ref().map_or(1.0, |varied| varied.least)
     }
 
     /// Returns the last measurement of each component by `momentum`, or in the metric of the shares.
     pub(crate) fn states<'a>(&'a self, momentum: &'a MomentumTracker) -> &'a [RigidState] {
-        self.varied.as_ref().map_or(momentum, VariedDamping::tracker).states()
+        self.varied.as_ref().map_or(momentum, |varied| &varied.tracker).states()
     }
 
     /// Returns exp(-2 c dt) with the greatest rate c of the body, and measures the state in the metric of the shares.
     fn keep(&mut self, rates: DampingRates, moved: (&Matching, &State), executor: &Executor) -> f64 {
         let Some(varied) = &mut self.varied else { return rates.kept(1.0) };
         varied.measure(rates, moved, executor);
-        rates.kept(varied.greatest())
+        rates.kept(varied.greatest)
     }
 
     /// Returns the reactions of the supports in the last step.
@@ -166,20 +166,20 @@ impl ElasticDamper {
         (rates, executor): (DampingRates, &Executor),
     ) {
         let keep = self.keep(rates, (matching, state), executor);
-        self.read_constrained(constraints, (matching, state), momentum);
+        self.constrained.read(constraints, (matching, state), momentum);
         self.damped.keep = keep as f32;
         self.damped.rigid.clear();
         for component in 0..momentum.states().len() {
             let rigid = self.states(momentum)[component];
             let motion = rigid.motion(rigid.momentum);
-            let free = match self.constrained_vertices(component) {
+            let free = match self.constrained.of_component(component) {
                 None => motion,
                 Some(vertices) => {
-                    let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+                    let mobility = Mobility::of_body(rigid.mass, &rigid.inertia);
                     projection_of(&mobility, motion, rigid.center, Some(&vertices)).motion()
                 }
             };
-            self.damped.rigid.push((free * (1.0 - keep)).about_origin(rigid.center));
+            self.damped.rigid.push(RigidVelocity::of(free * (1.0 - keep), rigid.center));
         }
     }
 
@@ -193,7 +193,7 @@ impl ElasticDamper {
         (step, executor): (DampingStep<'_>, &Executor),
     ) {
         self.fraction = 1.0 - self.keep(step.rates, (matching, state), executor);
-        self.read_constrained(constraints, (matching, state), momentum);
+        self.constrained.read(constraints, (matching, state), momentum);
         let supports = state.supports.list_mut();
         let mut sorted = std::mem::take(&mut self.supports);
         sorted.clear();
@@ -228,7 +228,7 @@ impl ElasticDamper {
     ) -> Option<(&[RigidVelocity], Option<&Lanes<1>>)> {
         let Self { motions, added, fraction, varied, .. } = self;
         added.clear();
-        let states = varied.as_ref().map_or(momentum, VariedDamping::tracker).states();
+        let states = varied.as_ref().map_or(momentum, |varied| &varied.tracker).states();
         let moved = momentum.states().iter().zip(states).zip(motions).zip(momenta);
         for (((body, rigid), moved), tracked) in moved {
             let change = (moved.reference - moved.free) * *fraction + moved.rolling;
@@ -236,10 +236,10 @@ impl ElasticDamper {
             if let Some(tracked) = tracked {
                 tracked.add(rigid.momentum_about(body.center, change));
             }
-            added.push(change.about_origin(rigid.center));
+            added.push(RigidVelocity::of(change, rigid.center));
         }
         let adds = added.iter().any(|velocity| *velocity != RigidVelocity::default());
-        adds.then_some((added, varied.as_ref().map(VariedDamping::shares)))
+        adds.then_some((added, varied.as_ref().map(|varied| &varied.shares)))
     }
 
     /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is
@@ -253,7 +253,7 @@ impl ElasticDamper {
         let (frame, measured) = (state.frame, &self.states(momentum)[side.1 as usize]);
         let SupportedMotion { motion, reference, projection, .. } = self.motions.get(side.1 as usize)?;
         let cell_size = frame.cell_size();
-        let world = |motion: &RigidMotion| RigidMotion {
+        let world = |motion: &Twist| Twist {
             linear: (motion.linear + frame.velocity()) * cell_size,
             angular: motion.angular,
         };
@@ -280,11 +280,11 @@ impl ElasticDamper {
         momentum: &MomentumTracker,
         (cell_mass, cell_size): (f64, f64),
     ) {
-        let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
+        let Twist { linear, angular } = Twist::from_components(&component.change);
         let index = component.side.1;
         let mass = self.states(momentum)[index as usize].mass;
         let moved = &mut self.motions[index as usize];
-        moved.reference = moved.reference + RigidMotion { linear: linear / cell_size, angular };
+        moved.reference = moved.reference + Twist { linear: linear / cell_size, angular };
         moved.coupled = component.impulse / (cell_mass * cell_size);
         if moved.is_held {
             return;
@@ -299,31 +299,6 @@ impl ElasticDamper {
         }
     }
 
-    /// Sums the motion of the constrained vertices of each component.
-    fn read_constrained(
-        &mut self,
-        constraints: Option<&Constraints>,
-        (matching, state): (&Matching, &State),
-        tracker: &MomentumTracker,
-    ) {
-        self.constrained.clear();
-        let Some(constraints) = constraints.filter(|constraints| constraints.any_active()) else { return };
-        self.constrained.resize(tracker.states().len(), (Sums::default(), 0.0));
-        for vertex in constraints.list().iter().flat_map(|constraint| constraint.held()) {
-            let slot = matching.layout.slots()[vertex as usize];
-            let (sums, count) = &mut self.constrained[tracker.components().of_slot(slot)];
-            let vector = |lanes: &Lanes<3>| lanes.get(slot).map(f64::from);
-            sums.add_vertex(1.0, vector(&state.positions), vector(&state.velocities));
-            *count += 1.0;
-        }
-    }
-
-    /// Returns the motion of the constrained vertices of a component, with unit masses; `None` if it has none.
-    fn constrained_vertices(&self, component: usize) -> Option<RigidState> {
-        let found = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
-        found.map(|(sums, count)| sums.rigid_state(*count))
-    }
-
     /// Returns the motion of a component after the contacts, and advances the deflections of its supports. `own` has
     /// its supports, as in `self.supports`.
     fn supported(
@@ -332,12 +307,12 @@ impl ElasticDamper {
         (supports, own): (&mut [Support], &[(u32, u32)]),
         step: DampingStep<'_>,
     ) -> SupportedMotion {
-        let vertices = self.constrained_vertices(component);
+        let vertices = self.constrained.of_component(component);
         let Self { conditions, reactions, fraction, .. } = self;
         let motion = rigid.motion(rigid.momentum);
-        let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+        let mobility = Mobility::of_body(rigid.mass, &rigid.inertia);
         let project = |motion| projection_of(&mobility, motion, rigid.center, vertices.as_ref());
-        let mut rolling = RigidMotion::ZERO;
+        let mut rolling = Twist::default();
         let projection = project(motion);
         let free = projection.motion();
         let moved = |reference, rolling, projection| SupportedMotion {
@@ -368,7 +343,7 @@ impl ElasticDamper {
         let projection = conditions.project(
             *fraction,
             motion.components(),
-            |motion| project(RigidMotion::from_components(&motion)),
+            |motion| project(Twist::from_components(&motion)),
             |row| mobility.free_change(row),
         );
         let mut reference = projection.motion();
@@ -382,7 +357,7 @@ impl ElasticDamper {
             let own = conditions.list().iter().filter(|condition| condition.support == index);
             let sum: Vector6<f64> =
                 own.map(|condition| condition.row * (condition.impulse * *fraction)).sum();
-            let impulse = RigidMotion::from_components(&sum).linear;
+            let impulse = Twist::from_components(&sum).linear;
             let (point, pressure) = (pressing.point.into(), pressing.impulse);
             reactions.push(Reaction { component, collider, impulse, point, pressure });
         }
@@ -393,7 +368,7 @@ impl ElasticDamper {
 /// Returns the projection of a motion of a component about its center of mass on the motion of its constrained vertices.
 fn projection_of(
     mobility: &Mobility,
-    motion: RigidMotion,
+    motion: Twist,
     center: Vector3<f64>,
     vertices: Option<&RigidState>,
 ) -> Projection {

@@ -59,7 +59,7 @@ pub enum ForceDuration {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Lasting {
     /// Lattice vertices in increasing order, and the forces or impulses on them.
-    pub(crate) forces: Vec<(u32, [f64; 3])>,
+    pub(super) forces: Vec<(u32, [f64; 3])>,
     /// The time that is left; `None`: the forces are impulses, which act in the next step.
     left: Option<ForceDuration>,
     /// Whether the force acts after the current step.

@@ -74,20 +74,28 @@ impl Goal {
     /// Returns the factors of the distance x - t and of the velocity v - t' in the acceleration in a step of `dt` seconds
     /// that begins at `time`, at a vertex with the factor `factor` of the weight.
     ///
-    /// A step changes u = v - t' by the acceleration, and then d = x - t by dt u. The oscillation of this scheme has
-    /// exactly the frequency ω if the factor of d is s/dt² with s = 2 (1 - cos(ω dt)). At ω dt = pi/3 it is 1: d vanishes
-    /// in the step. The scheme is stable with a factor c/dt of u, and an elasticity of the body that adds up to 2/dt² to
-    /// the factor of d, if s + 2 < 2 (2 - c): c is at most 1 - s/2.
+    /// See [`spring_shares`].
     pub(super) fn factors(&self, time: f64, dt: f64, factor: f64) -> [f64; 2] {
         let omega = TAU * self.frequency_of((self.weight.value(time) * factor).min(1.0));
-        let stiffness = 2.0 * (1.0 - (omega * dt).min(FRAC_PI_3).cos());
-        let damping = (-(-2.0 * self.damping_ratio * omega * dt).exp_m1()).min(1.0 - stiffness / 2.0);
+        let [stiffness, damping] = spring_shares(omega * dt, 2.0 * self.damping_ratio * omega * dt);
         [stiffness / (dt * dt), damping / dt]
     }
 
     fn frequency_of(&self, weight: f64) -> f64 {
         self.frequency * (weight / (1.0 - weight)).sqrt()
     }
+}
+
+/// Returns the shares s and c of a damped spring in a step: of its displacement d, which it takes away by a change of the
+/// velocity of -s d/dt, and of the velocity u, which it changes by -c u. `phase`: ω dt, with the angular frequency ω.
+/// `decay`: 2 ζ ω dt, with the damping ratio ζ.
+///
+/// A step changes u by the acceleration, and then d by dt u. The oscillation of this scheme has exactly the frequency ω if
+/// s = 2 (1 - cos(ω dt)). At ω dt = pi/3 it is 1: d vanishes in the step. The scheme is stable with a share c of u, and an
+/// elasticity of the body that adds up to 2 to s, if s + 2 < 2 (2 - c): c is at most 1 - s/2.
+pub(crate) fn spring_shares(phase: f64, decay: f64) -> [f64; 2] {
+    let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
+    [share, (-(-decay).exp_m1()).min(1.0 - share / 2.0)]
 }
 
 #[cfg(test)]

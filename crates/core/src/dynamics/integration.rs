@@ -62,17 +62,8 @@ impl VertexUpdate for Accelerate<'_> {
         let zero = f32x8::splat(simd, 0.0);
         let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities).enumerate();
         for (at, (((weights, positions), region_sums), velocities)) in vertices {
-            let stiffness_rate = f32x8::splat(simd, self.stiffness_rate);
-            let (inverse, stiffness_rate) = match self.factors {
-                None => {
-                    let [_, inverse] = load(simd, weights);
-                    (inverse, stiffness_rate)
-                }
-                Some(factors) => {
-                    let [factor, inverse] = load(simd, &factors.vertices.blocks()[first + at]);
-                    (inverse, factor * stiffness_rate)
-                }
-            };
+            let factors = self.factors.map(|factors| &factors.vertices.blocks()[first + at]);
+            let (inverse, stiffness_rate) = inverse_and_rate(simd, weights, factors, self.stiffness_rate);
             let occupied = inverse.simd_gt(zero);
             let (x, region_sums): ([f32x8<S>; 3], [f32x8<S>; 3]) =
                 (load(simd, positions), load(simd, region_sums));
@@ -86,6 +77,29 @@ impl VertexUpdate for Accelerate<'_> {
         }
         if let Some(components) = self.components {
             momentum::add(simd, components, first, Fields { weights, positions, velocities }, sums);
+        }
+    }
+}
+
+/// Returns 1/n of the vertices of a block with m and 1/n, and a rate. `factors`: the stiffness factors of the vertices,
+/// with the inverse sums of the factors of their regions. With them, the latter take the place of 1/n, and the rate is
+/// multiplied by the former.
+#[inline(always)]
+pub(super) fn inverse_and_rate<S: Simd>(
+    simd: S,
+    weights: &Block<2>,
+    factors: Option<&Block<2>>,
+    rate: f32,
+) -> (f32x8<S>, f32x8<S>) {
+    let rate = f32x8::splat(simd, rate);
+    match factors {
+        None => {
+            let [_, inverse] = load(simd, weights);
+            (inverse, rate)
+        }
+        Some(factors) => {
+            let [factor, inverse] = load(simd, factors);
+            (inverse, factor * rate)
         }
     }
 }

@@ -35,6 +35,10 @@ impl KeyedMaterial {
         self.numbers().into_iter().filter(|(.., curve)| curve.is_some()).map(|(name, ..)| name)
     }
 
+    fn curves(&self) -> impl Iterator<Item = &Curve> {
+        self.numbers().into_iter().filter_map(|(.., curve)| curve)
+    }
+
     /// Returns these keyframes with those of `others` in place of them where both have some.
     #[must_use]
     pub fn replaced_by(self, others: Self) -> Self {
@@ -67,16 +71,12 @@ impl KeyedMaterial {
 
     /// Returns whether all keyframes are valid.
     pub(crate) fn is_valid(&self) -> bool {
-        let mut curves = self.numbers().into_iter().filter_map(|(.., curve)| curve);
-        curves.all(Curve::is_valid) && self.validate().is_ok()
+        self.curves().all(Curve::is_valid) && self.validate().is_ok()
     }
 
     /// Returns whether any number at the end of a step is another one than at its start.
     pub(crate) fn changes(&self, start: f64, end: f64) -> bool {
-        self.numbers()
-            .into_iter()
-            .filter_map(|(.., curve)| curve)
-            .any(|curve| curve.value(start) != curve.value(end))
+        self.curves().any(|curve| curve.value(start) != curve.value(end))
     }
 }
 

@@ -48,7 +48,7 @@ pub(crate) fn lowest_eigenvalue(
     let mut workspace = Workspace::default();
     let rest = vec![Some(Momentum::default()); tracker.states().len()];
     let mut remove_rigid = |field: &mut Lanes<3>| {
-        tracker.measure(executor, cascade.task_blocks(), weights, &positions, field);
+        tracker.measure_fields(executor, cascade.task_blocks(), weights, &positions, field);
         let (components, corrections) = tracker.corrections(&rest);
         add_rigid(components, corrections, (layout.occupied(), None), &positions, field);
     };

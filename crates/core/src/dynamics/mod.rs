@@ -23,6 +23,7 @@
 //! | `keyed` | numbers of the material that change along keyframes |
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
 //! | `elastic_damping` | damping of the elastic modes |
+//! | `constrained` | the motion of constrained vertices, for `elastic_damping` |
 //! | `varied_damping` | damping at rates that vary over a body, for `elastic_damping` |
 //! | `deflection` | deflections of the supports of a body, for `elastic_damping` |
 //! | `reaction` | the conditions of supports and their limits, for `elastic_damping` |
@@ -34,6 +35,7 @@
 //! | `rigid` | the motion of rigid bodies |
 //! | `recovery` | the return of a tangled body to its rest shape |
 
+mod constrained;
 mod constraint;
 mod constraint_error;
 mod constraints;
@@ -81,6 +83,7 @@ pub use force::{Force, ForceDuration};
 pub(crate) use force::{Lasting, distribute};
 pub(crate) use forces::Forces;
 pub use goal::Goal;
+pub(crate) use goal::spring_shares;
 pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use inflation::Inflation;
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
@@ -94,7 +97,7 @@ pub use plasticity::Plasticity;
 pub(crate) use reaction::DampingStep;
 pub(crate) use recovery::{is_tangled, most_steps, recover};
 pub use rigid::RigidError;
-pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass};
+pub(crate) use rigid::{HeldVertex, RigidBody, RigidMass, vertex_moments};
 pub(crate) use rolling::rolling_resistance;
 pub(crate) use selection::valid_weights;
 pub use selection::{Map, Selection, SelectionError, SelectionPose};

@@ -17,9 +17,9 @@
 use nalgebra::{Vector3, Vector6};
 
 use super::deflection::{axes_without, deflect};
-use super::momentum::{Projection, RigidMotion, stack};
+use super::momentum::Projection;
 use super::varied_damping::DampingRates;
-use crate::state::{Pressing, Support};
+use crate::state::{Pressing, Support, Twist};
 
 /// Excess over a limit, relative to the limit, that is due to rounding.
 const ROUNDING: f64 = 1e-9;
@@ -107,8 +107,8 @@ impl Direction {
     /// center of mass to the center of pressure.
     pub(super) fn row(self, arm: Vector3<f64>) -> Vector6<f64> {
         match self {
-            Self::Along(axis) => stack(&axis, &arm.cross(&axis)),
-            Self::About(axis) => stack(&Vector3::zeros(), &axis),
+            Self::Along(axis) => Twist { linear: axis, angular: arm.cross(&axis) }.components(),
+            Self::About(axis) => Twist { angular: axis, ..Twist::default() }.components(),
         }
     }
 
@@ -272,13 +272,13 @@ impl SupportConditions {
         &mut self,
         (index, support): (u32, &mut Support),
         step: &DampingStep<'_>,
-        motion: RigidMotion,
+        motion: Twist,
         center: Vector3<f64>,
     ) {
         let &mut Support { collider, ref mut pressing, velocity, spin, .. } = support;
         let [point, velocity, spin] = [pressing.point, velocity, spin].map(Vector3::from);
         let arm = point - center;
-        let relative = [motion.angular - spin, motion.linear + motion.angular.cross(&arm) - velocity];
+        let relative = [motion.angular - spin, motion.velocity_at(&arm) - velocity];
         let limits = SupportLimits::new(pressing, (step.friction)(collider), (1.0, step.layers));
         let directions = SupportDirections::advance(pressing, limits, relative, (step.rates.dt, step.size));
         self.add_support(index, arm, [velocity, spin], &directions);

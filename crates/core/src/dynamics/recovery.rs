@@ -97,7 +97,7 @@ pub(crate) fn recover(
     let motion = measured.motion(measured.momentum);
     for (slot, rest) in vertices() {
         let position = state.local(slot);
-        let rigid = motion.linear + motion.angular.cross(&(position - center));
+        let rigid = motion.velocity_at(&(position - center));
         let velocity = rigid + (goal(rest) - position) * (rate / dt);
         state.velocities.set(slot, velocity.map(|v| v as f32).into());
     }

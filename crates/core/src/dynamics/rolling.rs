@@ -6,22 +6,17 @@
 //! and at most as great as stops the rolling in the step. The radius is √(s + 1/4) cells, with the mean square s of
 //! the distances of the contacts from their center: the lattice resolves no smaller ones.
 
-use super::momentum::{Mobility, RigidMotion};
-use crate::state::{RigidMobility, Support};
+use super::momentum::Mobility;
+use crate::state::{RigidMobility, Support, Twist};
 use nalgebra::Vector3;
 
 /// Returns the change of the rigid motion of a component by rolling resistance at a support. `coefficient`: of the
 /// resistance. `mobility`, `motion`: of the component, without conditions.
-pub(super) fn resistance(
-    support: &Support,
-    coefficient: f64,
-    mobility: &Mobility,
-    motion: RigidMotion,
-) -> RigidMotion {
+pub(super) fn resistance(support: &Support, coefficient: f64, mobility: &Mobility, motion: Twist) -> Twist {
     let [normal, spin] = [support.pressing.normal, support.spin].map(Vector3::from);
     let turning = motion.angular - spin;
     let rolling = turning - normal * normal.dot(&turning);
-    let Some(axis) = rolling.try_normalize(0.0) else { return RigidMotion::ZERO };
+    let Some(axis) = rolling.try_normalize(0.0) else { return Twist::default() };
     // A torque without a force: friction changes the velocity of the center.
     let turned = mobility.turn(axis);
     // Without a mean normal, no force presses.
@@ -29,8 +24,8 @@ pub(super) fn resistance(
     // About the axis, the component is stopped at most: no work is done.
     let stopping = rolling.norm() / axis.dot(&turned);
     match stopping.is_finite() {
-        true => RigidMotion { angular: -turned * torque.min(stopping), ..RigidMotion::ZERO },
-        false => RigidMotion::ZERO,
+        true => Twist { angular: -turned * torque.min(stopping), ..Twist::default() },
+        false => Twist::default(),
     }
 }
 
@@ -43,7 +38,7 @@ pub(crate) fn rolling_resistance(
     spin: Vector3<f64>,
 ) -> Vector3<f64> {
     let mobility = Mobility::of_angular(&body.angular);
-    let motion = RigidMotion { angular: spin, ..RigidMotion::ZERO };
+    let motion = Twist { angular: spin, ..Twist::default() };
     resistance(support, coefficient, &mobility, motion).angular
 }
 
@@ -61,7 +56,7 @@ mod tests {
         let inertia = Matrix3::new(1.0, -0.5, 0.0, -0.5, 1.0, 0.0, 0.0, 0.0, 0.3);
         let mobility = Mobility::of_body(2.0, &inertia);
         for (spin, impulse) in [([0.1, 10.0, 0.0], 1e9), ([3.0, -1.0, 2.0], 0.5), ([3.0, -1.0, 2.0], 1e9)] {
-            let motion = RigidMotion { angular: spin.into(), ..RigidMotion::ZERO };
+            let motion = Twist { angular: spin.into(), ..Twist::default() };
             let pressing = Pressing { normal: [0.0, 1.0, 0.0], impulse, ..Pressing::default() };
             let support = Support { pressing, ..Support::default() };
             let after = motion.angular + resistance(&support, 0.1, &mobility, motion).angular;

@@ -47,16 +47,16 @@ impl DampingRates {
 pub(crate) struct VariedDamping {
     /// Factor of the rate of each lattice vertex.
     factors: Vec<f64>,
-    greatest: f64,
-    least: f64,
+    pub(super) greatest: f64,
+    pub(super) least: f64,
     /// The rates that the shares are computed for.
     rates: Option<DampingRates>,
     /// sᵢ of each vertex. Zero in lanes without a vertex.
-    shares: Lanes<1>,
+    pub(super) shares: Lanes<1>,
     /// m sᵢ of each vertex in the first row.
     weights: Lanes<2>,
     /// Measures the motion of the masses m sᵢ.
-    tracker: MomentumTracker,
+    pub(super) tracker: MomentumTracker,
 }
 
 impl VariedDamping {
@@ -74,18 +74,8 @@ impl VariedDamping {
         }
     }
 
-    /// Returns the greatest factor.
-    pub(crate) fn greatest(&self) -> f64 {
-        self.greatest
-    }
-
-    /// Returns the least factor.
-    pub(crate) fn least(&self) -> f64 {
-        self.least
-    }
-
     /// Measures the motion of the masses m sᵢ for the rates of a step.
-    pub(crate) fn measure(
+    pub(super) fn measure(
         &mut self,
         rates: DampingRates,
         (matching, state): (&Matching, &State),
@@ -104,21 +94,11 @@ impl VariedDamping {
         }
         tracker.set_masses(slots, slots.iter().map(|&slot| weights.get(slot)[0]));
         let task_blocks = matching.cascade.task_blocks();
-        tracker.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-    }
-
-    /// Returns sᵢ of each vertex.
-    pub(crate) fn shares(&self) -> &Lanes<1> {
-        &self.shares
-    }
-
-    /// Returns the last measurement of the motion of the masses m sᵢ.
-    pub(crate) fn tracker(&self) -> &MomentumTracker {
-        &self.tracker
+        tracker.measure_fields(executor, task_blocks, weights, &state.positions, &state.velocities);
     }
 
     /// Returns the memory in bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let lanes = self.shares.bytes() + self.weights.bytes();
         size_of_val(self.factors.as_slice()) + lanes + self.tracker.bytes()
     }

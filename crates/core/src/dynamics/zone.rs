@@ -85,7 +85,7 @@ impl Quantity {
         [Self::Density, Self::Strength, Self::Damping, Self::Friction, Self::YieldStrain];
 
     /// Returns the key of the factor in scenes.
-    pub(crate) fn key(self) -> &'static str {
+    pub(super) fn key(self) -> &'static str {
         match self {
             Self::Density => "density_factor",
             Self::Strength => "strength_factor",

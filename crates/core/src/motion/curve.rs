@@ -66,18 +66,8 @@ impl<V: CurveValue> Curve<V> {
     /// # Errors
     /// If the list is empty, a number is not finite, or the times do not increase.
     pub fn new(keys: Vec<CurveKey<V>>) -> Result<Self, MotionError> {
-        if keys.is_empty() {
-            return Err(MotionError::NoKeys);
-        }
-        for (index, key) in keys.iter().enumerate() {
-            let values = (0..V::LEN).map(|index| ("value", key.value.number(index)));
-            for (name, value) in std::iter::once(("time", key.time)).chain(values) {
-                if !value.is_finite() {
-                    return Err(MotionError::NotFinite { key: index, name, value });
-                }
-            }
-            MotionError::check_order(index, key.time, index.checked_sub(1).map(|before| keys[before].time))?;
-        }
+        let values = |value: V| (0..V::LEN).map(move |index| ("value", value.number(index)));
+        MotionError::check(&keys, |key| key.time, |key| values(key.value))?;
         Ok(Self { keys, interpolation: Interpolation::Linear })
     }
 

@@ -89,12 +89,29 @@ pub enum MotionError {
 }
 
 impl MotionError {
-    /// Checks that the time of a keyframe is after the time of the one before.
-    pub(super) fn check_order(key: usize, time: f64, before: Option<f64>) -> Result<(), Self> {
-        match before {
-            Some(previous) if time <= previous => Err(Self::NotIncreasing { key, time, previous }),
-            _ => Ok(()),
+    /// Checks that there are keyframes, that all their numbers are finite, and that each time is after the one before.
+    /// `values`: returns the numbers of a keyframe beside its time, with their names.
+    pub(super) fn check<K, V: IntoIterator<Item = (&'static str, f64)>>(
+        keys: &[K],
+        time: impl Fn(&K) -> f64,
+        values: impl Fn(&K) -> V,
+    ) -> Result<(), Self> {
+        if keys.is_empty() {
+            return Err(Self::NoKeys);
         }
+        let mut previous = f64::NEG_INFINITY;
+        for (index, key) in keys.iter().enumerate() {
+            for (name, value) in std::iter::once(("time", time(key))).chain(values(key)) {
+                if !value.is_finite() {
+                    return Err(Self::NotFinite { key: index, name, value });
+                }
+            }
+            if time(key) <= previous {
+                return Err(Self::NotIncreasing { key: index, time: time(key), previous });
+            }
+            previous = time(key);
+        }
+        Ok(())
     }
 }
 
@@ -104,18 +121,9 @@ impl Motion {
     /// # Errors
     /// If the list is empty, a value is not finite, or the times do not increase.
     pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
-        if keys.is_empty() {
-            return Err(MotionError::NoKeys);
-        }
-        for (index, key) in keys.iter().enumerate() {
-            let fields = [("time", &[key.time][..]), ("translate", &key.translate), ("rotate", &key.rotate)];
-            for (name, values) in fields {
-                if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
-                    return Err(MotionError::NotFinite { key: index, name, value });
-                }
-            }
-            MotionError::check_order(index, key.time, index.checked_sub(1).map(|before| keys[before].time))?;
-        }
+        let named = |name, vector: [f64; 3]| vector.map(|value| (name, value));
+        let values = |key: &Key| [named("translate", key.translate), named("rotate", key.rotate)];
+        MotionError::check(&keys, |key| key.time, |key| values(key).into_iter().flatten())?;
         Ok(Self { keys, interpolation: Interpolation::Linear })
     }
 

@@ -27,15 +27,7 @@ impl Switch {
     /// # Errors
     /// If the list is empty, a time is not finite, or the times do not increase.
     pub fn new(keys: Vec<SwitchKey>) -> Result<Self, MotionError> {
-        if keys.is_empty() {
-            return Err(MotionError::NoKeys);
-        }
-        for (index, key) in keys.iter().enumerate() {
-            if !key.time.is_finite() {
-                return Err(MotionError::NotFinite { key: index, name: "time", value: key.time });
-            }
-            MotionError::check_order(index, key.time, index.checked_sub(1).map(|before| keys[before].time))?;
-        }
+        MotionError::check(&keys, |key| key.time, |_| [])?;
         Ok(Self(keys))
     }
 

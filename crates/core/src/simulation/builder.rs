@@ -168,11 +168,7 @@ impl SimulationBuilder {
         let greatest = Vector3::from(self.gravity.longest());
         let (dt, steps) = (self.step_length(), self.fixed_substeps());
         let mut bodies = self.bodies;
-        for body in &mut bodies {
-            body.update_contact_stage(&colliders);
-            body.search_escapes();
-            body.fix_elasticity(greatest.norm(), dt);
-        }
+        bodies.iter_mut().for_each(|body| body.join(&colliders, greatest.norm(), dt));
         let contacts = groups::create(&mut bodies, self.contact);
         let mut simulation = Simulation {
             bodies,

@@ -143,6 +143,6 @@ impl Groups {
 
     /// Returns the reactions of the supports of bodies by each other in the last step.
     pub(super) fn reactions(&self) -> &[Vector3<f64>] {
-        self.coupling.reactions()
+        &self.coupling.reactions
     }
 }

@@ -10,12 +10,10 @@
 //! * A spring of the frequency ω = √(k/m) with the rest length L: J = -m (c (|d| - L)/h + (1 - exp(-2 ζ ω h)) u), along d,
 //!   where c = 2 (1 - cos(ω h)) gives the frequency exactly, at most 1: see `dynamics::goal`.
 
-use std::f64::consts::FRAC_PI_3;
-
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 use crate::body::{Anchor, Body};
-use crate::dynamics::{Link, LinkError};
+use crate::dynamics::{Link, LinkError, spring_shares};
 use crate::error::Error;
 use crate::mesh::distinct;
 
@@ -182,8 +180,31 @@ impl Joined {
 
     /// Computes the impulses of a step from the state before it, and applies them as forces in the step.
     fn apply(&mut self, bodies: &mut [Body], dt: f64) {
+        self.compute_impulses(bodies, dt);
+        let Self { bodies: (body, other), ties, corners, buffers, .. } = self;
+        let Buffers { impulses, of_corners, forces: [of_body, of_other] } = buffers;
+        of_body.clear();
+        of_body.extend(ties.iter().zip(&*impulses).map(|(tie, impulse)| (tie.vertex, (impulse / dt).into())));
+        of_other.clear();
+        of_other.extend(
+            corners.iter().zip(&*of_corners).map(|(&corner, impulse)| (corner, (-impulse / dt).into())),
+        );
+        self.force = of_body.iter().map(|(_, force)| Vector3::from(*force)).sum();
+        if self.link.break_force.is_some_and(|limit| self.force.norm() > limit) {
+            self.is_broken = true;
+            self.force = Vector3::zeros();
+            return;
+        }
+        bodies[*body].add_step_forces(of_body);
+        if let Some(other) = *other {
+            bodies[other].add_step_forces(of_other);
+        }
+    }
+
+    /// Computes the impulses of a step on the vertices of the ties and on the corners.
+    fn compute_impulses(&mut self, bodies: &[Body], dt: f64) {
         let Self { link, bodies: (index, other), ties, corners, buffers, .. } = self;
-        let Buffers { impulses, of_corners, forces } = buffers;
+        let Buffers { impulses, of_corners, .. } = buffers;
         let (body, other_body) = (&bodies[*index], other.map(|other| &bodies[other]));
         let of_body: f64 = ties.iter().map(|tie| body.mass_of(tie.vertex)).sum();
         impulses.clear();
@@ -230,7 +251,7 @@ impl Joined {
                     (TiePoint::Corners(..), None) => continue,
                 }
                 let impulse = match link.stiffness {
-                    // Half of the velocity remains: see `Goal::factors`.
+                    // Half of the velocity remains: see `spring_shares`.
                     None => -solve(&mobility, relative - before * 0.5 + distance / dt),
                     Some(stiffness) => {
                         let spring = (stiffness * mass / of_body, tie.rest_length, link.damping_ratio);
@@ -250,23 +271,6 @@ impl Joined {
                     }
                 }
             }
-        }
-        let [of_body, of_other] = forces;
-        of_body.clear();
-        of_body.extend(ties.iter().zip(&*impulses).map(|(tie, impulse)| (tie.vertex, (impulse / dt).into())));
-        of_other.clear();
-        of_other.extend(
-            corners.iter().zip(&*of_corners).map(|(&corner, impulse)| (corner, (-impulse / dt).into())),
-        );
-        self.force = of_body.iter().map(|(_, force)| Vector3::from(*force)).sum();
-        if self.link.break_force.is_some_and(|limit| self.force.norm() > limit) {
-            self.is_broken = true;
-            self.force = Vector3::zeros();
-            return;
-        }
-        bodies[self.bodies.0].add_step_forces(of_body);
-        if let Some(other) = self.bodies.1 {
-            bodies[other].add_step_forces(of_other);
         }
     }
 }
@@ -290,9 +294,8 @@ fn spring_impulse(
 ) -> Vector3<f64> {
     let along = |inverse: f64| {
         let phase = (stiffness * inverse).sqrt() * dt;
-        let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
-        // See `Goal::factors` for the limit.
-        (share / dt, (-(-2.0 * damping_ratio * phase).exp_m1()).min(1.0 - share / 2.0))
+        let [share, damping] = spring_shares(phase, 2.0 * damping_ratio * phase);
+        (share / dt, damping)
     };
     if rest_length == 0.0 {
         let inverse = mobility.trace() / 3.0;

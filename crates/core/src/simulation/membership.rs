@@ -13,9 +13,7 @@ impl Simulation {
     ///
     /// States that were saved before have one body less, and cannot be restored.
     pub fn add_body(&mut self, mut body: Body) -> usize {
-        body.update_contact_stage(&self.colliders);
-        body.search_escapes();
-        body.fix_elasticity(self.greatest_gravity().norm(), self.dt());
+        body.join(&self.colliders, self.greatest_gravity().norm(), self.dt());
         self.bodies.push(body);
         let index = self.bodies.len() - 1;
         groups::begin(&mut self.bodies, index, self.contact, &mut self.contacts);

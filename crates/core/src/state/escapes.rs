@@ -40,6 +40,11 @@ impl Escapes {
         &self.list
     }
 
+    /// Returns the escape of a component, if it is leaving colliders.
+    pub(crate) fn of(&self, component: u32) -> Option<&Escape> {
+        self.list.iter().find(|escape| escape.component == component)
+    }
+
     /// Lets the next step look for components inside colliders. Called when positions or colliders were set.
     pub(crate) fn search(&mut self) {
         self.searches = true;

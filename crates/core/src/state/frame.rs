@@ -102,6 +102,27 @@ impl BodyFrame {
     }
 }
 
+/// Returns the position of a slot: its f32 coordinates and their rounding errors.
+#[inline]
+pub(super) fn position_of(positions: &Lanes<3>, compensation: &Lanes<3>, slot: u32) -> Vector3<f64> {
+    wide(positions.get(slot)) + wide(compensation.get(slot))
+}
+
+/// Sets the position of a slot: its f32 coordinates and, if they are stored, their rounding errors.
+#[inline]
+pub(super) fn set_position_of(
+    positions: &mut Lanes<3>,
+    compensation: Option<&mut Lanes<3>>,
+    slot: u32,
+    position: Vector3<f64>,
+) {
+    let high: [f32; 3] = position.map(|x| x as f32).into();
+    positions.set(slot, high);
+    if let Some(compensation) = compensation {
+        compensation.set(slot, (position - wide(high)).map(|x| x as f32).into());
+    }
+}
+
 /// The positions and velocities of one body, for the stages that change them: constraints, contacts, forces.
 ///
 /// A slot is the index of a lattice vertex in the storage order ([`Lanes`]).
@@ -122,18 +143,16 @@ impl BodyState<'_> {
     /// Returns the position of a slot, in cells from the local origin.
     #[inline]
     pub fn position(&self, slot: u32) -> Vector3<f64> {
-        let high = wide(self.positions.get(slot));
-        self.compensation.as_ref().map_or(high, |compensation| high + wide(compensation.get(slot)))
+        match &self.compensation {
+            Some(compensation) => position_of(self.positions, compensation, slot),
+            None => wide(self.positions.get(slot)),
+        }
     }
 
     /// Sets the position of a slot, in cells from the local origin.
     #[inline]
     pub fn set_position(&mut self, slot: u32, position: Vector3<f64>) {
-        let high: [f32; 3] = position.map(|x| x as f32).into();
-        self.positions.set(slot, high);
-        if let Some(compensation) = &mut self.compensation {
-            compensation.set(slot, (position - wide(high)).map(|x| x as f32).into());
-        }
+        set_position_of(self.positions, self.compensation.as_deref_mut(), slot, position);
     }
 
     /// Returns the velocity of a slot in cells per second.

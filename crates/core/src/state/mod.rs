@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
+//! | `origin` | moves the origin of the frame with the body |
 //! | `pressing` | contacts that pressed in a step, as one |
 //! | `supports` | the contacts that pressed on the body in the last step |
 //! | `pair_supports` | the contacts between bodies that pressed on them in the last step |
@@ -18,6 +19,7 @@
 mod errors;
 mod escapes;
 mod frame;
+mod origin;
 mod pair_supports;
 mod place;
 mod placement;
@@ -34,7 +36,7 @@ pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use pressing::{Deflection, Pressing, PressingContact};
-pub(crate) use rest::{Rest, RestSigns, Stay};
+pub(crate) use rest::{Rest, Stay};
 pub(crate) use rigid::{RigidMobility, RigidPose, Twist};
 pub(crate) use supports::{Support, SupportingContact, Supports};
 pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, TouchedPoint, Touches};
@@ -42,7 +44,7 @@ pub(crate) use touches::{ContactForce, ContactKey, SampleTouch, SearchedMotion, 
 use nalgebra::{Point3, Vector3};
 
 use crate::lattice::{Lattice, Layout};
-use crate::simd::lanes::{Block, LANES, Lanes, Row};
+use crate::simd::lanes::{Block, Lanes, Row};
 
 /// The state of a body: positions, velocities and rotations of its lattice vertices.
 ///
@@ -179,14 +181,9 @@ impl State {
         self.touches.searched_motion((&self.positions, self.frame.shift), occupied, limit, is_relative)
     }
 
-    /// Wakes the body up. It has to be at rest again before it sleeps.
-    pub(crate) fn wake(&mut self) {
-        self.rest.wake();
-    }
-
-    /// Adds a step of `dt` seconds to the time of rest. `occupied` has the bit mask of the lanes with a vertex of
-    /// each block.
-    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], RestSigns { is_slow, stay }: RestSigns) {
+    /// Adds a step of `dt` seconds to the time of rest. `is_slow`: whether all vertices were slow, or stayed where other
+    /// bodies were searched. `occupied` has the bit mask of the lanes with a vertex of each block.
+    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], is_slow: bool, stay: Stay) {
         self.rest.add(dt, is_slow);
         match stay {
             Stay::Impossible => self.rest.leave(),
@@ -208,15 +205,12 @@ impl State {
 
     /// Returns the position of a slot, in cells from the body's origin.
     pub(crate) fn local(&self, slot: u32) -> Vector3<f64> {
-        let (high, low) = (self.positions.get(slot), self.compensation.get(slot));
-        Vector3::from_fn(|c, _| f64::from(high[c]) + f64::from(low[c]))
+        frame::position_of(&self.positions, &self.compensation, slot)
     }
 
     /// Sets the position of a slot, in cells from the body's origin.
     pub(crate) fn set_local(&mut self, slot: u32, local: Vector3<f64>) {
-        let high: [f32; 3] = local.map(|x| x as f32).into();
-        self.positions.set(slot, high);
-        self.compensation.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
+        frame::set_position_of(&mut self.positions, Some(&mut self.compensation), slot, local);
     }
 
     /// Sets the positions of all vertices from the world positions `world`. Moves the origin near the mean
@@ -247,21 +241,6 @@ impl State {
         self.momenta.fill(None);
     }
 
-    /// Changes the velocity of the origin to `velocity`, in cells/s. The world velocities of the vertices do
-    /// not change. `slots` has the slot of each vertex.
-    pub(crate) fn set_origin_velocity(&mut self, slots: &[u32], velocity: Vector3<f64>) {
-        let change = self.frame.velocity() - velocity;
-        if change == Vector3::zeros() {
-            return;
-        }
-        for &slot in slots {
-            let local = Vector3::from(self.velocities.get(slot).map(f64::from)) + change;
-            self.velocities.set(slot, local.map(|v| v as f32).into());
-        }
-        self.frame.velocity = velocity.into();
-        self.momenta.fill(None);
-    }
-
     /// Changes the velocity of a lattice vertex by dv, `change` in cells/s, in a step of `dt` seconds: v += dv and
     /// x += h dv, as contacts do with their impulses. Invalidates the momenta of its connected component. `slots` has the
     /// slot of each vertex.
@@ -281,48 +260,6 @@ impl State {
     /// Invalidates the momenta of the connected component that contains a lattice vertex.
     pub(crate) fn invalidate_momentum(&mut self, lattice: &Lattice, vertex: u32) {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
-    }
-
-    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed: a coordinate of the
-    /// vertex in `slot` has a magnitude above two quanta, and the center of mass is not near the origin (it may stay
-    /// there if pieces fly apart). A quantum (`Frame::quantum`) is at least the extent of the body in the rest
-    /// pose. `weights` has the mass of each vertex in its first row.
-    pub(crate) fn needs_rebase(&self, slot: u32, weights: &Lanes<2>) -> bool {
-        let is_far = |x: &f32| f64::from(x.abs()) > 2.0 * self.frame.quantum;
-        self.positions.get(slot).iter().any(is_far)
-            && self.frame.nearest(self.center(weights)) != Vector3::zeros()
-    }
-
-    /// Returns the center of mass, in cells from the origin. `weights` is as in [`State::needs_rebase`].
-    fn center(&self, weights: &Lanes<2>) -> Vector3<f64> {
-        let (mut sums, mut mass) = ([[0.0; LANES]; 3], 0.0);
-        for (block, [masses, _]) in self.positions.blocks().iter().zip(weights.blocks()) {
-            for (sums, coordinates) in sums.iter_mut().zip(block) {
-                for ((sum, m), x) in sums.iter_mut().zip(masses.iter()).zip(coordinates.iter()) {
-                    *sum += f64::from(*m) * f64::from(*x);
-                }
-            }
-            mass += masses.iter().map(|m| f64::from(*m)).sum::<f64>();
-        }
-        Vector3::from(sums.map(|sums| sums.iter().sum::<f64>())) / mass
-    }
-
-    /// Moves the origin near `center`, a point in cells from the current origin. Each coordinate of the
-    /// origin changes by a multiple of the quantum. The world positions of the vertices do not change.
-    /// `slots` has the slot of each vertex.
-    pub(crate) fn rebase(&mut self, slots: &[u32], center: Vector3<f64>) {
-        let offset = self.frame.nearest(center);
-        if offset == Vector3::zeros() {
-            return;
-        }
-        self.frame.shift = (Vector3::from(self.frame.shift) + offset).into();
-        for &slot in slots {
-            self.set_local(slot, self.local(slot) - offset);
-        }
-        if let Some(rigid) = &mut self.rigid {
-            rigid.set_center(rigid.center() - offset);
-        }
-        self.supports.shift(-offset);
     }
 }
 
@@ -373,29 +310,4 @@ pub(crate) fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
     indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
         (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pieces_that_fly_apart_need_no_rebase_while_their_center_stays() {
-        let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0]], 1.0, Point3::origin(), false).unwrap();
-        let layout = Layout::new(&lattice);
-        let mut state = State::at_rest(&lattice, &layout, &Placement::default());
-        let mut weights = Lanes::zeros(layout.blocks());
-        layout.slots().iter().for_each(|&slot| weights.set(slot, [1.0, 1.0]));
-        let mut needs_rebase = |offsets: [f64; 2]| {
-            for (vertex, &slot) in layout.slots().iter().enumerate() {
-                let piece = lattice.components().of_vertex[vertex] as usize;
-                state.set_local(slot, Vector3::new(offsets[piece], 0.0, 0.0));
-            }
-            state.needs_rebase(layout.slots()[0], &weights)
-        };
-        assert!(!needs_rebase([0.0, 4.0]));
-        assert!(!needs_rebase([-1000.0, 1000.0]));
-        assert!(needs_rebase([-1000.0, 900.0]));
-        assert!(needs_rebase([1000.0, 1004.0]));
-    }
 }

@@ -19,14 +19,6 @@ pub(crate) struct Rest {
     pub(crate) is_asleep: bool,
 }
 
-/// The measurements of a step about the rest of a body.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RestSigns {
-    /// Whether all vertices were slow, or stayed where other bodies were searched.
-    pub(crate) is_slow: bool,
-    pub(crate) stay: Stay,
-}
-
 /// Whether a body can be at rest because it stays in a place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Stay {
@@ -43,8 +35,8 @@ impl Rest {
         self.slow_time.max(self.still_time)
     }
 
-    /// Wakes the body up. The time begins again.
-    pub(super) fn wake(&mut self) {
+    /// Wakes the body up. The time begins again: it has to be at rest again before it sleeps.
+    pub(crate) fn wake(&mut self) {
         (self.slow_time, self.is_asleep) = (0.0, false);
         self.leave();
     }

@@ -1,6 +1,8 @@
 //! The motion of a rigid body.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use std::ops::{Add, Mul, Sub};
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 /// Pose and momenta of a rigid body, in f64. The positions, velocities and rotations of the lattice vertices follow from
 /// them.
@@ -88,6 +90,48 @@ impl RigidPose {
 pub(crate) struct Twist {
     pub(crate) linear: Vector3<f64>,
     pub(crate) angular: Vector3<f64>,
+}
+
+impl Twist {
+    /// Creates the motion with the components (v, ω).
+    pub(crate) fn from_components(m: &Vector6<f64>) -> Self {
+        Self { linear: Vector3::new(m[0], m[1], m[2]), angular: Vector3::new(m[3], m[4], m[5]) }
+    }
+
+    /// Returns the components (v, ω).
+    pub(crate) fn components(&self) -> Vector6<f64> {
+        let Self { linear: v, angular: w } = self;
+        Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
+    }
+
+    /// Returns the velocity of a point at `arm` from the center of mass.
+    pub(crate) fn velocity_at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.angular.cross(arm)
+    }
+}
+
+impl Add for Twist {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { linear: self.linear + other.linear, angular: self.angular + other.angular }
+    }
+}
+
+impl Sub for Twist {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { linear: self.linear - other.linear, angular: self.angular - other.angular }
+    }
+}
+
+impl Mul<f64> for Twist {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self { linear: self.linear * factor, angular: self.angular * factor }
+    }
 }
 
 /// The change of the motion of a rigid body by an impulse. Masses are in units of a full cell's mass, lengths in cells.

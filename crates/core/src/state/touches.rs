@@ -244,10 +244,6 @@ impl Touches {
     /// Removes all contacts: nothing touches.
     pub(crate) fn clear(&mut self) {
         self.searched.forget();
-        self.remove_all();
-    }
-
-    fn remove_all(&mut self) {
         self.sides_unknown = false;
         self.samples.clear();
         self.bodies.clear();

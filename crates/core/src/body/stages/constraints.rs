@@ -8,9 +8,9 @@ use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::{Constraints, RegionDamper};
 use crate::error::StateError;
-use crate::parallel::Executor;
 
-/// Pins and handles that become active capture the positions of their vertices.
+/// Activates and deactivates pins and handles according to their time windows. Those that become active capture the positions
+/// of their vertices.
 pub(super) struct BeginConstraints;
 
 impl Stage for BeginConstraints {
@@ -27,7 +27,14 @@ impl Stage for BeginConstraints {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.begin_constraints(step.context, step.executor);
+        let Body { pipeline: Pipeline { matching, .. }, constraints: Some(constraints), state, .. } = body
+        else {
+            return;
+        };
+        let vertices = (&state.body_state(), matching.layout.slots());
+        if constraints.begin(step.context.interval, vertices, step.executor) {
+            body.track_constraints();
+        }
     }
 
     fn describe(&self, _body: &Body) -> (String, usize) {
@@ -128,25 +135,11 @@ impl Stage for ApplyConstraints {
 }
 
 impl Body {
-    /// Activates and deactivates pins and handles according to their time windows.
-    fn begin_constraints(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { pipeline: Pipeline { matching, .. }, constraints: Some(constraints), state, .. } = self
-        else {
-            return;
-        };
-        let state_slots = (&state.body_state(), matching.layout.slots());
-        if constraints.begin(context.interval, state_slots, executor) {
-            self.track_constraints();
-        }
-    }
-
     /// Replaces all pins and handles.
     pub(in crate::body) fn replace_constraints(&mut self, constraints: Option<Constraints>) {
-        let constrained = |constraints: &Option<Constraints>| {
-            constraints.as_ref().map_or_else(Vec::new, |constraints| constraints.constrained().to_vec())
-        };
         let before = std::mem::replace(&mut self.constraints, constraints);
-        if constrained(&before) != constrained(&self.constraints) {
+        let constrained = Constraints::constrained_by(self.constraints.as_ref());
+        if constrained != Constraints::constrained_by(before.as_ref()) {
             self.track_constraints();
         }
     }
@@ -154,16 +147,8 @@ impl Body {
     /// Updates which components have constrained vertices. The momenta of such components are not conserved.
     pub(in crate::body) fn track_constraints(&mut self) {
         let Self { pipeline: Pipeline { matching, momentum, .. }, constraints, state, .. } = self;
-        match constraints {
-            Some(constraints) => {
-                momentum.set_constrained(
-                    matching.layout.slots(),
-                    constraints.constrained(),
-                    &mut state.momenta,
-                );
-            }
-            None => momentum.clear_constrained(),
-        }
+        let constrained = Constraints::constrained_by(constraints.as_ref());
+        momentum.set_constrained(matching.layout.slots(), constrained, &mut state.momenta);
         self.update_fit_masses();
     }
 
@@ -180,7 +165,7 @@ impl Body {
             constraints,
             ..
         } = self;
-        let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        let constrained = Constraints::constrained_by(constraints.as_ref());
         let factors = matching.regions.constraint_factors(&matching.layout, constrained);
         let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
         let slots = matching.layout.slots().iter();
@@ -197,11 +182,8 @@ impl Body {
     /// Moves constrained vertices to the targets of their pins and handles.
     pub(in crate::body) fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
-            constraints.apply(
-                context.interval,
-                &mut self.state.body_state(),
-                self.pipeline.matching.layout.slots(),
-            );
+            let slots = self.pipeline.matching.layout.slots();
+            constraints.apply(context.interval, &mut self.state.body_state(), slots);
         }
     }
 }

@@ -72,7 +72,7 @@ impl Stage for TouchBodies {
     }
 }
 
-/// Applies the impulses at colliders, of a body that touches no other one.
+/// Applies the impulses at colliders, of a body that touches no other one, and stores what supports the body.
 pub(super) struct TouchColliders;
 
 impl Stage for TouchColliders {
@@ -85,7 +85,14 @@ impl Stage for TouchColliders {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.resolve_contacts(step.context, step.part);
+        // If bodies are near, the contacts were found before.
+        if matches!(step.part, BodyContactPart::Alone) {
+            body.detect_contacts(step.context);
+        }
+        if !matches!(step.part, BodyContactPart::InIsland { .. }) {
+            body.finish_alone(step.context);
+        }
+        body.finish_contacts(step.context);
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
@@ -131,18 +138,6 @@ impl Body {
         if let Some(contacts) = &mut self.contact.contacts {
             contacts.begin(&self.state.velocities);
         }
-    }
-
-    /// Applies the impulses of contacts with colliders, of a body that touches no other body, and stores what
-    /// supports it. If bodies are near, the contacts were found before.
-    fn resolve_contacts(&mut self, context: &StepContext, part: &BodyContactPart) {
-        if matches!(part, BodyContactPart::Alone) {
-            self.detect_contacts(context);
-        }
-        if !matches!(part, BodyContactPart::InIsland { .. }) {
-            self.finish_alone(context);
-        }
-        self.finish_contacts(context);
     }
 
     /// Applies the impulses of contacts with colliders alone, beginning with the impulses of the step before.

@@ -1,16 +1,18 @@
 //! Region damping, and the damping of the elastic modes.
 
+use super::matching::fitted_state;
 use super::stage::{BodyStep, Stage};
-use crate::body::context::StepContext;
 use crate::body::parts::{Pipeline, Settings, Shape};
 use crate::body::soft_body::Body;
 use crate::dynamics::{
     Damping, ElasticDamper, MovingRegions, Quantity, RegionDamper, RegionDamping, VariedDamping,
 };
-use crate::matching::{Purpose, RegionFit, Shapes};
-use crate::parallel::Executor;
+use crate::matching::Purpose;
 
-/// Moves the velocities towards the mean rigid velocity of the regions.
+/// Moves the velocities towards the mean rigid velocity of the regions: v += d (v̄ - v).
+///
+/// Region damping runs before shape matching. If it ran afterwards, it would spread the accelerations of constrained vertices
+/// to other vertices, although the constraints override the velocities of constrained vertices.
 pub(in crate::body) struct DampRegions;
 
 impl Stage for DampRegions {
@@ -23,7 +25,28 @@ impl Stage for DampRegions {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.damp(step.context, step.executor);
+        let BodyStep { context, executor, .. } = *step;
+        let mut shared = body.is_one_task().then(|| context.workspaces.lock(executor));
+        let Body {
+            pipeline: Pipeline { region_damping: Some(region_damping), matching, workspace, .. },
+            settings: Settings { material, .. },
+            state,
+            ..
+        } = body
+        else {
+            return;
+        };
+        let workspace = shared.as_deref_mut().unwrap_or(workspace);
+        if !state.fitted {
+            matching.fit(workspace, executor, fitted_state(state), None, Purpose::Regions);
+        }
+        let fraction = material.region_damping_fraction(context.interval.dt) as f32;
+        let moving = MovingRegions {
+            rotations: &state.rotations,
+            strains: state.strains.as_ref(),
+            velocities: &mut state.velocities,
+        };
+        region_damping.apply(matching, workspace, executor, moving, (fraction, matching.regions.shares()));
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
@@ -40,7 +63,8 @@ impl Stage for DampRegions {
     }
 }
 
-/// Computes the motions of the components, towards which the acceleration damps the velocities.
+/// Measures the motion before the step, and computes the motions of the components, towards which the acceleration damps
+/// the velocities.
 pub(in crate::body) struct DampModes;
 
 impl Stage for DampModes {
@@ -53,7 +77,21 @@ impl Stage for DampModes {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.begin_elastic_damping(step.context, step.executor);
+        let rates = body.damping_rates(step.context.interval.dt, step.executor);
+        let Body {
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, region_damping, .. },
+            constraints,
+            state,
+            ..
+        } = body
+        else {
+            return;
+        };
+        // Only region damping changes the velocities since the start of the step.
+        if !momentum.is_measured || region_damping.is_some() {
+            momentum.measure((matching, state), step.executor);
+        }
+        damping.begin(constraints.as_ref(), (matching, state), momentum, (rates, step.executor));
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
@@ -75,61 +113,5 @@ impl Stage for DampModes {
             Some(VariedDamping::new(factors, lattice, masses, &body.pipeline.matching))
         };
         body.pipeline.elastic_damping = body.needs_damping().then(|| ElasticDamper::new(varied()));
-    }
-}
-
-impl Body {
-    /// Damps the velocities: v += d (v̄ - v).
-    ///
-    /// Region damping runs before shape matching. If it ran afterwards, it would spread the accelerations of
-    /// constrained vertices to other vertices, although the constraints override the velocities of
-    /// constrained vertices.
-    fn damp(&mut self, context: &StepContext, executor: &Executor) {
-        let mut shared = self.is_one_task().then(|| context.workspaces.lock(executor));
-        let Self {
-            pipeline: Pipeline { region_damping: Some(region_damping), matching, workspace, .. },
-            settings: Settings { material, .. },
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let workspace = shared.as_deref_mut().unwrap_or(workspace);
-        if !state.fitted {
-            let fitted = RegionFit {
-                positions: &state.positions,
-                rotations: &mut state.rotations,
-                shapes: Shapes::of(state.strains.as_ref()),
-            };
-            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
-        }
-        let fraction = material.region_damping_fraction(context.interval.dt) as f32;
-        let moving = MovingRegions {
-            rotations: &state.rotations,
-            strains: state.strains.as_ref(),
-            velocities: &mut state.velocities,
-        };
-        region_damping.apply(matching, workspace, executor, moving, (fraction, matching.regions.shares()));
-    }
-
-    /// Measures the motion before the step, and computes the motions towards which the acceleration damps.
-    fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
-        let rates = self.damping_rates(context.interval.dt, executor);
-        let Self {
-            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, region_damping, .. },
-            constraints,
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        // Only region damping changes the velocities since the start of the step.
-        if !momentum.is_measured || region_damping.is_some() {
-            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        }
-        damping.begin(constraints.as_ref(), (matching, state), momentum, (rates, executor));
     }
 }

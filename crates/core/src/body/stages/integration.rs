@@ -1,13 +1,12 @@
 //! The advance of the positions.
 
 use super::stage::{BodyStep, Stage};
-use crate::body::context::StepContext;
 use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::Advance;
-use crate::parallel::Executor;
 
-/// Advances the positions, after the velocities are corrected such that the momenta are the tracked ones.
+/// Corrects the velocities such that the momenta of free components are the tracked ones, then advances the positions:
+/// x += h v.
 pub(super) struct Integrate;
 
 impl Stage for Integrate {
@@ -20,22 +19,14 @@ impl Stage for Integrate {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.integrate(step.context, step.executor);
+        let Body { pipeline: Pipeline { matching, momentum, .. }, state, .. } = body;
+        let (components, corrections) = momentum.corrections(&state.momenta);
+        let (occupied, dt) = (matching.layout.occupied(), step.context.interval.dt);
+        let advance = Advance { occupied, components, corrections, dt };
+        advance.run(step.executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
         (format!("{} lattice vertices, f32", body.shape.lattice.len()), 0)
-    }
-}
-
-impl Body {
-    /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
-    /// the positions: x += h v.
-    fn integrate(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
-        let (components, corrections) = momentum.corrections(&state.momenta);
-        let occupied = matching.layout.occupied();
-        let advance = Advance { occupied, components, corrections, dt: context.interval.dt };
-        advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 }

@@ -10,6 +10,7 @@ use crate::body::transfer::Parents;
 use crate::dynamics::{Accelerate, ElasticDamper, EnergyLimiter};
 use crate::matching::{Purpose, RegionFit, Shapes, Workspace, Workspaces};
 use crate::parallel::{CHUNK, Executor};
+use crate::state::State;
 
 /// Accelerates the vertices towards their goal positions.
 pub(super) struct MatchShapes;
@@ -106,7 +107,7 @@ impl Body {
         };
         let fitted = RegionFit { positions: &state.positions, rotations: &mut state.rotations, shapes };
         let gradients = breaking.as_mut().zip(weakest).and_then(|(breaking, weakest)| {
-            breaking.expect_gradients(material.plastic.is_some());
+            breaking.begin_step(weakest, material.plastic.is_some());
             breaking.fracture.gradients(weakest, breaking.has_gradients)
         });
         let unconverged = match gradients {
@@ -118,13 +119,8 @@ impl Body {
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
-            let fitted = RegionFit {
-                positions: &state.positions,
-                rotations: &mut state.rotations,
-                shapes: Shapes::of(state.strains.as_ref()),
-            };
             let potential = Some(limiter.potential());
-            matching.fit(workspace, executor, fitted, potential, Purpose::Vertices);
+            matching.fit(workspace, executor, fitted_state(state), potential, Purpose::Vertices);
         }
         let limiter = limiter.map(|limiter| {
             limiter.begin(&state.velocities);
@@ -156,5 +152,14 @@ impl Body {
         }
         momentum.add_impulse(&mut state.momenta, velocity_change);
         unconverged
+    }
+}
+
+/// Returns the positions to which the regions are fitted in their present shapes, and the rotations that a fit updates.
+pub(super) fn fitted_state(state: &mut State) -> RegionFit<'_> {
+    RegionFit {
+        positions: &state.positions,
+        rotations: &mut state.rotations,
+        shapes: Shapes::of(state.strains.as_ref()),
     }
 }

@@ -6,9 +6,12 @@ use super::stage::{BodyStep, Stage};
 use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::{Constraints, MomentumTracker};
-use crate::parallel::Executor;
 
-/// Measures the momenta of free components where they are not known.
+/// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and velocities small.
+///
+/// If the positions of any body have become large, the body is rebased: its origin moves near its center of mass. If momenta
+/// of a free body are invalidated, the velocity of its origin is set to the velocity of its center of mass. The origin of a
+/// body that is not free has velocity zero.
 pub(super) struct TrackMomentum;
 
 impl Stage for TrackMomentum {
@@ -21,7 +24,32 @@ impl Stage for TrackMomentum {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.track_momentum(step.executor);
+        let is_free = body.is_free();
+        let Body { pipeline: Pipeline { matching, momentum, .. }, state, .. } = body;
+        let slots = matching.layout.slots();
+        if !is_free {
+            state.set_origin_velocity(slots, Vector3::zeros());
+        }
+        // Constraints, contacts, forces and assigned positions or velocities change the energy.
+        if !is_free || state.momenta.contains(&None) {
+            state.energy_limit = None;
+        }
+        let needs_rebase = state.needs_rebase(slots[0], &matching.regions.weights);
+        let invalidated = momentum.any_invalidated(&state.momenta);
+        momentum.is_measured = false;
+        if !needs_rebase && !invalidated {
+            return;
+        }
+        momentum.measure((matching, state), step.executor);
+        momentum.is_measured = !needs_rebase;
+        if needs_rebase {
+            state.rebase(slots, momentum.center());
+        }
+        if invalidated && is_free {
+            state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
+            momentum.measure((matching, state), step.executor);
+        }
+        momentum.store_measured(&mut state.momenta);
     }
 
     fn describe(&self, body: &Body) -> (String, usize) {
@@ -40,41 +68,5 @@ impl Body {
     /// Returns whether the body is free: it has no active constraint and no contact stage.
     pub(super) fn is_free(&self) -> bool {
         self.contact.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
-    }
-
-    /// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and
-    /// velocities small.
-    ///
-    /// If the positions of any body have become large, the body is rebased: its origin moves near its center
-    /// of mass. If momenta of a free body are invalidated, the velocity of its origin is set to the velocity
-    /// of its center of mass. The origin of a body that is not free has velocity zero.
-    fn track_momentum(&mut self, executor: &Executor) {
-        let is_free = self.is_free();
-        let Self { pipeline: Pipeline { matching, momentum, .. }, state, .. } = self;
-        let slots = matching.layout.slots();
-        if !is_free {
-            state.set_origin_velocity(slots, Vector3::zeros());
-        }
-        // Constraints, contacts, forces and assigned positions or velocities change the energy.
-        if !is_free || state.momenta.contains(&None) {
-            state.energy_limit = None;
-        }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        let (needs_rebase, invalidated) =
-            (state.needs_rebase(slots[0], weights), momentum.any_invalidated(&state.momenta));
-        momentum.is_measured = false;
-        if !needs_rebase && !invalidated {
-            return;
-        }
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        momentum.is_measured = !needs_rebase;
-        if needs_rebase {
-            state.rebase(slots, momentum.center());
-        }
-        if invalidated && is_free {
-            state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
-            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        }
-        momentum.store_measured(&mut state.momenta);
     }
 }

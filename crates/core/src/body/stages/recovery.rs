@@ -1,6 +1,7 @@
 //! The return of a tangled body to its rest shape.
 
 use super::stage::{BodyStep, Stage};
+use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::{Constraints, is_tangled, most_steps, recover};
 
@@ -25,26 +26,15 @@ impl Stage for Recover {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.recover(step.context.interval.dt);
-    }
-
-    fn describe(&self, body: &Body) -> (String, usize) {
-        (format!("at most {} more steps", body.state.recovery_steps), 0)
-    }
-}
-
-impl Body {
-    /// Starts a recovery if the body is tangled, and runs a step of `dt` seconds of a recovery.
-    fn recover(&mut self, dt: f64) {
-        if self.constraints.as_ref().is_some_and(Constraints::any_active) {
-            self.state.recovery_steps = 0;
+        if body.constraints.as_ref().is_some_and(Constraints::any_active) {
+            body.state.recovery_steps = 0;
             return;
         }
-        let alpha = self.alpha(dt);
-        let can_start = self.can_recover() && !self.state.touches.has_forces();
-        let (lattice, extent) = (&self.shape.lattice, self.shape.extent);
-        let (matching, momentum, state) = (&self.pipeline.matching, &self.pipeline.momentum, &mut self.state);
-        let slots = matching.layout.slots();
+        let dt = step.context.interval.dt;
+        let alpha = body.alpha(dt);
+        let can_start = body.can_recover() && !body.state.touches.has_forces();
+        let Body { pipeline: Pipeline { matching, momentum, .. }, shape, state, .. } = body;
+        let (lattice, extent, slots) = (&shape.lattice, shape.extent, matching.layout.slots());
         if state.recovery_steps == 0 && can_start && is_tangled(lattice, &matching.layout, extent, state) {
             state.recovery_steps = most_steps(extent, alpha);
         }
@@ -57,6 +47,12 @@ impl Body {
         }
     }
 
+    fn describe(&self, body: &Body) -> (String, usize) {
+        (format!("at most {} more steps", body.state.recovery_steps), 0)
+    }
+}
+
+impl Body {
     /// Returns whether the body is in one piece, and can come to rest tangled.
     fn can_recover(&self) -> bool {
         let can_tangle = self.half_width().is_cell() || self.settings.material.poisson_ratio() > 0.0;

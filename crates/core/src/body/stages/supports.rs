@@ -1,13 +1,12 @@
 //! The part of the elastic damping that supports take, after the contacts.
 
 use super::stage::{BodyStep, Stage};
-use crate::body::context::StepContext;
 use crate::body::parts::Pipeline;
 use crate::body::soft_body::Body;
 use crate::dynamics::{DampingStep, add_rigid};
-use crate::parallel::Executor;
 
-/// Computes the motions of the components that meet the conditions of their supports.
+/// Measures the motion after the contacts, and computes the motions of the components that meet the conditions of their
+/// supports.
 pub(super) struct MeetSupports;
 
 impl Stage for MeetSupports {
@@ -25,7 +24,30 @@ impl Stage for MeetSupports {
     }
 
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
-        body.meet_supports(step.context, step.executor);
+        let BodyStep { context, executor, .. } = *step;
+        let rates = body.damping_rates(context.interval.dt, executor);
+        let size = body.shape.size / body.shape.lattice.cell_size();
+        let layers = body.contact_layers();
+        let (own, colliders) = (body.rolling_resistance(), context.colliders);
+        let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
+        let friction = &|collider: u32| colliders.friction(collider);
+        let Body {
+            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
+            constraints,
+            state,
+            ..
+        } = body
+        else {
+            return;
+        };
+        if state.supports.list().is_empty() && state.touches.bodies().is_empty() {
+            damping.clear_supports();
+            return;
+        }
+        momentum.measure((matching, state), executor);
+        momentum.is_measured = false;
+        let step = DampingStep { rates, size, layers, rolling_resistance, friction };
+        damping.begin_supports(constraints.as_ref(), (matching, state), momentum, (step, executor));
     }
 
     fn describe(&self, _body: &Body) -> (String, usize) {
@@ -50,49 +72,9 @@ impl Stage for DampOnSupports {
     }
 
     fn run(&self, body: &mut Body, _step: &BodyStep<'_>) {
-        body.damp_on_supports();
-    }
-
-    fn describe(&self, _body: &Body) -> (String, usize) {
-        ("rigid motions of components".to_owned(), 0)
-    }
-}
-
-impl Body {
-    /// Measures the motion after the contacts, and computes the motions of the components with their supports.
-    fn meet_supports(&mut self, context: &StepContext, executor: &Executor) {
-        let dt = context.interval.dt;
-        let rates = self.damping_rates(dt, executor);
-        let size = self.shape.size / self.shape.lattice.cell_size();
-        let layers = self.contact_layers();
-        let (own, colliders) = (self.rolling_resistance(), context.colliders);
-        let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
-        let friction = &|collider: u32| colliders.friction(collider);
-        let Self {
-            pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. },
-            constraints,
-            state,
-            ..
-        } = self
-        else {
-            return;
-        };
-        if state.supports.list().is_empty() && state.touches.bodies().is_empty() {
-            damping.clear_supports();
-            return;
-        }
-        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
-        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        momentum.is_measured = false;
-        let step = DampingStep { rates, size, layers, rolling_resistance, friction };
-        damping.begin_supports(constraints.as_ref(), (matching, state), momentum, (step, executor));
-    }
-
-    /// Adds the velocities that the supports give.
-    fn damp_on_supports(&mut self) {
-        let Self {
+        let Body {
             pipeline: Pipeline { elastic_damping: Some(damping), matching, momentum, .. }, state, ..
-        } = self
+        } = body
         else {
             return;
         };
@@ -100,5 +82,9 @@ impl Body {
             let lanes = (matching.layout.occupied(), shares);
             add_rigid(momentum.components(), added, lanes, &state.positions, &mut state.velocities);
         }
+    }
+
+    fn describe(&self, _body: &Body) -> (String, usize) {
+        ("rigid motions of components".to_owned(), 0)
     }
 }

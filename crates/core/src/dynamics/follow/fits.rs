@@ -59,10 +59,12 @@ pub(crate) struct BodyMesh<'a> {
 /// The fits of the lattice vertices of a handle to the samples of an animation.
 #[derive(Debug)]
 pub(in crate::dynamics) struct Fits {
-    animation: MeshAnimation,
-    selection: Selection,
+    pub(super) animation: MeshAnimation,
+    /// The selection of the handle.
+    pub(super) selection: Selection,
     scale: Scale,
-    model_to_world: Isometry3<f64>,
+    /// The transformation from the model's frame to world space.
+    pub(super) model_to_world: Isometry3<f64>,
     /// Mesh vertices that the fits use, in increasing order, with their rest positions in the model's frame.
     points: Vec<(u32, Point3<f64>)>,
     /// The neighbors of each lattice vertex of the handle.
@@ -74,7 +76,8 @@ pub(in crate::dynamics) struct Fits {
     inverse_weights: Vec<f64>,
     /// Index of the first lattice vertex of each task, and the number of lattice vertices.
     tasks: Vec<usize>,
-    identity: u64,
+    /// A hash of the animation, the lattice vertices and their neighbors.
+    pub(super) identity: u64,
 }
 
 /// A mesh vertex near a lattice vertex.
@@ -169,24 +172,9 @@ impl Fits {
         }
     }
 
-    /// Returns the animation.
-    pub(super) fn animation(&self) -> &MeshAnimation {
-        &self.animation
-    }
-
-    /// Returns the selection of the handle.
-    pub(super) fn selection(&self) -> &Selection {
-        &self.selection
-    }
-
     /// Returns the number of lattice vertices.
     pub(super) fn len(&self) -> usize {
         self.anchors.len()
-    }
-
-    /// Returns a hash of the animation, the lattice vertices and their neighbors.
-    pub(super) fn identity(&self) -> u64 {
-        self.identity
     }
 
     /// Returns the memory in bytes, without the samples of the animation, which handles can share.
@@ -197,11 +185,6 @@ impl Fits {
             + size_of_val(&*self.anchors)
             + size_of_val(&*self.embedded)
             + size_of_val(&*self.inverse_weights)
-    }
-
-    /// Returns the transformation from the model's frame to world space.
-    pub(super) fn model_to_world(&self) -> &Isometry3<f64> {
-        &self.model_to_world
     }
 
     /// Computes the positions of the lattice vertices in a sample, in the model's frame. `sums` has as many entries as

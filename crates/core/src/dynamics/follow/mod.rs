@@ -75,12 +75,12 @@ impl PartialEq for Follow {
 impl Follow {
     /// Creates the motion of the lattice vertices of the fits.
     pub(super) fn new(fits: Fits) -> Self {
-        Self { identity: fits.identity(), fits: Some(Arc::new(fits)), targets: Targets::default() }
+        Self { identity: fits.identity, fits: Some(Arc::new(fits)), targets: Targets::default() }
     }
 
     /// Returns the animation and the selection that the handle was created with.
     pub(super) fn source(&self) -> Option<(&MeshAnimation, &Selection)> {
-        self.fits.as_ref().map(|fits| (fits.animation(), fits.selection()))
+        self.fits.as_ref().map(|fits| (&fits.animation, &fits.selection))
     }
 
     /// Takes the fits of another motion if they fit this one and are missing here.
@@ -133,7 +133,7 @@ impl Follow {
             if at.time == Some(phase) {
                 continue;
             }
-            let (pair, share) = fits.animation().samples_at(phase);
+            let (pair, share) = fits.animation.samples_at(phase);
             let [a, b] = place(samples, pair);
             for (slot, sample) in [(a, pair[0]), (b, pair[1])] {
                 if samples[slot].time != Some(sample) {
@@ -156,7 +156,7 @@ impl Follow {
     pub(super) fn targets(&self) -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
         let [before, after] = &self.targets.ends;
         self.fits.iter().flat_map(move |fits| {
-            let to_world = *fits.model_to_world();
+            let to_world = fits.model_to_world;
             let pairs = before.positions.iter().zip(&after.positions);
             // Differences in the model's frame keep the digits of small steps far from the origin of world space.
             pairs.map(move |(before, after)| (to_world * after, to_world * (after - before)))
@@ -166,7 +166,7 @@ impl Follow {
 
 /// Returns the times of the start and the end of a step in samples.
 fn phases(fits: &Fits, step: Interval) -> [f64; 2] {
-    [step.start, step.end].map(|time| fits.animation().phase(time))
+    [step.start, step.end].map(|time| fits.animation.phase(time))
 }
 
 /// Returns which of two buffers are for a pair of samples: those that have them, as far as possible.

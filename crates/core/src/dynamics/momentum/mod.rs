@@ -15,17 +15,18 @@ mod sums;
 
 pub(crate) use components::Components;
 pub(super) use projection::{Mobility, Projection, SOFTNESS};
-pub(super) use rigid::{RigidMotion, RigidVelocity, stack};
+pub(super) use rigid::RigidVelocity;
 pub(super) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
 
 use crate::lattice::{Lattice, Layout};
+use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;
-use crate::state::Momentum;
+use crate::state::{Momentum, State};
 
 /// The momentum tracker of a body.
 #[derive(Clone, Debug)]
@@ -84,7 +85,8 @@ impl MomentumTracker {
 
     /// Sets which components have a constrained vertex, and invalidates the momenta of these components.
     ///
-    /// `slots` has the slot of each lattice vertex, and `is_constrained` whether the vertex is constrained.
+    /// `slots` has the slot of each lattice vertex, and `is_constrained` whether the vertex is constrained; it is empty if
+    /// none is.
     pub(crate) fn set_constrained(
         &mut self,
         slots: &[u32],
@@ -95,21 +97,13 @@ impl MomentumTracker {
         for (&slot, _) in slots.iter().zip(is_constrained).filter(|(_, constrained)| **constrained) {
             self.constrained[self.components.of_slot(slot)] = true;
         }
-        for (momentum, _) in
-            momenta.iter_mut().zip(&self.constrained).filter(|(_, constrained)| **constrained)
-        {
-            *momentum = None;
-        }
+        let of_components = momenta.iter_mut().zip(&self.constrained);
+        of_components.filter(|(_, constrained)| **constrained).for_each(|(momentum, _)| *momentum = None);
     }
 
     /// Returns whether a component has a constrained vertex.
     pub(crate) fn is_constrained(&self, component: usize) -> bool {
         self.constrained[component]
-    }
-
-    /// Marks all components as unconstrained.
-    pub(crate) fn clear_constrained(&mut self) {
-        self.constrained.fill(false);
     }
 
     /// Returns whether the momenta of any unconstrained component are invalidated (`None`).
@@ -129,11 +123,17 @@ impl MomentumTracker {
         }
     }
 
-    /// Measures the center of mass, the momenta and the inertia of each component.
+    /// Measures the center of mass, the momenta and the inertia of each component of a body.
+    pub(crate) fn measure(&mut self, (matching, state): (&Matching, &State), executor: &Executor) {
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        self.measure_fields(executor, task_blocks, weights, &state.positions, &state.velocities);
+    }
+
+    /// As [`measure`](Self::measure), of any fields.
     ///
     /// `task_blocks` has the first block of each task, then the number of blocks. `weights` has the mass of
     /// each vertex in its first row.
-    pub(crate) fn measure(
+    pub(super) fn measure_fields(
         &mut self,
         executor: &Executor,
         task_blocks: &[usize],
@@ -190,7 +190,7 @@ impl MomentumTracker {
     }
 
     /// Scales the measured momenta by `scale`, after all velocities were scaled by `scale`.
-    pub(crate) fn scale(&mut self, scale: f64) {
+    pub(in crate::dynamics) fn scale(&mut self, scale: f64) {
         for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
             momentum.linear = momentum.linear.map(|p| p * scale);
             momentum.angular = momentum.angular.map(|l| l * scale);

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::rigid::{RigidMotion, principal_axes, stack};
+use super::rigid::principal_axes;
 use super::sums::RigidState;
+use crate::state::Twist;
 
 /// A condition that has less than this fraction of the mobility of the unconstrained component left is already
 /// determined by the earlier conditions.
@@ -103,7 +104,7 @@ pub(in crate::dynamics) struct Projection {
 
 impl Projection {
     /// Creates the projection of `motion` of a component, without further conditions. `center` is its center of mass.
-    pub(in crate::dynamics) fn new(mobility: Mobility, motion: RigidMotion, center: Vector3<f64>) -> Self {
+    pub(in crate::dynamics) fn new(mobility: Mobility, motion: Twist, center: Vector3<f64>) -> Self {
         Self { motion: motion.components(), mobility, center }
     }
 
@@ -116,23 +117,23 @@ impl Projection {
         speed: f64,
     ) {
         let moment = (point - self.center).cross(&direction);
-        self.fix(stack(&direction, &moment), speed, 0.0);
+        self.fix(Twist { linear: direction, angular: moment }.components(), speed, 0.0);
     }
 
     /// Adds the condition that the angular velocity has the component `speed` along the unit vector `axis`.
     pub(in crate::dynamics) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64) {
-        self.fix(stack(&Vector3::zeros(), &axis), speed, 0.0);
+        self.fix(Twist { angular: axis, ..Twist::default() }.components(), speed, 0.0);
     }
 
     /// Adds the conditions that the component moves like some of its vertices: `vertices` is the rigid state of these
     /// vertices, with unit masses. Vertices on a line leave the rotation about the line free, and a single vertex
     /// leaves all rotations free.
     pub(in crate::dynamics) fn fix_vertices(&mut self, vertices: &RigidState) {
-        let RigidMotion { linear, angular } = vertices.motion(vertices.momentum);
+        let Twist { linear, angular } = vertices.motion(vertices.momentum);
         for c in 0..3 {
             self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c]);
         }
-        for (_, axis) in principal_axes(vertices.inertia()) {
+        for (_, axis) in principal_axes(&vertices.inertia) {
             self.fix_spin(axis, axis.dot(&angular));
         }
     }
@@ -163,7 +164,7 @@ impl Projection {
     }
 
     /// Returns the projected motion.
-    pub(in crate::dynamics) fn motion(&self) -> RigidMotion {
-        RigidMotion::from_components(&self.motion)
+    pub(in crate::dynamics) fn motion(&self) -> Twist {
+        Twist::from_components(&self.motion)
     }
 }

@@ -5,9 +5,9 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::components::Components;
-use super::rigid::{RigidMotion, RigidVelocity, principal_axes};
+use super::rigid::{RigidVelocity, principal_axes};
 use crate::simd::lanes::{Block, LANES, load};
-use crate::state::Momentum;
+use crate::state::{Momentum, Twist};
 
 /// Sums over the vertices of a component: Σ m v, Σ m x, Σ m x × v and Σ m (xx, yy, zz, xy, xz, yz), where
 /// (x, y, z) in the last sum are the coordinates of the position.
@@ -143,7 +143,7 @@ pub(crate) struct RigidState {
     pub(crate) center: Vector3<f64>,
     pub(in crate::dynamics) momentum: Momentum,
     /// Inertia tensor about the center of mass.
-    inertia: Matrix3<f64>,
+    pub(in crate::dynamics) inertia: Matrix3<f64>,
 }
 
 impl RigidState {
@@ -158,25 +158,26 @@ impl RigidState {
     pub(super) fn correction_to(&self, target: Momentum) -> RigidVelocity {
         let linear = Vector3::from(target.linear) - Vector3::from(self.momentum.linear);
         let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
-        self.motion(Momentum { linear: linear.into(), angular: angular.into() }).about_origin(self.center)
+        let change = Momentum { linear: linear.into(), angular: angular.into() };
+        RigidVelocity::of(self.motion(change), self.center)
     }
 
     /// Computes the rigid motion with the momenta `momentum`.
-    pub(in crate::dynamics) fn motion(&self, momentum: Momentum) -> RigidMotion {
-        RigidMotion {
+    pub(in crate::dynamics) fn motion(&self, momentum: Momentum) -> Twist {
+        Twist {
             linear: Vector3::from(momentum.linear) / self.mass,
             angular: angular_velocity(&self.inertia, Vector3::from(momentum.angular)),
         }
     }
 
     /// Computes the momenta of a rigid motion.
-    pub(in crate::dynamics) fn momentum_of(&self, motion: RigidMotion) -> Momentum {
+    pub(in crate::dynamics) fn momentum_of(&self, motion: Twist) -> Momentum {
         let (linear, angular) = (motion.linear * self.mass, self.inertia * motion.angular);
         Momentum { linear: linear.into(), angular: angular.into() }
     }
 
     /// Computes the momenta of a rigid motion, the angular momentum about a point.
-    pub(in crate::dynamics) fn momentum_about(&self, point: Vector3<f64>, motion: RigidMotion) -> Momentum {
+    pub(in crate::dynamics) fn momentum_about(&self, point: Vector3<f64>, motion: Twist) -> Momentum {
         let mut momentum = self.momentum_of(motion);
         let moment = (self.center - point).cross(&Vector3::from(momentum.linear));
         momentum.angular = (Vector3::from(momentum.angular) + moment).into();
@@ -185,12 +186,7 @@ impl RigidState {
 
     /// Returns the greatest part of a change, from 0 to 1, with which the energy of a rigid motion is at most `limit`. The
     /// energy without the change is not greater.
-    pub(in crate::dynamics) fn part_within(
-        &self,
-        motion: RigidMotion,
-        change: RigidMotion,
-        limit: f64,
-    ) -> f64 {
+    pub(in crate::dynamics) fn part_within(&self, motion: Twist, change: Twist, limit: f64) -> f64 {
         let (before, square) = (self.energy_of(motion), self.energy_of(change));
         let mixed = self.energy_of(motion + change) - before - square;
         // The energy at the part s is before + mixed s + square s².
@@ -200,14 +196,9 @@ impl RigidState {
     }
 
     /// Computes the kinetic energy of a rigid motion.
-    pub(in crate::dynamics) fn energy_of(&self, motion: RigidMotion) -> f64 {
-        let RigidMotion { linear, angular } = motion;
+    pub(in crate::dynamics) fn energy_of(&self, motion: Twist) -> f64 {
+        let Twist { linear, angular } = motion;
         0.5 * (self.mass * linear.norm_squared() + angular.dot(&(self.inertia * angular)))
-    }
-
-    /// Returns the inertia tensor about the center of mass.
-    pub(in crate::dynamics) fn inertia(&self) -> &Matrix3<f64> {
-        &self.inertia
     }
 }
 

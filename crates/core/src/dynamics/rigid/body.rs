@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use super::holds::{Freedom, HeldVertex, Joint, motion_of};
 use super::mass::RigidMass;
 use super::rotation::rotated;
-use crate::dynamics::momentum::{Mobility, Projection, RigidMotion};
+use crate::dynamics::momentum::{Mobility, Projection};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row, load, store};
 use crate::simd::level;
@@ -32,7 +32,7 @@ pub(crate) struct RigidBody {
     /// Mobility at the pose that was written last.
     mobility: RigidMobility,
     /// Pose before the current step.
-    before: RigidPose,
+    pub(crate) before: RigidPose,
 }
 
 impl RigidBody {
@@ -94,16 +94,6 @@ impl RigidBody {
         &self.mobility
     }
 
-    /// Returns the pose before the current step.
-    pub(crate) fn pose_before(&self) -> &RigidPose {
-        &self.before
-    }
-
-    /// Stores the pose before a step.
-    pub(crate) fn set_before(&mut self, pose: RigidPose) {
-        self.before = pose;
-    }
-
     /// Moves the pose to the one nearest to the positions of all vertices.
     pub(crate) fn fit_to(&self, pose: &mut RigidPose, vertices: &[HeldVertex]) {
         let joint = Joint::new(vertices);
@@ -115,9 +105,9 @@ impl RigidBody {
     /// Sets the motion to the one nearest to the velocities of all vertices.
     pub(crate) fn fit_motion(&self, pose: &mut RigidPose, vertices: &[HeldVertex]) {
         let state = motion_of(vertices, |vertex| (vertex.target, vertex.velocity));
-        let RigidMotion { linear, angular } = state.motion(state.momentum);
-        let linear = linear + angular.cross(&(pose.center() - state.center));
-        self.set_motion(pose, Twist { linear, angular });
+        let motion = state.motion(state.momentum);
+        let linear = motion.velocity_at(&(pose.center() - state.center));
+        self.set_motion(pose, Twist { linear, ..motion });
     }
 
     /// Returns the rest position of a vertex from the center of mass.
@@ -151,7 +141,12 @@ impl RigidBody {
     /// Sets the motion: V and ω.
     pub(crate) fn set_motion(&self, pose: &mut RigidPose, motion: Twist) {
         pose.set_velocity(motion.linear);
-        pose.set_angular_momentum(self.inertia_at(&pose.rotation()) * motion.angular);
+        self.set_spin(pose, motion.angular);
+    }
+
+    /// Sets ω. V is unchanged.
+    pub(crate) fn set_spin(&self, pose: &mut RigidPose, spin: Vector3<f64>) {
+        pose.set_angular_momentum(self.inertia_at(&pose.rotation()) * spin);
     }
 
     /// Advances the pose by a step of `dt` seconds: V += `velocity_change`, c += h V, and the rotation at constant L.
@@ -172,13 +167,8 @@ impl RigidBody {
     /// Advances the pose of a body with held vertices.
     fn advance_held(&self, pose: &mut RigidPose, dt: f64) {
         let joint = Joint::new(&self.held);
-        let (center, rotation) = (pose.center(), pose.rotation());
-        let place = |vertex: &HeldVertex| center + rotation * vertex.offset;
-        let mut projection = self.projection(pose);
-        projection.fix_vertices(&motion_of(&self.held, |vertex| {
-            (place(vertex), (vertex.target - place(vertex)) / dt)
-        }));
-        let mut omega = projection.motion().angular;
+        let rotation = pose.rotation();
+        let mut omega = self.held_projection(pose, dt).motion().angular;
         match joint.freedom {
             Freedom::Free | Freedom::Fixed => {}
             Freedom::Hinge => pose.set_rotation(UnitQuaternion::from_scaled_axis(omega * dt) * rotation),
@@ -198,8 +188,8 @@ impl RigidBody {
         let motion = match joint.freedom {
             Freedom::Fixed => {
                 let targets = motion_of(&self.held, |vertex| (vertex.target, vertex.velocity));
-                let RigidMotion { linear, angular } = targets.motion(targets.momentum);
-                Twist { linear: linear + angular.cross(&(pose.center() - targets.center)), angular }
+                let motion = targets.motion(targets.momentum);
+                Twist { linear: motion.velocity_at(&(pose.center() - targets.center)), ..motion }
             }
             _ => {
                 let linear = joint.velocity + omega.cross(&(pose.center() - joint.target));
@@ -209,36 +199,28 @@ impl RigidBody {
         self.set_motion(pose, motion);
     }
 
-    /// Moves the held vertices to their targets, without a change of the motion.
-    pub(crate) fn hold(&self, pose: &mut RigidPose) {
-        if !self.held.is_empty() {
-            self.fit_to(pose, &self.held);
-        }
-    }
-
     /// Returns the force and the torque about the center of mass, times the step, that the held vertices exert in a step
     /// of `dt` seconds with `velocity_change` by gravity.
     pub(crate) fn reaction(&self, pose: &RigidPose, velocity_change: Vector3<f64>, dt: f64) -> Twist {
         let mut free = *pose;
         free.set_velocity(pose.velocity() + velocity_change);
-        let (center, rotation) = (pose.center(), pose.rotation());
-        let place = |vertex: &HeldVertex| center + rotation * vertex.offset;
-        let mut projection = self.projection(&free);
-        projection.fix_vertices(&motion_of(&self.held, |vertex| {
-            (place(vertex), (vertex.target - place(vertex)) / dt)
-        }));
-        let motion = projection.motion();
+        let motion = self.held_projection(&free, dt).motion();
         Twist {
             linear: (motion.linear - free.velocity()) * self.mass.mass,
-            angular: self.inertia_at(&rotation) * motion.angular - free.angular_momentum(),
+            angular: self.inertia_at(&pose.rotation()) * motion.angular - free.angular_momentum(),
         }
     }
 
-    /// Returns the projection of the motion, without conditions.
-    fn projection(&self, pose: &RigidPose) -> Projection {
+    /// Returns the projection of the motion on motions that move the held vertices to their targets in `dt` seconds.
+    fn held_projection(&self, pose: &RigidPose, dt: f64) -> Projection {
         let mobility = Mobility::of_body(self.mass.mass, &self.inertia_at(&pose.rotation()));
-        let motion = RigidMotion { linear: pose.velocity(), angular: self.angular_velocity(pose) };
-        Projection::new(mobility, motion, pose.center())
+        let motion = Twist { linear: pose.velocity(), angular: self.angular_velocity(pose) };
+        let mut projection = Projection::new(mobility, motion, pose.center());
+        let place = |vertex: &HeldVertex| pose.center() + pose.rotation() * vertex.offset;
+        projection.fix_vertices(&motion_of(&self.held, |vertex| {
+            (place(vertex), (vertex.target - place(vertex)) / dt)
+        }));
+        projection
     }
 
     /// Returns the mobility at a pose.
@@ -253,10 +235,8 @@ impl RigidBody {
                 angular: rotated_tensor(&self.inverse_inertia, &rotation),
             };
         }
-        let mut projection = self.projection(pose);
-        projection.fix_vertices(&motion_of(&self.held, |vertex| {
-            (center + rotation * vertex.offset, Vector3::zeros())
-        }));
+        // The mobility does not depend on the targets, nor on the time.
+        let projection = self.held_projection(pose, 1.0);
         let mut blocks = [Matrix3::zeros(); 3];
         for c in 0..6 {
             let motion = projection.mobility().response(&Vector6::ith(c, 1.0)).motion;

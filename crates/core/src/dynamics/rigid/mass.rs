@@ -43,16 +43,22 @@ impl RigidMass {
 
     /// Returns the sums over the lattice vertices. `masses`: of each vertex in units of a full cell's mass.
     fn of_vertices(lattice: &Lattice, masses: &[f32]) -> Self {
-        let vertices = || {
-            let points = lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from)));
-            points.zip(masses.iter().map(|&mass| f64::from(mass)))
-        };
-        let mass: f64 = vertices().map(|(_, mass)| mass).sum();
-        let center = vertices().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
-        let moment =
-            |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
-        Self { mass, center, inertia: inertia_of(vertices().map(moment).sum()) }
+        let (mass, center, moments) = vertex_moments(lattice, masses);
+        Self { mass, center, inertia: inertia_of(moments) }
     }
+}
+
+/// Returns the sum M of the masses m of the lattice vertices, their center of mass c in cells from the vertex with the
+/// indices 0, and their second moments Σ m (x - c)(x - c)ᵀ in squared cells.
+pub(crate) fn vertex_moments(lattice: &Lattice, masses: &[f32]) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let vertices = || {
+        let points = lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from)));
+        points.zip(masses.iter().map(|&mass| f64::from(mass)))
+    };
+    let mass: f64 = vertices().map(|(_, mass)| mass).sum();
+    let center = vertices().map(|(point, mass)| mass * point).sum::<Vector3<f64>>() / mass;
+    let moment = |(point, mass): (Vector3<f64>, f64)| mass * (point - center) * (point - center).transpose();
+    (mass, center, vertices().map(moment).sum())
 }
 
 /// Returns the inertia tensor with the second moments Σ m x xᵀ.

@@ -17,4 +17,4 @@ mod rotation;
 pub(crate) use body::RigidBody;
 pub use error::RigidError;
 pub(crate) use holds::HeldVertex;
-pub(crate) use mass::RigidMass;
+pub(crate) use mass::{RigidMass, vertex_moments};
