@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
 
 use crate::lattice::{Joint, Lattice, Layout};
 use crate::matching::HalfWidth;
-use crate::simd::lanes::{LANES, Lanes};
+use crate::simd::lanes::{Lanes, block_and_lane};
 
 /// The deformation of a body in a step, beside the gradients of its regions.
 pub(crate) struct Deformation<'a> {
@@ -107,7 +107,7 @@ pub(super) fn cells_beside(deformation: &Deformation, stretched: &[u8], cells: &
         return;
     }
     for ((vertex, &slot), &index) in (0..).zip(layout.slots()).zip(lattice.indices()) {
-        let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
+        let (block, lane) = block_and_lane(slot);
         if stretched[block] >> lane & 1 != 0 {
             let around = (0..8).filter_map(|octant| lattice.cell_around(index, octant));
             // Copies of a vertex have cells of their own around the same index.

@@ -10,7 +10,7 @@ use crate::voxel::GridSet;
 pub(super) type BlockKey = [i32; 3];
 
 /// Returns the block and the lane of the vertex at a grid index.
-pub(super) fn block_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
+pub(super) fn key_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
     let (mut key, mut lane) = ([0; 3], 0);
     for axis in 0..3 {
         let shifted = index[axis] + offset[axis];
@@ -89,7 +89,7 @@ mod tests {
             for number in 0..8 {
                 let offset = [number >> 2, number >> 1 & 1, number & 1];
                 let blocks: BTreeSet<BlockKey> =
-                    indices.iter().map(|&index| block_and_lane(offset, index).0).collect();
+                    indices.iter().map(|&index| key_and_lane(offset, index).0).collect();
                 assert_eq!(block_keys(&vertices, offset), blocks.into_iter().collect::<Vec<_>>());
                 counts.push((block_keys(&vertices, offset).len(), offset));
             }

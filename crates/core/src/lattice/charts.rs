@@ -6,7 +6,7 @@
 //! assignment has all links; links that an assignment does not have are removed from the lattice. Each vertex keeps
 //! links to its side of the crack.
 
-use super::blocks::{BlockKey, block_and_lane};
+use super::blocks::{BlockKey, key_and_lane};
 use crate::mesh::UnionFind;
 
 /// Marks a missing neighbor.
@@ -35,7 +35,7 @@ impl Chart {
         mut neighbors: Vec<[u32; 6]>,
     ) -> (Self, Vec<[u32; 6]>) {
         let places: Vec<(BlockKey, usize)> =
-            indices.iter().map(|&index| block_and_lane(offset, index)).collect();
+            indices.iter().map(|&index| key_and_lane(offset, index)).collect();
         let is_divided = divided(&places, split);
         let blocks = sheets(&places, &is_divided, &mut neighbors);
         drop_ambiguous(&places, (&is_divided, &blocks), &mut neighbors);

@@ -5,7 +5,7 @@
 //! 6, break links between cells in the same way). Cells that touch at an edge or a corner only stay connected.
 
 use super::Lattice;
-use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::blocks::{BlockKey, fewest_blocks, key_and_lane};
 use super::broken::{Broken, Joint, Whole};
 use super::charts::NO_NEIGHBOR;
 use super::vertex_classes::Classes;
@@ -70,7 +70,7 @@ impl Lattice {
         broken.sources.iter().for_each(|&source| has_copies[source as usize] = true);
         let mut vertices: Vec<(u32, BlockKey, u32)> = (0..self.len() as u32)
             .map(|vertex| {
-                let (key, _) = block_and_lane(broken.chart.offset, self.indices[vertex as usize]);
+                let (key, _) = key_and_lane(broken.chart.offset, self.indices[vertex as usize]);
                 (self.components.of_vertex[vertex as usize], key, vertex)
             })
             .collect();

@@ -13,7 +13,7 @@ use super::cascade::RegionTransform;
 use super::flow::shape;
 use super::goals::{Means, Pair};
 use crate::parallel::{Executor, Split};
-use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
+use crate::simd::lanes::{Block, LANES, Lanes, load, store};
 use crate::simd::level;
 
 /// The deformation gradients of regions.
@@ -73,22 +73,19 @@ impl<T> MeasureGradients<'_, T> {
         stretched: &mut [u8],
         values: &mut [Block<9>],
     ) {
-        let constants = self.constants.blocks();
         for index in (0..sums.len()).step_by(2) {
-            let Pair { blocks: [a, b], indices } = Pair::new(first, index, sums.len());
-            let constants = load_two(simd, [&constants[a], &constants[b]]);
-            let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
-            let means: Means<f32x16<S>> = Means::new(constants, moments);
-            let inverse_covariance = self.volumes.inverse_covariances.load_two(simd, [a, b]);
+            let pair = Pair::new(first, index, sums.len());
+            let moments = pair.load(simd, sums);
+            let means: Means<f32x16<S>> = Means::new(pair.load_regions(simd, self.constants), moments);
+            let inverse_covariance = self.volumes.inverse_covariances.load_two(simd, pair.blocks);
             let f = times(&means.central, inverse_covariance);
-            let f = divided(simd, f, self.volumes.sigma(simd, [a, b]));
+            let f = divided(simd, f, self.volumes.sigma(simd, pair));
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
-            let halves = split_two(simd, f);
             for half in [0, 1] {
-                stretched[indices[half]] = (beyond >> (half * LANES)) as u8;
-                if !values.is_empty() {
-                    store(halves[half], &mut values[indices[half]]);
-                }
+                stretched[pair.indices[half]] = (beyond >> (half * LANES)) as u8;
+            }
+            if !values.is_empty() {
+                pair.store(simd, f, values);
             }
         }
     }

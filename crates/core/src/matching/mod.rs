@@ -149,14 +149,7 @@ impl Matching {
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
     pub(crate) fn set_factors(&mut self, factors: Option<&[f32]>) {
-        let regions = factors.map(|factors| {
-            let mut regions = Lanes::zeros(self.layout.blocks());
-            for (&slot, &factor) in self.layout.slots().iter().zip(factors) {
-                regions.set(slot, [factor]);
-            }
-            regions
-        });
-        self.regions.set_factors(&self.layout, regions);
+        self.regions.set_factors(&self.layout, factors);
     }
 
     /// Sets the factor of the yield strain around each lattice vertex. `None` removes the factors.
