@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::cut::{BrokenJoint, CrackPlane};
 use crate::lattice::{Joint, Lattice};
+use crate::mesh::distinct;
 
 /// A crack. Coordinates are grid indices of the lattice: cell sizes from its origin, at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,9 +154,7 @@ impl Cracks {
                 }
             }
         }
-        front.sort_unstable();
-        front.dedup();
-        front
+        distinct(front)
     }
 
     /// Returns whether a joint is broken within `distance` cells of a cell, along each axis.

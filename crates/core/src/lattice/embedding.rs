@@ -100,15 +100,15 @@ impl Embedding {
 
     /// Builds the embedding from the cell and the local coordinates of each point.
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
-        let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
-        let (mut group, mut groups, mut starts) = (vec![0; cell_of.len()], Vec::new(), vec![0]);
-        for members in order.chunk_by(|&a, &b| cell_of[a as usize] == cell_of[b as usize]) {
-            members.iter().for_each(|&point| group[point as usize] = groups.len() as u32);
-            let cell = cell_of[members[0] as usize];
+        let of_cells = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..));
+        let (mut group, mut groups) = (vec![0; cell_of.len()], Vec::new());
+        let mut members = Csr::with_capacity(0, cell_of.len());
+        for (cell, points) in (0..).zip(of_cells.rows()).filter(|(_, points)| !points.is_empty()) {
+            points.iter().for_each(|&point: &u32| group[point as usize] = groups.len() as u32);
             groups.push(Group { cell, corners: lattice.cell_corners(cell) });
-            starts.push(starts[starts.len() - 1] + members.len() as u32);
+            members.push(points.iter().copied());
         }
-        Self { local, group, groups, members: Csr::from_parts(starts, order), smoothing: None }
+        Self { local, group, groups, members, smoothing: None }
     }
 
     /// Makes the positions of the points smooth: their first derivatives are continuous across the faces of the cells,

@@ -255,16 +255,8 @@ mod tests {
     use super::*;
     use crate::matching::flow::LEAST_STRETCH;
     use crate::matching::symmetric;
+    use crate::mesh::testing::Random;
     use crate::simd::level;
-
-    /// Returns numbers in -1..1 that look random.
-    fn noise(seed: u32) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
-        }
-    }
 
     /// Returns the matrix in all lanes, column by column.
     fn lanes<S: Simd>(simd: S, matrix: &Matrix3<f64>) -> [f32x16<S>; 9] {
@@ -285,7 +277,8 @@ mod tests {
     /// No region whose strain exceeds the yield strain is left out, and all those far below it are.
     #[test]
     fn bound_of_the_strain_is_above_it_and_near_it() {
-        let mut noise = noise(7);
+        let mut random = Random(7);
+        let mut noise = || 2.0 * random.next() - 1.0;
         let (mut above, mut below) = (0, 0);
         for case in 0..20_000 {
             // Plastic shapes of determinant 1: none, moderate ones, large ones, and ones that are flat along an axis.

@@ -74,17 +74,17 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxel
         None => enclosed,
         Some(solid) => {
             let inside = inside(solid, grid, (&entered, &enclosed), walls.faces, maxima.cells);
-            with_cells(enclosed, inside.map_err(TooMany::Cells)?)
+            enclosed.with(inside.map_err(TooMany::Cells)?)
         }
     };
     let flipped = faces.iter().any(|faces| !faces.is_empty()) && is_inside_out(mesh, &positions, grid);
     let is_outside = |cell: [i32; 3]| entered.find(cell).is_none() && enclosed.find(cell).is_none();
     let behind_faces = cells_behind_faces(&faces, is_outside, flipped, grid);
-    let surface = with_cells(entered, behind_faces);
+    let surface = entered.with(behind_faces);
     let cells = surface.union(&enclosed);
     let free_cell = |corner: &[f64; 3]| free_cell_at(corner, &cells, grid);
     let free_cells: Vec<_> = untraced.iter().filter_map(free_cell).collect();
-    let (surface, cells) = (with_cells(surface, free_cells.clone()), with_cells(cells, free_cells));
+    let (surface, cells) = (surface.with(free_cells.clone()), cells.with(free_cells));
     check(cells.len() as u64, maxima.cells).map_err(TooMany::Cells)?;
     Ok(Voxels { surface_cells: surface.len(), cells })
 }
@@ -103,15 +103,6 @@ pub(crate) fn entered_cells(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> G
 /// Returns the number as an error if it exceeds its maximum.
 fn check(number: u64, max: u64) -> Result<(), u64> {
     if number <= max { Ok(()) } else { Err(number) }
-}
-
-/// Returns the set with further cells, in any order.
-fn with_cells(set: GridSet, mut cells: Vec<[i32; 3]>) -> GridSet {
-    if cells.is_empty() {
-        return set;
-    }
-    cells.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-    set.union(&GridSet::from_sorted(&cells))
 }
 
 /// Returns whether the signed volume of a surface is negative, because its normals mostly point inwards.
