@@ -3,15 +3,16 @@
 use super::Lattice;
 use super::blocks::BlockKey;
 use crate::simd::lanes::{LOWER, block_and_lane, lane_stride, slot_of};
+use crate::voxel::step;
 
 /// The links along one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLinks {
     /// Number of the axis: 0, 1 or 2.
-    pub(crate) number: usize,
+    pub number: usize,
     /// Bit `l` of the entry of a block is set iff the vertex in lane `l` is linked to the next vertex along
     /// the axis.
-    pub(crate) links: Vec<u8>,
+    pub links: Vec<u8>,
     /// Next block along the axis, or the block itself if there is no next block.
     next: Vec<u32>,
     /// Previous block along the axis, or the block itself if there is no previous block.
@@ -27,8 +28,7 @@ impl AxisLinks {
         // sorted and `target` increases with `key`.
         let mut at = 0;
         for (block, key) in keys.iter().enumerate() {
-            let mut target = *key;
-            target[axis] += 1;
+            let target = step(*key, axis, 1);
             while at < keys.len() && keys[at] < target {
                 at += 1;
             }

@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 
 use super::blocks::{BlockKey, key_and_lane};
 use crate::mesh::{UnionFind, distinct};
+use crate::voxel::beside;
 
 /// Marks a missing neighbor.
 pub(super) const NO_NEIGHBOR: u32 = u32::MAX;
@@ -55,13 +56,7 @@ impl Chart {
 fn divided(places: &[(BlockKey, usize)], split: &[u32]) -> Vec<bool> {
     let keys = distinct(split.iter().flat_map(|&vertex| {
         let key = places[vertex as usize].0;
-        (0..7).map(move |side| {
-            let mut beside = key;
-            if side < 6 {
-                beside[side / 2] += if side % 2 == 0 { -1 } else { 1 };
-            }
-            beside
-        })
+        (0..6).map(move |side| beside(key, side)).chain([key])
     }));
     places.iter().map(|(key, _)| keys.binary_search(key).is_ok()).collect()
 }

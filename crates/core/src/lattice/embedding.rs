@@ -68,13 +68,18 @@ impl<'a> Locator<'a> {
     pub(crate) fn locate(&mut self, point: &Point3<f64>) -> (u32, [f32; 3]) {
         let Self { lattice, tree } = self;
         let cells = &lattice.cell_set;
-        let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
+        let position = ((point - lattice.origin) / lattice.cell_size).into();
         let cell = cells
             .locate(position)
             .unwrap_or_else(|| tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position));
-        let corner = lattice.cells[cell as usize];
-        (cell, std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32))
+        (cell, local_in(lattice, cell, point))
     }
+}
+
+/// Returns the local coordinates of a point in a cell.
+fn local_in(lattice: &Lattice, cell: u32, point: &Point3<f64>) -> [f32; 3] {
+    let (position, corner) = ((point - lattice.origin) / lattice.cell_size, lattice.cells[cell as usize]);
+    std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32)
 }
 
 impl Embedding {
@@ -91,10 +96,7 @@ impl Embedding {
     /// Embeds points in given cells, which need not contain them: a point outside its cell follows the cell by
     /// extrapolation.
     pub(crate) fn in_cells(lattice: &Lattice, points: &[Point3<f64>], cells: &[u32]) -> Self {
-        let local = |(point, &cell): (&Point3<f64>, &u32)| {
-            let position = (point - lattice.origin) / lattice.cell_size;
-            std::array::from_fn(|a| (position[a] - f64::from(lattice.cells[cell as usize][a])) as f32)
-        };
+        let local = |(point, &cell): (&Point3<f64>, &u32)| local_in(lattice, cell, point);
         Self::grouped(lattice, cells, points.iter().zip(cells).map(local).collect())
     }
 

@@ -184,6 +184,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
+    use crate::voxel::step;
 
     /// Returns a box of vertices whose first vertex is at `low`.
     fn lattice(low: [i32; 3], size: [i32; 3]) -> Lattice {
@@ -214,8 +215,7 @@ mod tests {
             let slots = layout.slots();
             for (vertex, (index, linked)) in lattice.indices().iter().zip(lattice.links()).enumerate() {
                 for axis in 0..3 {
-                    let mut target = *index;
-                    target[axis] += 1;
+                    let target = step(*index, axis, 1);
                     let next = lattice.indices().iter().position(|index| *index == target);
                     let is_linked = linked >> (2 * axis + 1) & 1 != 0;
                     let expected = next.filter(|_| is_linked).map(|next| slots[next]);

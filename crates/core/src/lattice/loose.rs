@@ -10,11 +10,11 @@ use crate::simd::lanes::LANES;
 #[derive(Clone, Debug)]
 pub(crate) struct LooseCell {
     /// Slot of the first corner.
-    pub(crate) slot: u32,
+    pub slot: u32,
     /// Slots of the corners.
-    pub(crate) corners: [u32; 8],
+    pub corners: [u32; 8],
     /// Index among the loose cells.
-    pub(crate) number: u32,
+    pub number: u32,
 }
 
 /// The loose cells of a layout.

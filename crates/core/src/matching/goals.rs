@@ -25,12 +25,12 @@ use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 pub(crate) struct Means<V> {
     /// S/M. If the field is the positions, this is the center of mass; if the field is the velocities, it is
     /// the velocity of the center of mass.
-    pub(crate) mean: [V; 3],
+    pub mean: [V; 3],
     /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the first moments of the field with respect to the rest
     /// offsets from the rest centroid.
-    pub(crate) central: [V; 9],
+    pub central: [V; 9],
     /// Rest centroid relative to the center vertex of the region, in cells.
-    pub(crate) d: [V; 3],
+    pub d: [V; 3],
 }
 
 impl<V> Means<V> {

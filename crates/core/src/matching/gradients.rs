@@ -20,12 +20,12 @@ use crate::simd::level;
 pub(crate) struct Gradients<'a> {
     /// F of each region, column by column. Zero where the vertices of a region lie in a plane. Empty if only
     /// `stretched` is wanted: memory that is not written saves a tenth of the step.
-    pub(crate) values: &'a mut [Block<9>],
+    pub values: &'a mut [Block<9>],
     /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction.
     /// Some of them may be stretched less.
-    pub(crate) stretched: &'a mut [u8],
+    pub stretched: &'a mut [u8],
     /// A stretch: the ratio of the length of a vector to that at rest.
-    pub(crate) least: f32,
+    pub least: f32,
 }
 
 /// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the

@@ -25,10 +25,10 @@ use crate::simd::lanes::{Block, Lanes, Row, block_and_lane};
 pub(crate) struct Regions {
     /// m and 1/n of each vertex. The product m/n is the region weight ([`Weighted`](super::Weighted)); 1/n
     /// turns a sum over the regions that contain the vertex into a mean. Zero in lanes without a vertex.
-    pub(crate) weights: Lanes<2>,
+    pub weights: Lanes<2>,
     /// 1/M and d of the region around each vertex: M = Σ m/n is the mass of the region, and d its rest
     /// centroid relative to its center vertex, in cells. Zero in lanes without a region.
-    pub(crate) constants: Lanes<4>,
+    pub constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
     factors: Option<Factors>,
     /// `None` unless the regions are cells.
@@ -36,9 +36,9 @@ pub(crate) struct Regions {
     /// Factor of the yield strain of each region, 1 in lanes without a region; `None` if all are 1.
     pub(super) yield_factors: Option<Lanes<1>>,
     /// `None` if the body is neither plastic nor can break, and has no volume term.
-    pub(crate) inverse_covariances: Option<InverseCovariances>,
+    pub inverse_covariances: Option<InverseCovariances>,
     /// k of the [volume term](super::bulk); 0 without one.
-    pub(crate) bulk: f32,
+    pub bulk: f32,
     /// σ of each region: see [`bulk`](super::bulk). 1 in lanes without a region. `None` if no region is inflated.
     pub(super) inflation: Option<Lanes<1>>,
     half_width: HalfWidth,

@@ -27,13 +27,13 @@ pub(crate) struct SurfaceTree {
 /// The closest point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosestPoint {
-    pub(crate) point: Point3<f64>,
+    pub point: Point3<f64>,
     /// Distance to it, in the unit of the mesh; never negative.
-    pub(crate) distance: f64,
+    pub distance: f64,
     /// Angle-weighted pseudonormal at the point, a unit vector to the outside.
-    pub(crate) normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// Index of its triangle.
-    pub(crate) triangle: u32,
+    pub triangle: u32,
 }
 
 impl ClosestPoint {

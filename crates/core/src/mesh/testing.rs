@@ -17,7 +17,7 @@ pub(crate) fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
 }
 
 /// Random numbers. A linear congruential generator (Knuth's MMIX) is random enough for tests.
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
     /// Returns a number from 0 to 1.

@@ -1,6 +1,7 @@
 //! Finds the boxes that a triangle enters, and adds them to a set.
 
 use super::bricks::Bricks;
+use super::grid::step;
 use super::triangle_box::TriangleAxes;
 
 /// A range with at most this number of boxes is tested box by box. A larger range is halved first.
@@ -44,11 +45,8 @@ impl Boxes<'_> {
     }
 
     /// Returns the upper cell of a box, given its lower cell.
-    fn upper_cell(&self, mut cell: [i32; 3]) -> [i32; 3] {
-        if let Some(axis) = self.flat {
-            cell[axis] += 1;
-        }
-        cell
+    fn upper_cell(&self, cell: [i32; 3]) -> [i32; 3] {
+        self.flat.map_or(cell, |axis| step(cell, axis, 1))
     }
 
     /// Returns the size of a box, in cells.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::grid::Grid;
+use super::grid::{Grid, beside, step};
 use super::grid_set::GridSet;
 use super::triangle_box::TriangleAxes;
 use super::voxelize::{Maxima, TooMany, voxelize};
@@ -112,11 +112,11 @@ impl Trace {
         let mut stack = vec![[-1; 3]];
         outside.set([-1; 3]);
         while let Some(cell) = stack.pop() {
-            for (axis, step) in (0..3).flat_map(|axis| [(axis, -1), (axis, 1)]) {
-                let mut next = cell;
-                next[axis] += step;
-                let upper = if step > 0 { next } else { cell };
-                let is_wall = self.entered.has(next) || self.faces[axis].iter().any(|side| side.has(upper));
+            for side in 0..6 {
+                let next = beside(cell, side);
+                let upper = if side % 2 == 1 { next } else { cell };
+                let is_wall =
+                    self.entered.has(next) || self.faces[side / 2].iter().any(|side| side.has(upper));
                 if outside.index(next).is_some() && !is_wall && !outside.has(next) {
                     outside.set(next);
                     stack.push(next);
@@ -132,8 +132,7 @@ impl Trace {
         for axis in 0..3 {
             let [front, back] = if is_flipped { [1, 0] } else { [0, 1] }.map(|side| &self.faces[axis][side]);
             for upper in front.cells(|cell| front.has(cell) || back.has(cell)) {
-                let mut lower = upper;
-                lower[axis] -= 1;
+                let lower = step(upper, axis, -1);
                 let [behind, other] = if front.has(upper) { [lower, upper] } else { [upper, lower] };
                 match (outside.has(upper), outside.has(lower)) {
                     (false, false) => {}

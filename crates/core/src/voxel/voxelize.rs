@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::boxes::Boxes;
 use super::bricks::Bricks;
 use super::fill::{self, Walls};
-use super::grid::Grid;
+use super::grid::{Grid, step};
 use super::grid_set::GridSet;
 use super::inside::inside;
 use crate::mesh::{Mesh, signed_volume};
@@ -21,19 +21,19 @@ const MIN_VOLUME: f64 = 1e-9;
 /// The result of [`voxelize`].
 pub(crate) struct Voxels {
     /// The cells that the surface passes through or encloses.
-    pub(crate) cells: GridSet,
+    pub cells: GridSet,
     /// Number of cells that the surface passes through, or to which a face in a grid plane belongs.
-    pub(crate) surface_cells: usize,
+    pub surface_cells: usize,
 }
 
 /// Largest numbers of cells and faces that [`voxelize`] accepts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Maxima {
     /// Number of cells of the result, at most 2^31.
-    pub(crate) cells: u64,
+    pub cells: u64,
     /// Number of faces in grid planes on which a triangle lies, at most 2^31. Counts faces of opposite orientation in
     /// the same place as two.
-    pub(crate) faces: u64,
+    pub faces: u64,
 }
 
 /// A number exceeds its maximum. Contains a lower bound of the number.
@@ -222,8 +222,7 @@ fn cells_behind_faces(
         let only_back = back.positions().into_iter().filter(|cell| front.find(*cell).is_none());
         let front = front.positions().into_iter().map(|cell| (cell, true));
         for (upper, faces_up) in front.chain(only_back.map(|cell| (cell, false))) {
-            let mut lower = upper;
-            lower[axis] -= 1;
+            let lower = step(upper, axis, -1);
             let preferred = if faces_up { [lower, upper] } else { [upper, lower] };
             match (is_outside(upper), is_outside(lower)) {
                 (false, false) => {}

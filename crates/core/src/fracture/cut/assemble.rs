@@ -7,9 +7,10 @@ use super::clip::{Clipped, Corner, Fragment};
 use super::faces::CutSurface;
 use super::input::Input;
 use super::map::Map;
-use super::planes::{Cell, step};
+use super::planes::Cell;
 use crate::lattice::Locator;
 use crate::mesh::{Csr, Mesh, MeshError, Planar, triangulate};
+use crate::voxel::step;
 
 /// The point of the uncut mesh at which a vertex of a cut mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -30,9 +30,9 @@ impl<const N: usize> Rows<N> for Source<'_, N> {
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
     /// m and 1/n of each vertex; `None` in cells, where f = p.
-    pub(crate) weights: Option<&'a [Block<2>]>,
+    pub weights: Option<&'a [Block<2>]>,
     /// p of each vertex, such as its position or its velocity.
-    pub(crate) vectors: &'a [Block<3>],
+    pub vectors: &'a [Block<3>],
 }
 
 impl Rows<3> for Weighted<'_> {
