@@ -13,7 +13,7 @@ pub(crate) fn step(mut index: [i32; 3], axis: usize, by: i32) -> [i32; 3] {
 
 /// Returns the next grid index on a side, 0 to 5 for -x, +x, -y, +y, -z, +z.
 pub(crate) fn beside(index: [i32; 3], side: usize) -> [i32; 3] {
-    step(index, side / 2, if side % 2 == 0 { -1 } else { 1 })
+    step(index, side / 2, if side.is_multiple_of(2) { -1 } else { 1 })
 }
 
 /// Depth, in cells, up to which a surface that enters a cell counts as only touching it. Far greater than

@@ -29,8 +29,8 @@ mod rows;
 mod running;
 mod terms;
 
+pub(super) use rows::Source;
 pub(crate) use rows::Weighted;
-pub(super) use rows::{Rows, Source};
 pub(super) use running::RunningSums;
 
 use std::ops::Range;
@@ -41,7 +41,7 @@ use super::half_width::HalfWidth;
 use crate::lattice::{AxisLinks, Layout};
 use crate::simd::lanes::Block;
 use narrow::{NARROW, NarrowWindows};
-use rows::Input;
+use rows::{Input, Rows};
 use running::Slide;
 use terms::{Adjoint, Forward, PairTerms, Running, RunningAdjoint};
 
