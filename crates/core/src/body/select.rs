@@ -42,7 +42,7 @@ impl Body {
         }
         if let Some(part) = self.mesh_part(selection)? {
             let Some(Surface { embedding, .. }) = self.surface() else { return Err(SelectionError::NoMesh) };
-            return Ok(distinct(part.iter().flat_map(|&point| embedding.corners(point as usize)).collect()));
+            return Ok(distinct(part.iter().flat_map(|&point| embedding.corners(point as usize))));
         }
         let (count, pose) = (self.shape.lattice.len(), self.pose_of(pose));
         let selected = match self.surface() {

@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::cut::{BrokenJoint, CrackPlane};
 use crate::lattice::{Joint, Lattice};
+use crate::mesh::distinct;
 
 /// A crack. Coordinates are grid indices of the lattice: cell sizes from its origin, at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +117,7 @@ impl Cracks {
         let exists = |joint: &Joint| {
             (joint.cell as usize) < lattice.cells().len()
                 && joint.axis < 3
-                && lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()
+                && lattice.joint_cells(*joint).is_some()
         };
         (self.broken.is_empty() || self.events > 0)
             && self.broken.is_sorted_by(|a, b| a.0 < b.0)
@@ -130,8 +131,8 @@ impl Cracks {
         let plane = self.list[number as usize].plane(lattice).in_grid(lattice);
         let mut front = Vec::new();
         for &(joint, _) in self.broken.iter().filter(|(_, crack)| *crack == number) {
-            let Some(other) = lattice.cell_beyond(joint.cell, joint.axis, 1) else { continue };
-            let corners = [joint.cell, other].map(|cell| lattice.cell_corners(cell));
+            let Some(cells) = lattice.joint_cells(joint) else { continue };
+            let corners = cells.map(|cell| lattice.cell_corners(cell));
             let index = lattice.cells()[joint.cell as usize];
             for k in 0..27 {
                 let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
@@ -140,7 +141,7 @@ impl Cracks {
                 };
                 for axis in 0..3 {
                     let near = Joint { cell, axis };
-                    if lattice.cell_beyond(cell, axis, 1).is_none()
+                    if lattice.joint_cells(near).is_none()
                         || lattice.is_broken(near)
                         || !plane.is_between(0, (lattice.cells()[cell as usize], axis.into()))
                     {
@@ -153,9 +154,7 @@ impl Cracks {
                 }
             }
         }
-        front.sort_unstable();
-        front.dedup();
-        front
+        distinct(front)
     }
 
     /// Returns whether a joint is broken within `distance` cells of a cell, along each axis.

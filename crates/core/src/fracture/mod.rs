@@ -86,7 +86,7 @@ struct Candidate {
 impl Fracture {
     pub(crate) fn new(options: Option<FractureOptions>, lattice: &Lattice, layout: &Layout) -> Self {
         let blocks = if options.is_some() { layout.blocks() } else { 0 };
-        let is_rotation_limited = options.is_some_and(|options| options.rotation.is_some());
+        let is_rotation_limited = is_rotation_limited(&options);
         Self {
             options,
             cracks: Cracks::default(),
@@ -172,21 +172,12 @@ impl Fracture {
     /// Returns whether the next step needs all gradients: at the fronts of cracks, and probably where a region was
     /// stretched in the step before.
     pub(crate) fn expects_gradients(&self) -> bool {
-        self.has_fronts() || self.is_any_stretched()
+        self.fronts.iter().any(|front| !front.is_empty()) || self.stretched.iter().any(|&lanes| lanes != 0)
     }
 
     /// Returns whether a joint may break in this step, so that all gradients are needed.
     pub(crate) fn needs_gradients(&self) -> bool {
-        let is_rotation_limited = self.options.is_some_and(|options| options.rotation.is_some());
-        is_rotation_limited || self.expects_gradients()
-    }
-
-    fn has_fronts(&self) -> bool {
-        self.fronts.iter().any(|front| !front.is_empty())
-    }
-
-    fn is_any_stretched(&self) -> bool {
-        self.stretched.iter().any(|&lanes| lanes != 0)
+        is_rotation_limited(&self.options) || self.expects_gradients()
     }
 
     /// Finds the joints that break. Returns whether there are any; [`Fracture::break_found`] breaks them. The shape
@@ -251,7 +242,7 @@ impl Fracture {
         let [least, per_cell] = LEAST_DISTANCE;
         let distance = least.max(per_cell * half_width.links() as u32);
         let joints = cells.iter().flat_map(|&cell| (0..3).map(move |axis| Joint { cell, axis }));
-        for joint in joints.filter(|joint| lattice.cell_beyond(joint.cell, joint.axis, 1).is_some()) {
+        for joint in joints.filter(|joint| lattice.joint_cells(*joint).is_some()) {
             let stretch = greatest_stretch(&limits.deformation.gradient(gradients, joint));
             let strain = stretch.map_or(0.0, |(stretch, _)| stretch - 1.0);
             let ratio = limits.ratio(joint, strain, rotations);
@@ -316,6 +307,11 @@ impl Fracture {
         shells::follow_one_piece(&mut cut, lattice);
         Ok(cut)
     }
+}
+
+/// Returns whether joints break by the rotations of their cells.
+fn is_rotation_limited(options: &Option<FractureOptions>) -> bool {
+    options.is_some_and(|options| options.rotation.is_some())
 }
 
 /// The limits of joints.

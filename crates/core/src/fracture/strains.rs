@@ -4,23 +4,23 @@ use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
 
 use crate::lattice::{Joint, Lattice, Layout};
 use crate::matching::HalfWidth;
-use crate::simd::lanes::{LANES, Lanes};
+use crate::simd::lanes::{Lanes, block_and_lane};
 
 /// The deformation of a body in a step, beside the gradients of its regions.
 pub(crate) struct Deformation<'a> {
-    pub(crate) lattice: &'a Lattice,
-    pub(crate) layout: &'a Layout,
+    pub lattice: &'a Lattice,
+    pub layout: &'a Layout,
     /// Rotation of the region around each vertex: unit quaternions (x, y, z, w).
-    pub(crate) rotations: &'a Lanes<4>,
-    pub(crate) half_width: HalfWidth,
+    pub rotations: &'a Lanes<4>,
+    pub half_width: HalfWidth,
     /// Young's modulus in force, without the stiffness factors.
-    pub(crate) modulus: f64,
+    pub modulus: f64,
     /// Returns the factor of Young's modulus in force around a vertex; `None` if all are 1.
-    pub(crate) factors: Option<&'a dyn Fn(u32) -> f64>,
+    pub factors: Option<&'a dyn Fn(u32) -> f64>,
     /// Returns the factor of the limits around a vertex; `None` if all are 1.
-    pub(crate) strengths: Option<&'a dyn Fn(u32) -> f64>,
+    pub strengths: Option<&'a dyn Fn(u32) -> f64>,
     /// Whether each lattice vertex is held by a pin or handle; empty if none is.
-    pub(crate) held: &'a [bool],
+    pub held: &'a [bool],
 }
 
 impl Deformation<'_> {
@@ -57,22 +57,23 @@ impl Deformation<'_> {
     /// Returns the factor of Young's modulus at a joint: the mean of the regions around its corners, or of its cells
     /// if the regions are cells.
     pub(super) fn factor(&self, joint: Joint) -> f64 {
-        self.factors.map_or(1.0, |factor| {
-            if self.half_width.is_cell() {
-                let corners =
-                    self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell));
-                return corners.map(factor).sum::<f64>() / 16.0;
+        match self.factors {
+            Some(factor) if self.half_width.is_cell() => {
+                self.corners_of_cells(joint).map(factor).sum::<f64>() / 16.0
             }
-            self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0
-        })
+            factor => self.mean_of_corners(joint, factor),
+        }
     }
 
     /// Returns the factor of the limits of a joint: the mean over its corners.
     pub(super) fn strength(&self, joint: Joint) -> f64 {
-        let mean = |factor: &dyn Fn(u32) -> f64| {
-            self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0
-        };
-        self.strengths.map_or(1.0, mean)
+        self.mean_of_corners(joint, self.strengths)
+    }
+
+    /// Returns the mean of a factor over the corners of a joint; 1 without one.
+    fn mean_of_corners(&self, joint: Joint, factor: Option<&dyn Fn(u32) -> f64>) -> f64 {
+        let mean = |factor| self.lattice.joint_corners(joint).into_iter().map(factor).sum::<f64>() / 4.0;
+        factor.map_or(1.0, mean)
     }
 
     /// Returns whether pins or handles hold all corners of the cells of a joint.
@@ -87,13 +88,17 @@ impl Deformation<'_> {
 
     /// Returns whether pins or handles hold each corner of the cells of a joint.
     fn are_held(&self, joint: Joint) -> impl Iterator<Item = bool> {
-        let corners = self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell));
-        corners.map(|corner| self.held.get(corner as usize).copied().unwrap_or(false))
+        self.corners_of_cells(joint).map(|corner| self.held.get(corner as usize).copied().unwrap_or(false))
+    }
+
+    /// Returns the corners of the two cells of a joint.
+    fn corners_of_cells(&self, joint: Joint) -> impl Iterator<Item = u32> {
+        self.cells_of(joint).into_iter().flat_map(|cell| self.lattice.cell_corners(cell))
     }
 
     /// Returns the two cells of a joint.
     fn cells_of(&self, joint: Joint) -> [u32; 2] {
-        [joint.cell, self.lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell)]
+        self.lattice.joint_cells(joint).unwrap_or([joint.cell; 2])
     }
 }
 
@@ -107,7 +112,7 @@ pub(super) fn cells_beside(deformation: &Deformation, stretched: &[u8], cells: &
         return;
     }
     for ((vertex, &slot), &index) in (0..).zip(layout.slots()).zip(lattice.indices()) {
-        let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
+        let (block, lane) = block_and_lane(slot);
         if stretched[block] >> lane & 1 != 0 {
             let around = (0..8).filter_map(|octant| lattice.cell_around(index, octant));
             // Copies of a vertex have cells of their own around the same index.
@@ -158,8 +163,8 @@ impl CellRotations {
 
     /// Returns the angle between the rotations of the cells of a joint, in radians.
     pub(super) fn angle(&self, lattice: &Lattice, joint: Joint) -> f64 {
-        let other = lattice.cell_beyond(joint.cell, joint.axis, 1).unwrap_or(joint.cell);
-        let [a, b] = [joint.cell, other].map(|cell| self.0[cell as usize]);
+        let cells = lattice.joint_cells(joint).unwrap_or([joint.cell; 2]);
+        let [a, b] = cells.map(|cell| self.0[cell as usize]);
         // The angle of 4-vectors is half of the angle of the rotations. The sine is exact for small angles.
         4.0 * ((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0).asin()
     }

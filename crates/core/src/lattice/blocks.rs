@@ -10,7 +10,7 @@ use crate::voxel::GridSet;
 pub(super) type BlockKey = [i32; 3];
 
 /// Returns the block and the lane of the vertex at a grid index.
-pub(super) fn block_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
+pub(super) fn key_and_lane(offset: [i32; 3], index: [i32; 3]) -> (BlockKey, usize) {
     let (mut key, mut lane) = ([0; 3], 0);
     for axis in 0..3 {
         let shifted = index[axis] + offset[axis];
@@ -72,24 +72,20 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::mesh::testing::Random;
 
     #[test]
     fn blocks_are_those_of_the_vertices_one_by_one() {
-        // A linear congruential generator (Knuth's MMIX) is random enough for positions.
-        let mut state = 3_u64;
-        let mut random = move |n: u64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 33) % n) as i32 - n as i32 / 2
-        };
+        let mut random = Random(3);
+        let mut index = |n: usize| random.below(n) as i32 - n as i32 / 2;
         for count in [1, 10, 100, 400] {
-            let mut indices: Vec<[i32; 3]> = (0..count).map(|_| [random(13), random(7), random(6)]).collect();
-            indices.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-            let vertices = GridSet::from_sorted(&indices);
+            let indices: Vec<[i32; 3]> = (0..count).map(|_| [index(13), index(7), index(6)]).collect();
+            let vertices = GridSet::new(indices.clone());
             let mut counts = Vec::new();
             for number in 0..8 {
                 let offset = [number >> 2, number >> 1 & 1, number & 1];
                 let blocks: BTreeSet<BlockKey> =
-                    indices.iter().map(|&index| block_and_lane(offset, index).0).collect();
+                    indices.iter().map(|&index| key_and_lane(offset, index).0).collect();
                 assert_eq!(block_keys(&vertices, offset), blocks.into_iter().collect::<Vec<_>>());
                 counts.push((block_keys(&vertices, offset).len(), offset));
             }

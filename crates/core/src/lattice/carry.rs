@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::embedding::Locator;
 use super::{Lattice, trilinear};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, distinct};
 
 /// Greatest distance of neighboring samples of a triangle, in cells.
 const SPACING: f64 = 0.5;
@@ -61,10 +61,8 @@ fn inwards(lattice: &Lattice, mut values: Vec<Option<f64>>) -> Vec<f64> {
     let mut layer: Vec<u32> = (0..lattice.len() as u32).filter(|&v| values[v as usize].is_some()).collect();
     let (mut inner, mut layers) = (Vec::new(), 0);
     while !layer.is_empty() {
-        let mut next: Vec<u32> = layer.iter().flat_map(|&vertex| of(vertex)).collect();
-        next.retain(|&vertex| values[vertex as usize].is_none());
-        next.sort_unstable();
-        next.dedup();
+        let beside = layer.iter().flat_map(|&vertex| of(vertex));
+        let next = distinct(beside.filter(|&vertex| values[vertex as usize].is_none()));
         let means: Vec<f64> =
             next.iter().map(|&vertex| mean(vertex, &|other| values[other as usize])).collect();
         next.iter().zip(means).for_each(|(&vertex, mean)| values[vertex as usize] = Some(mean));
@@ -123,12 +121,11 @@ fn samples(corners: &[Point3<f64>; 3], spacing: f64) -> impl Iterator<Item = ([f
 mod tests {
     use super::*;
     use crate::lattice::{LatticeOptions, Resolution};
+    use crate::mesh::testing::cuboid;
 
     /// A box of 8 vertices, and the same box with every face divided.
     fn boxes() -> [Mesh; 2] {
-        let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f64);
-        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let coarse = Mesh::new((0..8).map(corner).collect(), &faces).unwrap();
+        let coarse = cuboid([0.0; 3], [1.0; 3]);
         let fine = coarse.refined(0.2).unwrap().unwrap().mesh;
         [coarse, fine]
     }

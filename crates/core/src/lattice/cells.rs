@@ -6,7 +6,7 @@ use super::broken::Broken;
 use super::charts::NO_NEIGHBOR;
 use super::components::Components;
 use super::options::LatticeReport;
-use crate::voxel::GridSet;
+use crate::voxel::{GridSet, beside};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
 ///
@@ -160,11 +160,7 @@ impl Lattice {
             _ if links >> n & 1 == 0 => None,
             0 => Some(vertex - 1),
             1 => Some(vertex + 1),
-            _ => {
-                let mut neighbor = index;
-                neighbor[n / 2] += if n % 2 == 0 { -1 } else { 1 };
-                self.vertex_set.find(neighbor)
-            }
+            _ => self.vertex_set.find(beside(index, n)),
         })
     }
 

@@ -6,8 +6,11 @@
 //! assignment has all links; links that an assignment does not have are removed from the lattice. Each vertex keeps
 //! links to its side of the crack.
 
-use super::blocks::{BlockKey, block_and_lane};
-use crate::mesh::UnionFind;
+use std::collections::BTreeSet;
+
+use super::blocks::{BlockKey, key_and_lane};
+use crate::mesh::{UnionFind, distinct};
+use crate::voxel::beside;
 
 /// Marks a missing neighbor.
 pub(super) const NO_NEIGHBOR: u32 = u32::MAX;
@@ -35,7 +38,7 @@ impl Chart {
         mut neighbors: Vec<[u32; 6]>,
     ) -> (Self, Vec<[u32; 6]>) {
         let places: Vec<(BlockKey, usize)> =
-            indices.iter().map(|&index| block_and_lane(offset, index)).collect();
+            indices.iter().map(|&index| key_and_lane(offset, index)).collect();
         let is_divided = divided(&places, split);
         let blocks = sheets(&places, &is_divided, &mut neighbors);
         drop_ambiguous(&places, (&is_divided, &blocks), &mut neighbors);
@@ -51,21 +54,10 @@ impl Chart {
 /// Returns, for each vertex, whether its place in the grid can have several blocks: places of split vertices, and the
 /// places beside them.
 fn divided(places: &[(BlockKey, usize)], split: &[u32]) -> Vec<bool> {
-    let mut keys: Vec<BlockKey> = split
-        .iter()
-        .flat_map(|&vertex| {
-            let key = places[vertex as usize].0;
-            (0..7).map(move |side| {
-                let mut beside = key;
-                if side < 6 {
-                    beside[side / 2] += if side % 2 == 0 { -1 } else { 1 };
-                }
-                beside
-            })
-        })
-        .collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let keys = distinct(split.iter().flat_map(|&vertex| {
+        let key = places[vertex as usize].0;
+        (0..6).map(move |side| beside(key, side)).chain([key])
+    }));
     places.iter().map(|(key, _)| keys.binary_search(key).is_ok()).collect()
 }
 
@@ -93,12 +85,8 @@ fn sheets(places: &[(BlockKey, usize)], is_divided: &[bool], neighbors: &mut [[u
             lanes[sets.find(a) as usize] = united;
         }
     }
-    let mut roots: Vec<(BlockKey, u32)> = (0..places.len() as u32)
-        .filter(|&vertex| is_divided[vertex as usize])
-        .map(|vertex| (places[vertex as usize].0, sets.find(vertex)))
-        .collect();
-    roots.sort_unstable();
-    roots.dedup();
+    let vertices = (0..places.len() as u32).filter(|&vertex| is_divided[vertex as usize]);
+    let roots = distinct(vertices.map(|vertex| (places[vertex as usize].0, sets.find(vertex))));
     (0..places.len() as u32)
         .map(|vertex| {
             if !is_divided[vertex as usize] {
@@ -137,26 +125,16 @@ fn drop_ambiguous(
         let mut pairs: Vec<&[_]> = crossing.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).collect();
         // The sort is stable: of pairs with equally many links, the first one in order stays first.
         pairs.sort_by_key(|links| std::cmp::Reverse(links.len()));
-        let (mut has_next, mut has_previous) = (Vec::new(), Vec::new());
-        let insert = |taken: &mut Vec<_>, block| match taken.binary_search(&block) {
-            Ok(_) => false,
-            Err(at) => {
-                taken.insert(at, block);
-                true
-            }
-        };
-        let mut removed = Vec::new();
+        let (mut has_next, mut has_previous) = (BTreeSet::new(), BTreeSet::new());
         for links in pairs {
             let (from, to, _) = links[0];
-            let is_free = has_next.binary_search(&from).is_err() && has_previous.binary_search(&to).is_err();
-            if is_free {
-                insert(&mut has_next, from);
-                insert(&mut has_previous, to);
+            if !has_next.contains(&from) && !has_previous.contains(&to) {
+                has_next.insert(from);
+                has_previous.insert(to);
             } else {
-                removed.extend(links.iter().map(|(_, _, vertex)| *vertex));
+                links.iter().for_each(|&(_, _, vertex)| unlink(neighbors, vertex, side));
             }
         }
-        removed.into_iter().for_each(|vertex| unlink(neighbors, vertex, side));
     }
 }
 

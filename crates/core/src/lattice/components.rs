@@ -55,7 +55,9 @@ pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Re
     // Each cell of a bridge shares a face with the cell before it, so it adds at most four vertices.
     let length = bridges.iter().fold(0u64, |sum, bridge| sum.saturating_add(bridge.len()));
     memory::check(memory::needed_bytes(length.saturating_mul(4)), limit, cell_size)?;
-    let (cells, bridge_cells) = with_bridges(&cells, &bridges);
+    let count = cells.len();
+    let cells = cells.with(bridges.iter().flat_map(Bridge::cells).collect());
+    let bridge_cells = cells.len() - count;
     Ok(Joined { cells, bridge_cells, parts, largest, bridges })
 }
 
@@ -223,14 +225,4 @@ fn closest_cells(cells: &GridSet, a: u32, b: u32) -> ([i32; 3], [i32; 3]) {
     let x = [(&a, &b), (&b, &a)].map(|(run, other)| other.low[0].clamp(run.low[0], run.high[0]));
     let at = |bounds: &Bounds, x| [x, bounds.low[1], bounds.low[2]];
     (at(&a, x[0]), at(&b, x[1]))
-}
-
-/// Returns the cells including the cells of the bridges, and the number of cells that the bridges added.
-fn with_bridges(cells: &GridSet, bridges: &[Bridge]) -> (GridSet, usize) {
-    let mut positions = cells.positions();
-    positions.extend(bridges.iter().flat_map(Bridge::cells));
-    positions.sort_by_key(|&[x, y, z]| (z, y, x));
-    let joined = GridSet::from_sorted(&positions);
-    let added = joined.len() - cells.len();
-    (joined, added)
 }

@@ -100,9 +100,7 @@ impl Lattice {
         }
         let limit = memory::limit(Some(memory_limit));
         memory::check(memory::needed_bytes(cells.len() as u64), limit, cell_size)?;
-        let mut sorted = cells.to_vec();
-        sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-        let input = GridSet::from_sorted(&sorted);
+        let input = GridSet::new(cells.to_vec());
         let joined = components::join(input.clone(), join, cell_size, limit)?;
         let report = LatticeReport {
             surface_cells: input.len(),

@@ -68,13 +68,18 @@ impl<'a> Locator<'a> {
     pub(crate) fn locate(&mut self, point: &Point3<f64>) -> (u32, [f32; 3]) {
         let Self { lattice, tree } = self;
         let cells = &lattice.cell_set;
-        let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
+        let position = ((point - lattice.origin) / lattice.cell_size).into();
         let cell = cells
             .locate(position)
             .unwrap_or_else(|| tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position));
-        let corner = lattice.cells[cell as usize];
-        (cell, std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32))
+        (cell, local_in(lattice, cell, point))
     }
+}
+
+/// Returns the local coordinates of a point in a cell.
+fn local_in(lattice: &Lattice, cell: u32, point: &Point3<f64>) -> [f32; 3] {
+    let (position, corner) = ((point - lattice.origin) / lattice.cell_size, lattice.cells[cell as usize]);
+    std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32)
 }
 
 impl Embedding {
@@ -91,24 +96,21 @@ impl Embedding {
     /// Embeds points in given cells, which need not contain them: a point outside its cell follows the cell by
     /// extrapolation.
     pub(crate) fn in_cells(lattice: &Lattice, points: &[Point3<f64>], cells: &[u32]) -> Self {
-        let local = |(point, &cell): (&Point3<f64>, &u32)| {
-            let position = (point - lattice.origin) / lattice.cell_size;
-            std::array::from_fn(|a| (position[a] - f64::from(lattice.cells[cell as usize][a])) as f32)
-        };
+        let local = |(point, &cell): (&Point3<f64>, &u32)| local_in(lattice, cell, point);
         Self::grouped(lattice, cells, points.iter().zip(cells).map(local).collect())
     }
 
     /// Builds the embedding from the cell and the local coordinates of each point.
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
-        let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
-        let (mut group, mut groups, mut starts) = (vec![0; cell_of.len()], Vec::new(), vec![0]);
-        for members in order.chunk_by(|&a, &b| cell_of[a as usize] == cell_of[b as usize]) {
-            members.iter().for_each(|&point| group[point as usize] = groups.len() as u32);
-            let cell = cell_of[members[0] as usize];
+        let of_cells = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..));
+        let (mut group, mut groups) = (vec![0; cell_of.len()], Vec::new());
+        let mut members = Csr::with_capacity(0, cell_of.len());
+        for (cell, points) in (0..).zip(of_cells.rows()).filter(|(_, points)| !points.is_empty()) {
+            points.iter().for_each(|&point: &u32| group[point as usize] = groups.len() as u32);
             groups.push(Group { cell, corners: lattice.cell_corners(cell) });
-            starts.push(starts[starts.len() - 1] + members.len() as u32);
+            members.push(points.iter().copied());
         }
-        Self { local, group, groups, members: Csr::from_parts(starts, order), smoothing: None }
+        Self { local, group, groups, members, smoothing: None }
     }
 
     /// Makes the positions of the points smooth: their first derivatives are continuous across the faces of the cells,

@@ -14,12 +14,15 @@ impl Lattice {
         })
     }
 
+    /// Returns the two cells of a joint; `None` if a cell has no joint there.
+    pub(crate) fn joint_cells(&self, joint: Joint) -> Option<[u32; 2]> {
+        Some([joint.cell, self.cell_beyond(joint.cell, joint.axis, 1)?])
+    }
+
     /// Returns the occupied cell on the other side of a face of a cell, whether or not the joint is broken. `step`
     /// is -1 for the lower face along the axis and 1 for the upper face.
     pub(crate) fn cell_beyond(&self, cell: u32, axis: u8, step: i32) -> Option<u32> {
-        let mut index = self.cells[cell as usize];
-        index[usize::from(axis)] += step;
-        self.cell_at(index)
+        self.cell_at(crate::voxel::step(self.cells[cell as usize], axis.into(), step))
     }
 
     /// Returns the cell on the other side of a face of a cell if an unbroken joint joins them. `side`: 0 to 5 for the

@@ -17,9 +17,11 @@
 use std::ops::Range;
 
 use super::Lattice;
-use super::blocks::{BlockKey, block_and_lane, block_keys, fewest_blocks};
+use super::axis_links::AxisLinks;
+use super::blocks::{BlockKey, block_keys, fewest_blocks, key_and_lane};
 use super::charts::Chart;
-use crate::simd::lanes::{LANES, LOWER, lane_stride};
+use super::loose::LooseCells;
+use crate::simd::lanes::{LANES, slot_of};
 
 /// The blocks of a lattice, and the links between their vertices.
 #[derive(Clone, Debug)]
@@ -38,91 +40,6 @@ pub(crate) struct Layout {
     loose: LooseCells,
 }
 
-/// A cell of which links do not join all corners to the first one: see `charts`.
-#[derive(Clone, Debug)]
-pub(crate) struct LooseCell {
-    /// Slot of the first corner.
-    pub(crate) slot: u32,
-    /// Slots of the corners.
-    pub(crate) corners: [u32; 8],
-    /// Index among the loose cells.
-    pub(crate) number: u32,
-}
-
-/// The loose cells of a layout.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct LooseCells {
-    /// Sorted by slot.
-    cells: Vec<LooseCell>,
-    /// The slot of each corner, the index of its cell and its number in the cell. Sorted.
-    corners: Vec<(u32, u32, u8)>,
-}
-
-impl LooseCells {
-    /// Finds the loose cells of a lattice.
-    fn new(lattice: &Lattice, slots: &[u32], axes: &[AxisLinks; 3]) -> Self {
-        let mut cells: Vec<LooseCell> = (0..lattice.cells().len() as u32)
-            .map(|cell| {
-                let corners = lattice.cell_corners(cell).map(|corner| slots[corner as usize]);
-                LooseCell { slot: corners[0], corners, number: 0 }
-            })
-            .filter(|cell| !cell.is_linked(axes))
-            .collect();
-        cells.sort_unstable_by_key(|cell| cell.slot);
-        (0..).zip(&mut cells).for_each(|(number, cell)| cell.number = number);
-        let mut corners: Vec<(u32, u32, u8)> = cells
-            .iter()
-            .flat_map(|cell| (0..).zip(cell.corners).map(|(k, corner)| (corner, cell.number, k)))
-            .collect();
-        corners.sort_unstable();
-        Self { cells, corners }
-    }
-
-    /// Returns the cells whose sums are stored in a range of blocks.
-    pub(crate) fn of_blocks(&self, blocks: Range<usize>) -> &[LooseCell] {
-        let at = |block: usize| self.cells.partition_point(|cell| (cell.slot as usize) < block * LANES);
-        if self.cells.is_empty() { &[] } else { &self.cells[at(blocks.start)..at(blocks.end)] }
-    }
-
-    /// Returns the corners whose vertices are in a range of blocks.
-    pub(crate) fn corners_of_blocks(&self, blocks: Range<usize>) -> &[(u32, u32, u8)] {
-        let at = |block: usize| self.corners.partition_point(|(slot, ..)| (*slot as usize) < block * LANES);
-        &self.corners[at(blocks.start)..at(blocks.end)]
-    }
-
-    /// Returns the slots of the cells that have the vertex in a slot as a corner.
-    pub(crate) fn around(&self, slot: u32) -> impl Iterator<Item = u32> + '_ {
-        let first = self.corners.partition_point(|(corner, ..)| *corner < slot);
-        let own = self.corners[first..].iter().take_while(move |(corner, ..)| *corner == slot);
-        own.map(|&(_, number, _)| self.cells[number as usize].slot)
-    }
-
-    /// Returns whether the cell whose first corner is in a slot is loose.
-    pub(crate) fn contains(&self, slot: u32) -> bool {
-        self.cells.binary_search_by_key(&slot, |cell| cell.slot).is_ok()
-    }
-
-    /// Returns all cells.
-    pub(crate) fn all(&self) -> &[LooseCell] {
-        &self.cells
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(self.cells.as_slice()) + size_of_val(self.corners.as_slice())
-    }
-}
-
-impl LooseCell {
-    /// Returns whether links along z, then y, then x lead from the first corner to all others, as in window sums.
-    fn is_linked(&self, axes: &[AxisLinks; 3]) -> bool {
-        let next = |slot: u32, axis: usize| axes[axis].next_slot(slot as usize).map(|slot| slot as u32);
-        self.corners.iter().enumerate().all(|(k, &corner)| {
-            let along = |slot, &axis: &usize| if k >> axis & 1 == 0 { Some(slot) } else { next(slot, axis) };
-            [2, 1, 0].iter().try_fold(self.slot, along) == Some(corner)
-        })
-    }
-}
-
 impl Layout {
     /// Builds the layout of a lattice, with the offset that gives the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
@@ -136,12 +53,12 @@ impl Layout {
         let mut links = [0, 1, 2].map(|_| vec![0; keys.len()]);
         let mut last = ([i32::MIN; 3], 0);
         for (&index, &linked) in lattice.indices().iter().zip(lattice.links()) {
-            let (key, lane) = block_and_lane(offset, index);
+            let (key, lane) = key_and_lane(offset, index);
             if key != last.0 {
                 last = (key, keys.binary_search(&key).expect("each vertex has a block"));
             }
             let block = last.1;
-            slots.push((block * LANES + lane) as u32);
+            slots.push(slot_of((block, lane)));
             occupied[block] |= 1 << lane;
             for (axis, links) in links.iter_mut().enumerate() {
                 links[block] |= (linked >> (2 * axis + 1) & 1) << lane;
@@ -161,7 +78,7 @@ impl Layout {
     /// Builds the layout of a lattice with broken joints.
     fn of_chart(lattice: &Lattice, chart: &Chart) -> Self {
         let places: Vec<_> =
-            lattice.indices().iter().map(|&index| block_and_lane(chart.offset, index)).collect();
+            lattice.indices().iter().map(|&index| key_and_lane(chart.offset, index)).collect();
         let mut blocks: Vec<(BlockKey, u32)> =
             places.iter().zip(&chart.sheets).map(|((key, _), &sheet)| (*key, sheet)).collect();
         blocks.sort_unstable();
@@ -173,7 +90,7 @@ impl Layout {
             .map(|(&(key, lane), &sheet)| {
                 let block = blocks.binary_search(&(key, sheet)).expect("each vertex has a block");
                 occupied[block] |= 1 << lane;
-                (block * LANES + lane) as u32
+                slot_of((block, lane))
             })
             .collect();
         let axes = [0, 1, 2].map(|axis| AxisLinks::of_slots(axis, lattice, (&slots, blocks.len())));
@@ -206,6 +123,13 @@ impl Layout {
     /// Returns the slot of each lattice vertex.
     pub(crate) fn slots(&self) -> &[u32] {
         &self.slots
+    }
+
+    /// Returns an array by slot with the values of the lattice vertices, and the default elsewhere.
+    pub(crate) fn by_slot<T: Clone + Default>(&self, values: impl Iterator<Item = T>) -> Vec<T> {
+        let mut array = vec![T::default(); self.blocks() * LANES];
+        self.slots.iter().zip(values).for_each(|(&slot, value)| array[slot as usize] = value);
+        array
     }
 
     /// Returns the mask of each block: bit `l` is set iff lane `l` has a vertex.
@@ -255,106 +179,12 @@ fn starts<T>(items: &[T], separates: impl Fn(&T, &T) -> bool) -> Vec<u32> {
     std::iter::once(0).chain(inner_starts).chain([items.len() as u32]).collect()
 }
 
-/// The links along one axis.
-#[derive(Clone, Debug)]
-pub(crate) struct AxisLinks {
-    axis: usize,
-    /// Bit `l` of the entry of a block is set iff the vertex in lane `l` is linked to the next vertex along
-    /// the axis.
-    pub(crate) links: Vec<u8>,
-    /// Next block along the axis, or the block itself if there is no next block.
-    next: Vec<u32>,
-    /// Previous block along the axis, or the block itself if there is no previous block.
-    previous: Vec<u32>,
-}
-
-impl AxisLinks {
-    /// Finds the neighbors of blocks along an axis. `keys`: the sorted keys of the blocks.
-    fn new(axis: usize, links: Vec<u8>, keys: &[BlockKey]) -> Self {
-        let mut next: Vec<u32> = (0..keys.len() as u32).collect();
-        let mut previous = next.clone();
-        // Index of the first key that is not less than `target`. It never decreases, because the keys are
-        // sorted and `target` increases with `key`.
-        let mut at = 0;
-        for (block, key) in keys.iter().enumerate() {
-            let mut target = *key;
-            target[axis] += 1;
-            while at < keys.len() && keys[at] < target {
-                at += 1;
-            }
-            if keys.get(at) == Some(&target) {
-                next[block] = at as u32;
-                previous[at] = block as u32;
-            }
-        }
-        Self { axis, links, next, previous }
-    }
-
-    /// Finds the links and the neighbors of blocks along an axis from the links of a lattice whose links join each
-    /// block to one next block at most. `slots`: the slot of each vertex; `blocks`: the number of blocks.
-    fn of_slots(axis: usize, lattice: &Lattice, (slots, blocks): (&[u32], usize)) -> Self {
-        let mut next: Vec<u32> = (0..blocks as u32).collect();
-        let mut previous = next.clone();
-        let mut links = vec![0; blocks];
-        for (vertex, &slot) in (0..).zip(slots) {
-            let Some(other) = lattice.neighbors(vertex)[2 * axis + 1] else { continue };
-            let (block, other) = (slot as usize / LANES, slots[other as usize] as usize / LANES);
-            links[block] |= 1 << (slot as usize % LANES);
-            if other != block {
-                next[block] = other as u32;
-                previous[other] = block as u32;
-            }
-        }
-        Self { axis, links, next, previous }
-    }
-
-    /// Returns the next block along the axis, or the block itself if there is no next block.
-    #[inline(always)]
-    pub(crate) fn next(&self, block: usize) -> usize {
-        self.next[block] as usize
-    }
-
-    /// Returns the previous block along the axis and the bit mask of its lanes that are linked to their next vertices.
-    /// If there is no previous block, it is the block itself, and no lane is linked.
-    #[inline(always)]
-    pub(crate) fn previous(&self, block: usize) -> (usize, u8) {
-        let previous = self.previous[block] as usize;
-        (previous, if previous == block { 0 } else { self.links[previous] })
-    }
-
-    /// Returns the slot of the next vertex along the axis, if the vertex is linked to it.
-    pub(crate) fn next_slot(&self, slot: usize) -> Option<usize> {
-        let (block, lane) = (slot / LANES, slot % LANES);
-        let stride = lane_stride(self.axis);
-        let is_lower = LOWER[self.axis] >> lane & 1 != 0;
-        (self.links[block] >> lane & 1 != 0)
-            .then(|| if is_lower { slot + stride } else { self.next(block) * LANES + lane - stride })
-    }
-
-    /// Returns the slot of the previous vertex along the axis, if it is linked to the vertex.
-    pub(crate) fn previous_slot(&self, slot: usize) -> Option<usize> {
-        let (block, lane) = (slot / LANES, slot % LANES);
-        let stride = lane_stride(self.axis);
-        let (block, links, lane) = if LOWER[self.axis] >> lane & 1 == 0 {
-            (block, self.links[block], lane - stride)
-        } else {
-            let (previous, links) = self.previous(block);
-            (previous, links, lane + stride)
-        };
-        (links >> lane & 1 != 0).then_some(block * LANES + lane)
-    }
-
-    /// Returns the memory of the links, in bytes.
-    pub(super) fn bytes(&self) -> usize {
-        self.links.len() + size_of_val(self.next.as_slice()) + size_of_val(self.previous.as_slice())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::Point3;
 
     use super::*;
+    use crate::voxel::step;
 
     /// Returns a box of vertices whose first vertex is at `low`.
     fn lattice(low: [i32; 3], size: [i32; 3]) -> Lattice {
@@ -385,14 +215,13 @@ mod tests {
             let slots = layout.slots();
             for (vertex, (index, linked)) in lattice.indices().iter().zip(lattice.links()).enumerate() {
                 for axis in 0..3 {
-                    let mut target = *index;
-                    target[axis] += 1;
+                    let target = step(*index, axis, 1);
                     let next = lattice.indices().iter().position(|index| *index == target);
                     let is_linked = linked >> (2 * axis + 1) & 1 != 0;
-                    let expected = next.filter(|_| is_linked).map(|next| slots[next] as usize);
-                    assert_eq!(layout.axis(axis).next_slot(slots[vertex] as usize), expected);
+                    let expected = next.filter(|_| is_linked).map(|next| slots[next]);
+                    assert_eq!(layout.axis(axis).next_slot(slots[vertex]), expected);
                     let back = expected.and_then(|next| layout.axis(axis).previous_slot(next));
-                    assert_eq!(back, expected.map(|_| slots[vertex] as usize));
+                    assert_eq!(back, expected.map(|_| slots[vertex]));
                 }
             }
         }

@@ -11,7 +11,7 @@
 //! * [`cells`]: [`Lattice`] itself; [`broken`]: the data that broken joints change.
 //! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
-//! * [`blocks`], [`layout`]: storage of the vertices in blocks of eight.
+//! * [`blocks`], [`axis_links`], [`loose`], [`layout`]: storage of the vertices in blocks of eight.
 //! * [`tables`]: the neighbors of all vertices, the corners of all cells, and their faces.
 //! * [`joints`]: joints between cells.
 //! * [`split`], [`vertex_classes`], [`split_links`], [`charts`]: lattices with broken joints, their vertices, links and
@@ -22,6 +22,7 @@
 //! * [`smooth`], [`slopes`]: interpolation that is smooth across the faces of the cells.
 
 mod assemble;
+mod axis_links;
 mod blocks;
 mod broken;
 mod candidate;
@@ -34,6 +35,7 @@ mod embedding;
 mod error;
 mod joints;
 mod layout;
+mod loose;
 mod masses;
 mod memory;
 mod nearest;
@@ -48,6 +50,7 @@ mod tables;
 mod trilinear;
 mod vertex_classes;
 
+pub(crate) use axis_links::AxisLinks;
 pub use broken::Joint;
 pub(crate) use carry::carried;
 pub use cells::Lattice;
@@ -55,7 +58,8 @@ pub use components::Components;
 pub use embedding::Embedding;
 pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
-pub(crate) use layout::{AxisLinks, Layout, LooseCell, LooseCells};
+pub(crate) use layout::Layout;
+pub(crate) use loose::{LooseCell, LooseCells};
 pub(crate) use masses::{Masses, cell_shares, dense_shares, masses_of_shares};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{SlopeWeights, Slopes, Smoothing, Stencil};

@@ -294,13 +294,7 @@ impl<'a> WindingSums<'a> {
 mod tests {
     use super::*;
     use crate::lattice::{LatticeOptions, Masses, Resolution};
-
-    /// Returns a box with corners at `low` and `high`, with outward normals.
-    fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
-        let corner = |k: usize| [0, 1, 2].map(|c| if k >> c & 1 == 0 { low[c] } else { high[c] });
-        let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        Mesh::new((0..8).map(corner).collect(), &faces).unwrap()
-    }
+    use crate::mesh::testing::cuboid;
 
     fn lattice_of(mesh: &Mesh, cell_size: f64) -> Lattice {
         let options =

@@ -31,7 +31,7 @@ const ZERO_WEIGHT_BEND: f32 = 1.0;
 /// A vertex and its neighbors along the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stencil {
-    pub(crate) vertex: u32,
+    pub vertex: u32,
     /// The neighbors at -x, +x, -y, +y, -z, +z. A missing neighbor is replaced by the vertex itself.
     neighbors: [u32; 6],
     /// Factor of the difference of the two neighbors along each axis: 1/2 if both exist, otherwise 1.
@@ -141,8 +141,8 @@ pub(crate) struct Smoothing {
 /// Arrays have one entry per lattice vertex. Entries of vertices without a stencil are not used.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slopes<'a> {
-    pub(crate) slopes: &'a [[Xyzx; 3]],
-    pub(crate) slope_weights: &'a [f32],
+    pub slopes: &'a [[Xyzx; 3]],
+    pub slope_weights: &'a [f32],
 }
 
 /// Slope weights of a lattice, one number in `[0, 1]` per lattice vertex.

@@ -33,11 +33,11 @@ use super::trilinear::{monomials, polynomial, split};
 #[derive(Clone, Copy)]
 pub(crate) struct SmoothCoordinate<T> {
     /// `3 t² - 2 t³`.
-    pub(crate) s: T,
+    pub s: T,
     /// `t - s`.
-    pub(crate) e: T,
+    pub e: T,
     /// `t³ - t²`.
-    pub(crate) k: T,
+    pub k: T,
 }
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T> + Sub<Output = T>> SmoothCoordinate<T> {

@@ -5,11 +5,11 @@
 //! 6, break links between cells in the same way). Cells that touch at an edge or a corner only stay connected.
 
 use super::Lattice;
-use super::blocks::{BlockKey, block_and_lane, fewest_blocks};
+use super::blocks::{BlockKey, fewest_blocks, key_and_lane};
 use super::broken::{Broken, Joint, Whole};
 use super::charts::NO_NEIGHBOR;
 use super::vertex_classes::Classes;
-use crate::mesh::UnionFind;
+use crate::mesh::{UnionFind, distinct};
 
 impl Lattice {
     /// Returns the lattice in which exactly the given joints are broken, sorted and without repetition.
@@ -70,7 +70,7 @@ impl Lattice {
         broken.sources.iter().for_each(|&source| has_copies[source as usize] = true);
         let mut vertices: Vec<(u32, BlockKey, u32)> = (0..self.len() as u32)
             .map(|vertex| {
-                let (key, _) = block_and_lane(broken.chart.offset, self.indices[vertex as usize]);
+                let (key, _) = key_and_lane(broken.chart.offset, self.indices[vertex as usize]);
                 (self.components.of_vertex[vertex as usize], key, vertex)
             })
             .collect();
@@ -85,10 +85,7 @@ impl Lattice {
                 let is_new = |&source: &u32| {
                     is_divided && has_copies[source as usize] && unsplit.binary_search(&source).is_err()
                 };
-                let mut copies: Vec<u32> = sources.filter(is_new).collect();
-                copies.sort_unstable();
-                copies.dedup();
-                copies
+                distinct(sources.filter(is_new))
             };
             let blocks = component.chunk_by(|a, b| a.1 == b.1).map(copies_of);
             loose.extend(
@@ -102,9 +99,7 @@ impl Lattice {
                     .filter(|source| has_copies[*source as usize] && unsplit.binary_search(source).is_err()),
             );
         }
-        loose.sort_unstable();
-        loose.dedup();
-        loose
+        distinct(loose)
     }
 
     /// Mends all joints, which removes the copies.
@@ -122,6 +117,7 @@ mod tests {
 
     use super::*;
     use crate::matching::{HalfWidth, Matching, Purpose, RegionFit, Shapes, Workspace};
+    use crate::mesh::testing::Random;
     use crate::parallel::Executor;
     use crate::reference::{Naive, Regions};
     use crate::simd::lanes::Lanes;
@@ -130,12 +126,6 @@ mod tests {
         let [nx, ny, nz] = size;
         let cells: Vec<_> = (0..nx * ny * nz).map(|k| [k % nx, k / nx % ny, k / nx / ny]).collect();
         Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap()
-    }
-
-    /// Returns a pseudorandom number in [0, 1).
-    fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (*state >> 40) as f64 / (1u64 << 24) as f64
     }
 
     /// Returns the joints along x between the cells at `x` and `x + 1` whose cells `accepts`.
@@ -229,10 +219,9 @@ mod tests {
 
     #[test]
     fn pieces_are_those_that_joints_connect_and_never_unite_again() {
-        let (mut seed, mut count) = (5, 1);
+        let (mut random, mut count) = (Random(5), 1);
         let whole = block([7, 6, 5]);
-        let mut joints: Vec<(f64, Joint)> =
-            whole.joints().map(|(joint, _)| (random(&mut seed), joint)).collect();
+        let mut joints: Vec<(f64, Joint)> = whole.joints().map(|(joint, _)| (random.next(), joint)).collect();
         joints.sort_by(|a, b| a.0.total_cmp(&b.0));
         for broken in (0..=joints.len()).step_by(20) {
             let mut broken: Vec<Joint> = joints[..broken].iter().map(|(_, joint)| *joint).collect();
@@ -252,18 +241,18 @@ mod tests {
 
     #[test]
     fn goals_of_lattices_with_random_broken_joints_are_those_of_the_reference() {
-        let mut seed = 7;
+        let mut random = Random(7);
         for (trial, share) in [0.02, 0.1, 0.3, 0.6, 0.1, 0.3, 0.2, 0.4].into_iter().enumerate() {
             let whole = block([7, 6, 5]);
             let joints: Vec<_> =
-                whole.joints().map(|(joint, _)| joint).filter(|_| random(&mut seed) < share).collect();
+                whole.joints().map(|(joint, _)| joint).filter(|_| random.next() < share).collect();
             let lattice = whole.with_broken_joints(&joints);
             check(&lattice);
             let masses: Vec<f32> =
                 lattice.occupied_cells().iter().map(|&cells| f32::from(cells) / 8.0).collect();
             let positions: Vec<Point3<f64>> = (0..lattice.len() as u32)
                 .map(|vertex| {
-                    let shift = Vector3::from_fn(|_, _| f64::from((0.3 * random(&mut seed)) as f32));
+                    let shift = Vector3::from_fn(|_, _| f64::from((0.3 * random.next()) as f32));
                     (lattice.rest_position(vertex) + shift).map(|x| f64::from(x as f32))
                 })
                 .collect();

@@ -2,6 +2,7 @@
 
 use super::Lattice;
 use super::charts::NO_NEIGHBOR;
+use crate::mesh::distinct;
 
 /// A link that a vertex could have along an axis: the two vertices and the number of cells that have it as an edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,11 +35,8 @@ pub(super) fn links(
     let cells_around = |&vertex: &u32| {
         (0..8).filter_map(move |octant| whole.cell_around(whole.indices[vertex as usize], octant))
     };
-    let mut cells: Vec<u32> = split.iter().flat_map(cells_around).collect();
-    cells.sort_unstable();
-    cells.dedup();
     let mut edges = Vec::new();
-    for cell in cells {
+    for cell in distinct(split.iter().flat_map(cells_around)) {
         let corners = corners[cell as usize];
         let source = |vertex: u32| match (vertex as usize).checked_sub(whole.len()) {
             Some(copy) => sources[copy] as usize,

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::Lattice;
 use super::charts::NO_NEIGHBOR;
+use crate::voxel::step;
 
 /// Corners of each face of a cell, counter-clockwise seen from outside; the faces are those at -x, +x, -y,
 /// +y, -z, +z.
@@ -40,9 +41,8 @@ impl Lattice {
             let mut next = 0;
             for (vertex, (index, links)) in self.indices.iter().zip(&self.links).enumerate() {
                 if links >> (2 * axis + 1) & 1 != 0 {
-                    let mut target = *index;
-                    target[axis] += 1;
-                    while order(self.indices[next]) < order(target) {
+                    let target = order(step(*index, axis, 1));
+                    while order(self.indices[next]) < target {
                         next += 1;
                     }
                     table[vertex][2 * axis + 1] = next as u32;

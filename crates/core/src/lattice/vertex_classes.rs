@@ -5,7 +5,7 @@ use super::broken::{Broken, Joint, Whole};
 use super::charts::{Chart, NO_NEIGHBOR};
 use super::components::Components;
 use super::split_links::links;
-use crate::mesh::UnionFind;
+use crate::mesh::{UnionFind, distinct};
 
 /// The classes of (cell, corner) after joints broke.
 pub(super) struct Classes {
@@ -26,10 +26,7 @@ impl Classes {
         joints: &[Joint],
         (unsplit, pieces): (&[u32], &[u32]),
     ) -> Self {
-        let mut at_joints: Vec<u32> =
-            joints.iter().flat_map(|joint| joint.corners(corners[joint.cell as usize])).collect();
-        at_joints.sort_unstable();
-        at_joints.dedup();
+        let at_joints = distinct(joints.iter().flat_map(|joint| joint.corners(corners[joint.cell as usize])));
         let (mut split, mut sources) = (Vec::with_capacity(at_joints.len()), Vec::new());
         for vertex in at_joints {
             let cells =

@@ -31,7 +31,7 @@ use super::cascade::RegionTransform;
 use super::covariances::InverseCovariances;
 use super::goals::{FitRotations, Pair, twice_trace};
 use super::rotation::columns;
-use crate::simd::lanes::{Block, Lanes, load_two};
+use crate::simd::lanes::{Block, Lanes};
 
 /// Sizes q + 4 d² from here on have no volume term: their squares come near the greatest f32.
 const GREATEST_SIZE: f32 = 1e15;
@@ -62,9 +62,8 @@ pub(super) struct RestVolumes<'a> {
 impl RestVolumes<'_> {
     /// Returns σ of the regions of two blocks; `None` if no region is inflated.
     #[inline(always)]
-    pub(super) fn sigma<S: Simd>(&self, simd: S, [a, b]: [usize; 2]) -> Option<f32x16<S>> {
-        let blocks = self.inflation?.blocks();
-        let [sigma] = load_two(simd, [&blocks[a], &blocks[b]]);
+    pub(super) fn sigma<S: Simd>(&self, simd: S, pair: Pair) -> Option<f32x16<S>> {
+        let [sigma] = pair.load_regions(simd, self.inflation?);
         Some(sigma)
     }
 }
@@ -84,7 +83,7 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
             let (inverse_mass, means) = self.fit.means(simd, pair, sums);
             let RestVolumes { inverse_covariances, bulk, .. } = self.volumes;
             let covariance = inverse_covariances.load_two(simd, pair.blocks);
-            let sigma = self.volumes.sigma(simd, pair.blocks);
+            let sigma = self.volumes.sigma(simd, pair);
             // A of F/σ.
             let a = divided(simd, means.central, sigma);
             let term = match inverse_covariances.are_isotropic(pair.blocks) {
@@ -96,8 +95,7 @@ impl RegionTransform<&mut [Block<4>]> for FitBulk<'_> {
             if let Some(potential) = self.fit.potential {
                 let u = twice_trace(&a, &r) - term.energy;
                 let u = sigma.map_or(u, |sigma| inflated(u, sigma, inverse(simd, covariance)));
-                let masses = (inverse_mass, self.fit.factors);
-                potential.store(pair.blocks, self.fit.occupied(pair), masses, means.mean, u);
+                potential.store(&self.fit, pair, inverse_mass, means.mean, u);
             }
             let t = term.subtract_from(r);
             let t = sigma.map_or(t, |sigma| scaled(t, sigma));

@@ -42,8 +42,7 @@ impl InverseCovariances {
     /// Returns C⁻¹ of the region around the vertex in a slot.
     #[cfg(test)]
     pub(crate) fn get(&self, slot: u32) -> [f32; 6] {
-        use crate::simd::lanes::LANES;
-        let (block, lane) = (slot as usize / LANES, slot as usize % LANES);
+        let (block, lane) = crate::simd::lanes::block_and_lane(slot);
         self.blocks[self.indices[block] as usize].map(|row| row[lane])
     }
 

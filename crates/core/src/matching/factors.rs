@@ -15,7 +15,7 @@ pub(crate) struct Factors {
     /// S/n and 1/S of each vertex: S is the sum of the factors of the n regions that contain the vertex. S/n is the
     /// stiffness factor of the vertex, and 1/S turns a sum over the regions, weighted by s, into a mean. Zero in lanes
     /// without a vertex.
-    pub(crate) vertices: Lanes<2>,
+    pub vertices: Lanes<2>,
 }
 
 impl Factors {

@@ -15,11 +15,11 @@ const GREATEST_CHANGE: f32 = 0.5;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flow {
     /// c, the part of the strain beyond the yield strain that becomes plastic.
-    pub(crate) fraction: f32,
+    pub fraction: f32,
     /// The strain |D| beyond which a region flows.
-    pub(crate) yield_strain: f32,
+    pub yield_strain: f32,
     /// Greatest |S - 1|.
-    pub(crate) max: f32,
+    pub max: f32,
 }
 
 /// Returns 1 + `t`.

@@ -25,12 +25,12 @@ use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 pub(crate) struct Means<V> {
     /// S/M. If the field is the positions, this is the center of mass; if the field is the velocities, it is
     /// the velocity of the center of mass.
-    pub(crate) mean: [V; 3],
+    pub mean: [V; 3],
     /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the first moments of the field with respect to the rest
     /// offsets from the rest centroid.
-    pub(crate) central: [V; 9],
+    pub central: [V; 9],
     /// Rest centroid relative to the center vertex of the region, in cells.
-    pub(crate) d: [V; 3],
+    pub d: [V; 3],
 }
 
 impl<V> Means<V> {
@@ -95,14 +95,7 @@ impl RegionTransform<&mut [Block<4>]> for FitRotations<'_> {
             let q = self.rotate(simd, pair, (means.mean, means.central), quaternions);
             let r = columns(simd, q);
             if let Some(potential) = self.potential {
-                let twice_trace = twice_trace(&means.central, &r);
-                potential.store(
-                    pair.blocks,
-                    self.occupied(pair),
-                    (inverse_mass, self.factors),
-                    means.mean,
-                    twice_trace,
-                );
+                potential.store(self, pair, inverse_mass, means.mean, twice_trace(&means.central, &r));
             }
             self.store(simd, pair, (means.mean, means.d), r, sums);
         }
@@ -126,6 +119,40 @@ impl Pair {
         let indices = [index, (index + 1).min(count - 1)];
         Self { blocks: [first + indices[0], first + indices[1]], indices }
     }
+
+    /// Loads rows of the two blocks from an array of the layout.
+    #[inline(always)]
+    pub(super) fn load_regions<S: Simd, const N: usize, const M: usize>(
+        self,
+        simd: S,
+        regions: &Lanes<M>,
+    ) -> [f32x16<S>; N] {
+        load_two(simd, self.blocks.map(|block| &regions.blocks()[block]))
+    }
+
+    /// Loads rows of the two blocks from an array of a call.
+    #[inline(always)]
+    pub(super) fn load<S: Simd, const N: usize, const M: usize>(
+        self,
+        simd: S,
+        blocks: &[Block<M>],
+    ) -> [f32x16<S>; N] {
+        load_two(simd, self.indices.map(|index| &blocks[index]))
+    }
+
+    /// Stores rows of the two blocks in an array of a call. The first block is stored last: if a block is paired with
+    /// itself, only the lanes of the first copy are active.
+    #[inline(always)]
+    pub(super) fn store<S: Simd, const N: usize>(
+        self,
+        simd: S,
+        values: [f32x16<S>; N],
+        blocks: &mut [Block<N>],
+    ) {
+        let halves = split_two(simd, values);
+        store(halves[1], &mut blocks[self.indices[1]]);
+        store(halves[0], &mut blocks[self.indices[0]]);
+    }
 }
 
 impl FitRotations<'_> {
@@ -137,14 +164,12 @@ impl FitRotations<'_> {
         pair: Pair,
         sums: &[Block<12>],
     ) -> (f32x16<S>, Means<f32x16<S>>) {
-        let [first, second] = pair.blocks;
-        let moments = load_two(simd, [&sums[pair.indices[0]], &sums[pair.indices[1]]]);
+        let moments = pair.load(simd, sums);
         if self.are_cells {
             let inverse_mass = f32x16::splat(simd, 0.125);
             return (inverse_mass, Means::of_cells(simd, inverse_mass, moments));
         }
-        let constants = self.constants.blocks();
-        let constants = load_two(simd, [&constants[first], &constants[second]]);
+        let constants: [_; 4] = pair.load_regions(simd, self.constants);
         (constants[0], Means::new(constants, moments))
     }
 
@@ -153,11 +178,11 @@ impl FitRotations<'_> {
     pub(super) fn rotate<S: Simd>(
         &self,
         simd: S,
-        Pair { blocks, indices }: Pair,
+        pair: Pair,
         (mean, a): ([f32x16<S>; 3], [f32x16<S>; 9]),
         quaternions: &mut [Block<4>],
     ) -> [f32x16<S>; 4] {
-        let warm = load_two(simd, [&quaternions[indices[0]], &quaternions[indices[1]]]);
+        let warm = pair.load(simd, quaternions);
         // A region that is collapsed to a point has no rotation. Its |A| is at the level of rounding errors,
         // at most |c| eps half_width times a margin of 8.
         let noise_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
@@ -168,17 +193,13 @@ impl FitRotations<'_> {
         }
         let norm_squared = (norm_squared[0] + norm_squared[1]) + norm_squared[2];
         let collapsed = norm_squared.simd_le(noise_squared).to_bitmask() as u16;
-        let [first, second] = blocks.map(|block| u16::from(self.occupied[block]));
-        let active = first | if blocks[0] == blocks[1] { 0 } else { second << LANES };
+        let [first, second] = pair.blocks.map(|block| u16::from(self.occupied[block]));
+        let active = first | if pair.blocks[0] == pair.blocks[1] { 0 } else { second << LANES };
         let (q, unconverged) = newton::solve(simd, a, warm, active, collapsed);
         if unconverged != 0 {
             self.unconverged.fetch_add(unconverged.count_ones() as usize, Ordering::Relaxed);
         }
-        // The first block is stored last: if a block is paired with itself, only the lanes of the first copy
-        // are active.
-        let halves = split_two(simd, q);
-        store(halves[1], &mut quaternions[indices[1]]);
-        store(halves[0], &mut quaternions[indices[0]]);
+        pair.store(simd, q, quaternions);
         q
     }
 
@@ -210,12 +231,6 @@ impl FitRotations<'_> {
                 scale(simd, factors.of_regions(blocks[half]), &mut sums[indices[half]]);
             }
         }
-    }
-
-    /// Returns the bit masks of the lanes with a vertex of two blocks.
-    #[inline(always)]
-    pub(super) fn occupied(&self, pair: Pair) -> [u8; 2] {
-        [self.occupied[pair.blocks[0]], self.occupied[pair.blocks[1]]]
     }
 }
 
@@ -285,14 +300,13 @@ impl PotentialSums {
     }
 
     /// Stores, for each of two blocks, Σ s M (|c|² + u) over the regions of the block. `mean` is c, and `u` is
-    /// 2 tr(Rᵀ A). `occupied` has the bit mask of the lanes with a vertex of each block, and `factors` s of each
-    /// region.
+    /// 2 tr(Rᵀ A); s is the factor of a region in `fit`.
     #[inline(always)]
     pub(super) fn store<S: Simd>(
         &self,
-        blocks: [usize; 2],
-        occupied: [u8; 2],
-        (inverse_mass, factors): (f32x16<S>, Option<&Factors>),
+        fit: &FitRotations,
+        pair: Pair,
+        inverse_mass: f32x16<S>,
         mean: [f32x16<S>; 3],
         u: f32x16<S>,
     ) {
@@ -301,13 +315,13 @@ impl PotentialSums {
         let inverse_masses = inverse_mass.to_array();
         // The first block is stored last, as in the fit.
         for half in [1, 0] {
-            let mut sum = 0.0;
-            for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
+            let (mut sum, block) = (0.0, pair.blocks[half]);
+            for lane in (0..LANES).filter(|lane| fit.occupied[block] >> lane & 1 != 0) {
                 let index = half * LANES + lane;
-                let factor = factors.map_or(1.0, |factors| factors.of_regions(blocks[half])[0][lane].into());
+                let factor = fit.factors.map_or(1.0, |factors| factors.of_regions(block)[0][lane].into());
                 sum += factor * f64::from(values[index]) / f64::from(inverse_masses[index]);
             }
-            self.0[blocks[half]].store(sum.to_bits(), Ordering::Relaxed);
+            self.0[block].store(sum.to_bits(), Ordering::Relaxed);
         }
     }
 

@@ -13,19 +13,19 @@ use super::cascade::RegionTransform;
 use super::flow::shape;
 use super::goals::{Means, Pair};
 use crate::parallel::{Executor, Split};
-use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
+use crate::simd::lanes::{Block, LANES, Lanes, load, store};
 use crate::simd::level;
 
 /// The deformation gradients of regions.
 pub(crate) struct Gradients<'a> {
     /// F of each region, column by column. Zero where the vertices of a region lie in a plane. Empty if only
     /// `stretched` is wanted: memory that is not written saves a tenth of the step.
-    pub(crate) values: &'a mut [Block<9>],
+    pub values: &'a mut [Block<9>],
     /// For each block, the bit mask of the lanes whose regions are stretched by more than `least` in some direction.
     /// Some of them may be stretched less.
-    pub(crate) stretched: &'a mut [u8],
+    pub stretched: &'a mut [u8],
     /// A stretch: the ratio of the length of a vector to that at rest.
-    pub(crate) least: f32,
+    pub least: f32,
 }
 
 /// The region transform that measures F before `fit`. The second part of its memory is [`Gradients::stretched`], the
@@ -73,22 +73,19 @@ impl<T> MeasureGradients<'_, T> {
         stretched: &mut [u8],
         values: &mut [Block<9>],
     ) {
-        let constants = self.constants.blocks();
         for index in (0..sums.len()).step_by(2) {
-            let Pair { blocks: [a, b], indices } = Pair::new(first, index, sums.len());
-            let constants = load_two(simd, [&constants[a], &constants[b]]);
-            let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
-            let means: Means<f32x16<S>> = Means::new(constants, moments);
-            let inverse_covariance = self.volumes.inverse_covariances.load_two(simd, [a, b]);
+            let pair = Pair::new(first, index, sums.len());
+            let moments = pair.load(simd, sums);
+            let means: Means<f32x16<S>> = Means::new(pair.load_regions(simd, self.constants), moments);
+            let inverse_covariance = self.volumes.inverse_covariances.load_two(simd, pair.blocks);
             let f = times(&means.central, inverse_covariance);
-            let f = divided(simd, f, self.volumes.sigma(simd, [a, b]));
+            let f = divided(simd, f, self.volumes.sigma(simd, pair));
             let beyond = is_beyond(simd, &f, self.least).to_bitmask() as u16;
-            let halves = split_two(simd, f);
             for half in [0, 1] {
-                stretched[indices[half]] = (beyond >> (half * LANES)) as u8;
-                if !values.is_empty() {
-                    store(halves[half], &mut values[indices[half]]);
-                }
+                stretched[pair.indices[half]] = (beyond >> (half * LANES)) as u8;
+            }
+            if !values.is_empty() {
+                pair.store(simd, f, values);
             }
         }
     }

@@ -133,14 +133,13 @@ fn lines(layout: &Layout, axis: usize) -> (Vec<u32>, Vec<usize>) {
     let links = layout.axis(axis);
     let mut has_previous = vec![false; layout.blocks() * LANES];
     for &slot in layout.slots() {
-        if let Some(next) = links.next_slot(slot as usize) {
-            has_previous[next] = true;
+        if let Some(next) = links.next_slot(slot) {
+            has_previous[next as usize] = true;
         }
     }
     let (mut slots, mut starts) = (Vec::with_capacity(layout.slots().len()), vec![0]);
     for &start in layout.slots().iter().filter(|&&slot| !has_previous[slot as usize]) {
-        let line = std::iter::successors(Some(start as usize), |&slot| links.next_slot(slot));
-        slots.extend(line.map(|slot| slot as u32));
+        slots.extend(std::iter::successors(Some(start), |&slot| links.next_slot(slot)));
         starts.push(slots.len());
     }
     (slots, starts)

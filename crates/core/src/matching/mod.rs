@@ -37,7 +37,7 @@ mod windows;
 
 pub(crate) use algebra::{full, inverse, times};
 pub(crate) use bulk::{VolumeRatios, bulk_of};
-pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
+pub(crate) use cascade::{Purpose, RegionTransform, VertexUpdate, Workspace, Workspaces};
 pub(crate) use covariances::InverseCovariances;
 pub(crate) use factors::Factors;
 pub(crate) use flow::{Flow, shape};
@@ -59,6 +59,7 @@ use crate::lattice::{Lattice, Layout, Masses};
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::Lanes;
 use bulk::FitBulk;
+use cascade::Cascade;
 use goals::{FitRotations, WriteGoals};
 use gradients::{MeasureGradients, Unfitted};
 use plastic::{FitFlowing, FitPlastic};
@@ -83,19 +84,19 @@ impl<'a> Shapes<'a> {
 
 /// The arrays of a fit of rigid motions to the regions.
 pub(crate) struct RegionFit<'a> {
-    pub(crate) positions: &'a Lanes<3>,
+    pub positions: &'a Lanes<3>,
     /// The warm start, which receives the fitted rotations.
-    pub(crate) rotations: &'a mut Lanes<4>,
-    pub(crate) shapes: Shapes<'a>,
+    pub rotations: &'a mut Lanes<4>,
+    pub shapes: Shapes<'a>,
 }
 
 /// The shape-matching stage: the regions of a lattice, and the cascade that sums over them. A [`Workspace`]
 /// has the buffers of the stage.
 #[derive(Clone, Debug)]
 pub(crate) struct Matching {
-    pub(crate) layout: Layout,
-    pub(crate) regions: Regions,
-    pub(crate) cascade: Cascade,
+    pub layout: Layout,
+    pub regions: Regions,
+    pub cascade: Cascade,
 }
 
 impl Matching {
@@ -149,14 +150,7 @@ impl Matching {
 
     /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
     pub(crate) fn set_factors(&mut self, factors: Option<&[f32]>) {
-        let regions = factors.map(|factors| {
-            let mut regions = Lanes::zeros(self.layout.blocks());
-            for (&slot, &factor) in self.layout.slots().iter().zip(factors) {
-                regions.set(slot, [factor]);
-            }
-            regions
-        });
-        self.regions.set_factors(&self.layout, regions);
+        self.regions.set_factors(&self.layout, factors);
     }
 
     /// Sets the factor of the yield strain around each lattice vertex. `None` removes the factors.

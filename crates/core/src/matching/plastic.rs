@@ -34,7 +34,7 @@ use super::cascade::RegionTransform;
 use super::flow::{Flow, Strain, shape};
 use super::goals::{FitRotations, Means, Pair, twice_trace};
 use super::rotation::columns;
-use crate::simd::lanes::{Block, Lanes, load_two, split_two, store};
+use crate::simd::lanes::{Block, Lanes};
 
 /// The region transform that fits a rotation to each region in its plastic shape. Its memory is the quaternion of the
 /// rotation, which is first the warm start and then the result.
@@ -60,8 +60,7 @@ impl RegionTransform<&mut [Block<4>]> for FitPlastic<'_> {
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
         for index in (0..sums.len()).step_by(2) {
             let pair = Pair::new(first, index, sums.len());
-            let strains = self.strains.blocks();
-            let t = load_two(simd, [&strains[pair.blocks[0]], &strains[pair.blocks[1]]]);
+            let t = pair.load_regions(simd, self.strains);
             let regions = (&self.fit, self.volumes);
             if is_any(t) {
                 fit::<S, true>(simd, regions, pair, t, sums, quaternions);
@@ -83,7 +82,7 @@ impl RegionTransform<(&mut [Block<4>], &mut [Block<6>])> for FitFlowing<'_> {
     ) {
         for index in (0..sums.len()).step_by(2) {
             let pair = Pair::new(first, index, sums.len());
-            let t = load_two(simd, [&strains[pair.indices[0]], &strains[pair.indices[1]]]);
+            let t = pair.load(simd, strains);
             // Most regions of a body have never yielded. They would get the same results from the first branch.
             if is_any(t) {
                 self.fit_pair::<S, true>(simd, pair, t, sums, (quaternions, strains));
@@ -110,7 +109,7 @@ impl FitFlowing<'_> {
         let fitted = fit::<S, IS_SHAPED>(simd, regions, pair, t, sums, quaternions);
         let mut limit = f32x16::splat(simd, self.flow.yield_strain);
         if let Some(factors) = self.yield_factors {
-            let [factor] = load_two(simd, pair.blocks.map(|block| &factors.blocks()[block]));
+            let [factor] = pair.load_regions(simd, factors);
             limit *= factor;
         }
         if !fitted.may_yield::<IS_SHAPED>(simd, t, limit) {
@@ -124,9 +123,7 @@ impl FitFlowing<'_> {
             for i in 0..6 {
                 new[i] = yields.select(flowed[i], t[i]);
             }
-            let halves = split_two(simd, new);
-            store(halves[1], &mut strains[pair.indices[1]]);
-            store(halves[0], &mut strains[pair.indices[0]]);
+            pair.store(simd, new, strains);
         }
     }
 }
@@ -154,7 +151,7 @@ fn fit<S: Simd, const IS_SHAPED: bool>(
 ) -> Fitted<S> {
     let (inverse_mass, means): (_, Means<f32x16<S>>) = fit.means(simd, pair, sums);
     let inverse_covariance = volumes.inverse_covariances.load_two(simd, pair.blocks);
-    let sigma = volumes.sigma(simd, pair.blocks);
+    let sigma = volumes.sigma(simd, pair);
     let central = divided(simd, means.central, sigma);
     let gradient = times(&central, inverse_covariance);
     let a = if IS_SHAPED { times(&central, shape(simd, t)) } else { central };
@@ -169,7 +166,7 @@ fn fit<S: Simd, const IS_SHAPED: bool>(
             u -= term.energy;
         }
         let u = sigma.map_or(u, |sigma| inflated(u, sigma, covariance));
-        potential.store(pair.blocks, fit.occupied(pair), (inverse_mass, fit.factors), means.mean, u);
+        potential.store(fit, pair, inverse_mass, means.mean, u);
     }
     let g = if IS_SHAPED { times(&r, shape(simd, t)) } else { r };
     let motion = term.map_or(g, |term| term.subtract_from(g));
@@ -258,16 +255,8 @@ mod tests {
     use super::*;
     use crate::matching::flow::LEAST_STRETCH;
     use crate::matching::symmetric;
+    use crate::mesh::testing::Random;
     use crate::simd::level;
-
-    /// Returns numbers in -1..1 that look random.
-    fn noise(seed: u32) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
-        }
-    }
 
     /// Returns the matrix in all lanes, column by column.
     fn lanes<S: Simd>(simd: S, matrix: &Matrix3<f64>) -> [f32x16<S>; 9] {
@@ -288,7 +277,8 @@ mod tests {
     /// No region whose strain exceeds the yield strain is left out, and all those far below it are.
     #[test]
     fn bound_of_the_strain_is_above_it_and_near_it() {
-        let mut noise = noise(7);
+        let mut random = Random(7);
+        let mut noise = || 2.0 * random.next() - 1.0;
         let (mut above, mut below) = (0, 0);
         for case in 0..20_000 {
             // Plastic shapes of determinant 1: none, moderate ones, large ones, and ones that are flat along an axis.

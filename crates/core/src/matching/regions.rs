@@ -7,7 +7,7 @@ use super::factors::Factors;
 use super::half_width::HalfWidth;
 use super::line_windows::LineWindows;
 use crate::lattice::{Lattice, Layout, Masses};
-use crate::simd::lanes::{Block, LANES, Lanes, Row};
+use crate::simd::lanes::{Block, Lanes, Row, block_and_lane};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
 /// [`cascade`](super::cascade) defines which vertices a region contains.
@@ -25,10 +25,10 @@ use crate::simd::lanes::{Block, LANES, Lanes, Row};
 pub(crate) struct Regions {
     /// m and 1/n of each vertex. The product m/n is the region weight ([`Weighted`](super::Weighted)); 1/n
     /// turns a sum over the regions that contain the vertex into a mean. Zero in lanes without a vertex.
-    pub(crate) weights: Lanes<2>,
+    pub weights: Lanes<2>,
     /// 1/M and d of the region around each vertex: M = Σ m/n is the mass of the region, and d its rest
     /// centroid relative to its center vertex, in cells. Zero in lanes without a region.
-    pub(crate) constants: Lanes<4>,
+    pub constants: Lanes<4>,
     /// `None` if the stiffness does not vary.
     factors: Option<Factors>,
     /// `None` unless the regions are cells.
@@ -36,9 +36,9 @@ pub(crate) struct Regions {
     /// Factor of the yield strain of each region, 1 in lanes without a region; `None` if all are 1.
     pub(super) yield_factors: Option<Lanes<1>>,
     /// `None` if the body is neither plastic nor can break, and has no volume term.
-    pub(crate) inverse_covariances: Option<InverseCovariances>,
+    pub inverse_covariances: Option<InverseCovariances>,
     /// k of the [volume term](super::bulk); 0 without one.
-    pub(crate) bulk: f32,
+    pub bulk: f32,
     /// σ of each region: see [`bulk`](super::bulk). 1 in lanes without a region. `None` if no region is inflated.
     pub(super) inflation: Option<Lanes<1>>,
     half_width: HalfWidth,
@@ -69,10 +69,7 @@ impl Regions {
     /// full cell's mass.
     fn of_windows(masses: &[f32], layout: &Layout, half_width: HalfWidth) -> Self {
         let windows = LineWindows::new(layout, half_width);
-        let mut mass = vec![0.0; layout.blocks() * LANES];
-        for (&slot, &m) in layout.slots().iter().zip(masses) {
-            mass[slot as usize] = f64::from(m);
-        }
+        let mass = layout.by_slot(masses.iter().map(|&m| f64::from(m)));
         let region_counts = windows.region_counts(&mass);
 
         let mut regions = Self::empty(layout, half_width);
@@ -100,7 +97,8 @@ impl Regions {
             let slot = layout.slots()[lattice.first_corner(cell) as usize];
             shares.set(slot, [masses.share(cell) / 8.0]);
             regions.constants.set(slot, CELL);
-            occupied[slot as usize / LANES] |= 1 << (slot as usize % LANES);
+            let (block, lane) = block_and_lane(slot);
+            occupied[block] |= 1 << lane;
         }
         regions.cells = Some(Cells { occupied, shares: regions.factors_of(layout, shares) });
         regions
@@ -135,18 +133,19 @@ impl Regions {
 
     /// Sets the stiffness factors. `factors` has the factor of the region around each vertex; the factor of a cell is
     /// the mean over its corners. `None` removes them.
-    pub(super) fn set_factors(&mut self, layout: &Layout, factors: Option<Lanes<1>>) {
-        self.factors = factors.map(|mut factors| {
+    pub(super) fn set_factors(&mut self, layout: &Layout, factors: Option<&[f32]>) {
+        self.factors = factors.map(|factors| {
+            let mut of_regions = layout.by_slot(factors.iter().map(|&factor| f64::from(factor)));
             if let Some(cells) = &self.cells {
-                let windows = LineWindows::new(layout, self.half_width);
-                let field = field_of(layout, |slot| factors.get(slot)[0].into());
-                let sums = windows.sums(&field);
+                let sums = LineWindows::new(layout, self.half_width).sums(&of_regions);
                 for &slot in layout.slots() {
                     let mean = sums[slot as usize] / 8.0;
-                    factors.set(slot, [(mean * f64::from(cells.shares.of_region(slot))) as f32]);
+                    of_regions[slot as usize] = mean * f64::from(cells.shares.of_region(slot));
                 }
             }
-            self.factors_of(layout, factors)
+            let mut regions = Lanes::zeros(layout.blocks());
+            layout.slots().iter().for_each(|&slot| regions.set(slot, [of_regions[slot as usize] as f32]));
+            self.factors_of(layout, regions)
         });
     }
 
@@ -160,12 +159,7 @@ impl Regions {
         let mut sigma = self.inflation.take().unwrap_or_else(|| Lanes::zeros(layout.blocks()));
         match ratios {
             VolumeRatios::Uniform(ratio) => sigma.blocks_mut().fill([Row::all(ratio.cbrt() as f32)]),
-            VolumeRatios::Vertices(ratio) => {
-                self.set_means(layout, &mut sigma, ratio);
-                for sigma in sigma.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
-                    *sigma = if *sigma > 0.0 { sigma.cbrt() } else { 1.0 };
-                }
-            }
+            VolumeRatios::Vertices(ratio) => self.set_means(layout, &mut sigma, ratio, f32::cbrt),
         }
         self.inflation = Some(sigma);
     }
@@ -175,17 +169,20 @@ impl Regions {
     pub(super) fn set_yield_factors(&mut self, layout: &Layout, factor: Option<impl Fn(u32) -> f64>) {
         self.yield_factors = factor.map(|factor| {
             let mut factors = Lanes::zeros(layout.blocks());
-            self.set_means(layout, &mut factors, |vertex| factor(vertex as u32));
-            for factor in factors.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
-                *factor = if *factor > 0.0 { *factor } else { 1.0 };
-            }
+            self.set_means(layout, &mut factors, |vertex| factor(vertex as u32), |factor| factor);
             factors
         });
     }
 
-    /// Sets the number of each region: that of its center vertex, or of a cell the mean over its corners. 0 in lanes
-    /// without a region.
-    fn set_means(&self, layout: &Layout, means: &mut Lanes<1>, number: impl Fn(usize) -> f64) {
+    /// Sets the number of each region: `of_mean` of the number of its center vertex, or of a cell of the mean over its
+    /// corners. The numbers of the vertices are above 0. 1 in lanes without a region.
+    fn set_means(
+        &self,
+        layout: &Layout,
+        means: &mut Lanes<1>,
+        number: impl Fn(usize) -> f64,
+        of_mean: impl Fn(f32) -> f32,
+    ) {
         means.blocks_mut().fill([Row::ZERO]);
         for (vertex, &slot) in layout.slots().iter().enumerate() {
             let number = number(vertex) as f32;
@@ -197,6 +194,9 @@ impl Regions {
                     }
                 }
             }
+        }
+        for mean in means.blocks_mut().iter_mut().flat_map(|[row]| row.iter_mut()) {
+            *mean = if *mean > 0.0 { of_mean(*mean) } else { 1.0 };
         }
     }
 
@@ -247,13 +247,12 @@ impl Regions {
         layout: &'a Layout,
         slot: u32,
     ) -> impl Iterator<Item = u32> + 'a {
-        let before = move |slot: u32, axis: usize| {
-            layout.axis(axis).previous_slot(slot as usize).map(|slot| slot as u32)
-        };
         // The order of the adjoint passes, from their last one back.
         let firsts = (0..8).filter_map(move |k| {
-            (0..3)
-                .try_fold(slot, |slot, axis| if k >> axis & 1 == 0 { Some(slot) } else { before(slot, axis) })
+            (0..3).try_fold(slot, |slot, axis| match k >> axis & 1 {
+                0 => Some(slot),
+                _ => layout.axis(axis).previous_slot(slot),
+            })
         });
         let is_linked =
             |&slot: &u32| is_set(self.occupied(layout), slot) && !layout.loose_cells().contains(slot);
@@ -286,10 +285,8 @@ impl Regions {
         if !constrained.contains(&true) || self.half_width.is_cell() {
             return factors;
         }
-        let mut field = vec![0.0; layout.blocks() * LANES];
-        for (&slot, &is_constrained) in layout.slots().iter().zip(constrained) {
-            field[slot as usize] = f64::from(u8::from(is_constrained));
-        }
+        let field =
+            layout.by_slot(constrained.iter().map(|&is_constrained| f64::from(u8::from(is_constrained))));
         let counts = LineWindows::new(layout, self.half_width).sums_over_regions(field);
         let vertices = layout.slots().iter().zip(constrained).zip(&mut factors);
         for ((&slot, _), factor) in vertices.filter(|((_, is_constrained), _)| **is_constrained) {
@@ -336,12 +333,11 @@ impl Regions {
 
 /// Returns whether the bit of a slot is set in the masks of the blocks.
 fn is_set(masks: &[u8], slot: u32) -> bool {
-    masks[slot as usize / LANES] >> (slot as usize % LANES) & 1 != 0
+    let (block, lane) = block_and_lane(slot);
+    masks[block] >> lane & 1 != 0
 }
 
 /// Returns an array by slot with a value in each slot that has a vertex, and 0 elsewhere.
 pub(super) fn field_of(layout: &Layout, value: impl Fn(u32) -> f64) -> Vec<f64> {
-    let mut field = vec![0.0; layout.blocks() * LANES];
-    layout.slots().iter().for_each(|&slot| field[slot as usize] = value(slot));
-    field
+    layout.by_slot(layout.slots().iter().map(|&slot| value(slot)))
 }

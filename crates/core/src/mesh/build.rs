@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Point3;
 
 use super::csr::Csr;
+use super::distinct::distinct;
 use super::error::MeshError;
 use super::polygons::{Faces, Mesh};
 use super::scale::Scale;
@@ -31,14 +32,9 @@ impl Mesh {
     pub fn new<F: AsRef<[u32]>>(vertices: Vec<[f64; 3]>, faces: &[F]) -> Result<Self, MeshError> {
         let corner_count = faces.iter().map(|face| face.as_ref().len()).sum();
         check_count("corners of faces", corner_count)?;
-        let mut offsets = Vec::with_capacity(faces.len() + 1);
-        let mut corners = Vec::with_capacity(corner_count);
-        offsets.push(0);
-        for face in faces {
-            corners.extend_from_slice(face.as_ref());
-            offsets.push(corners.len() as u32);
-        }
-        Self::from_flat(vertices.into_iter().map(Point3::from).collect(), offsets, corners)
+        let mut polygons = Csr::with_capacity(faces.len(), corner_count);
+        faces.iter().for_each(|face| polygons.push(face.as_ref().iter().copied()));
+        Self::build(vertices.into_iter().map(Point3::from).collect(), polygons, None)
     }
 
     /// Builds a mesh as [`Mesh::new`] does, from faces in one array. The corners of face `f` are
@@ -57,18 +53,17 @@ impl Mesh {
         Self::build(vertices, Csr::from_parts(offsets, corners), None)
     }
 
-    /// Builds a mesh as [`Mesh::from_flat`] does, with the given weld in place of that of equal positions: vertices at
+    /// Builds a mesh as [`Mesh::new`] does, with the given weld in place of that of equal positions: vertices at
     /// one position can be distinct, such as those on the two sides of a crack.
     ///
     /// * `weld`: for each vertex, the lowest vertex with which it is welded, shape `(n,)`.
     pub(crate) fn from_welded(
         vertices: Vec<Point3<f64>>,
-        offsets: Vec<u32>,
-        corners: Vec<u32>,
+        polygons: Csr<u32>,
         weld: Vec<u32>,
     ) -> Result<Self, MeshError> {
         assert_eq!(weld.len(), vertices.len(), "one welded vertex per vertex");
-        Self::build(vertices, Csr::from_parts(offsets, corners), Some(weld))
+        Self::build(vertices, polygons, Some(weld))
     }
 
     /// Builds a mesh. Vertices at equal positions are welded unless `weld` is given.
@@ -88,10 +83,8 @@ impl Mesh {
         let no_faces = MeshError::NoFaces { faces: polygons.len(), vertices: vertices.len() };
         let (Some(bounds), false) = (bounds, triangles.is_empty()) else { return Err(no_faces) };
         if bounds.0 == bounds.1 {
-            let mut used = polygons.items().to_vec();
-            used.sort_unstable();
-            used.dedup();
-            return Err(MeshError::NoExtent { vertices: used.len(), at: bounds.0.into() });
+            let vertices = distinct(polygons.items()).len();
+            return Err(MeshError::NoExtent { vertices, at: bounds.0.into() });
         }
         if polygons.rows().all(|face| is_degenerate(face, &weld)) {
             return Err(no_faces);

@@ -24,6 +24,19 @@ impl<T> Csr<T> {
         Self { starts, items }
     }
 
+    /// Returns no rows, with room for some.
+    pub(crate) fn with_capacity(rows: usize, items: usize) -> Self {
+        let mut starts = Vec::with_capacity(rows + 1);
+        starts.push(0);
+        Self { starts, items: Vec::with_capacity(items) }
+    }
+
+    /// Appends a row. The rows are not the default.
+    pub(crate) fn push(&mut self, row: impl IntoIterator<Item = T>) {
+        self.items.extend(row);
+        self.starts.push(self.items.len() as u32);
+    }
+
     /// Builds `rows` rows from `(row, item)` entries, by a counting sort. The items of a row keep their
     /// order.
     pub(crate) fn sorted(rows: usize, entries: impl Iterator<Item = (u32, T)> + Clone) -> Self

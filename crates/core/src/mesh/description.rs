@@ -74,7 +74,7 @@ impl Topology {
 #[derive(Clone, Debug)]
 pub(crate) struct OpenSurface {
     /// Triangles of the components that enclose a space; `None` if there are none.
-    pub(crate) solid: Option<WindingTree>,
+    pub solid: Option<WindingTree>,
     /// Triangles of the other components.
-    pub(crate) sheets: Vec<[u32; 3]>,
+    pub sheets: Vec<[u32; 3]>,
 }

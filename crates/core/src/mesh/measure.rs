@@ -7,11 +7,11 @@ use super::polygons::Mesh;
 /// Volume and area of a surface, relative to the longest side of its bounding box.
 pub(crate) struct RelativeMeasure {
     /// Length of the longest side of the bounding box.
-    pub(crate) extent: f64,
+    pub extent: f64,
     /// Magnitude of the signed volume about the center of the bounding box, divided by `extent^3`.
-    pub(crate) volume: f64,
+    pub volume: f64,
     /// Area, divided by `extent^2`.
-    pub(crate) area: f64,
+    pub area: f64,
 }
 
 impl RelativeMeasure {

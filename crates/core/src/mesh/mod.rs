@@ -12,12 +12,14 @@
 //! * `interior`: which points are inside; `winding_tree` computes winding numbers.
 //! * `surface_tree`: closest points on a mesh.
 //! * `animation`: positions of the vertices at several times.
-//! * `csr`, `union_find`: data structures, also for the modules that depend on this module.
+//! * `csr`, `union_find`, `distinct`: rows, sets and sorted lists, also for the modules that depend on this module.
+//! * `testing`: meshes and numbers for unit tests.
 
 mod animation;
 mod build;
 mod csr;
 mod description;
+mod distinct;
 mod duplicates;
 mod error;
 mod interior;
@@ -29,6 +31,8 @@ mod polygons;
 mod refine;
 mod scale;
 mod surface_tree;
+#[cfg(test)]
+pub(crate) mod testing;
 mod topology;
 mod triangles;
 mod union_find;
@@ -41,10 +45,11 @@ pub use animation::{AnimationError, MeshAnimation};
 pub(crate) use csr::Csr;
 pub(crate) use description::OpenSurface;
 pub use description::{Component, Topology};
+pub(crate) use distinct::distinct;
 pub use error::MeshError;
 pub use interior::Interior;
 pub(crate) use measure::RelativeMeasure;
-pub(crate) use named::{distinct, refined_map};
+pub(crate) use named::refined_map;
 pub(crate) use needles::flip_needles;
 pub(crate) use polygon::{Planar, distance_squared, planar_area, polygon_area, triangulate};
 pub use polygons::Mesh;

@@ -3,15 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::distinct::distinct;
 use super::error::MeshError;
 use super::polygons::{Mesh, Named};
-
-/// Returns vertices in increasing order, each once.
-pub(crate) fn distinct(mut vertices: Vec<u32>) -> Vec<u32> {
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
-}
 
 impl Mesh {
     /// Returns the mesh with named groups of vertices, such as those of objects and materials of a file, which

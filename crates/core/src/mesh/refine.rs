@@ -92,20 +92,17 @@ impl Mesh {
         if divided.is_empty() {
             return Ok(None);
         }
-        let (mut offsets, mut corners, mut sources) = (vec![0], Vec::new(), Vec::new());
+        let (mut polygons, mut sources) = (Csr::with_capacity(whole.len(), 0), Vec::new());
         for &face in &whole {
-            corners.extend_from_slice(self.face(face as usize));
-            offsets.push(corners.len() as u32);
+            polygons.push(self.face(face as usize).iter().copied());
             sources.push((face, false));
         }
         for (face, triangles) in divided {
             for triangle in refiner.divide(triangles, sources.len())? {
-                corners.extend_from_slice(&triangle);
-                offsets.push(corners.len() as u32);
+                polygons.push(triangle);
                 sources.push((face, true));
             }
         }
-        let polygons = Csr::from_parts(offsets, corners);
         let Refiner { vertices, weld, points, .. } = refiner;
         let triangles = triangles::of_polygons(&vertices, &polygons);
         let mesh = Mesh {
@@ -237,17 +234,17 @@ impl Refiner {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::testing::{BOX_FACES, box_corners, cuboid};
 
     /// Returns a cube of edge 1 with 8 vertices, or with 24 as modellers write it for flat normals.
     fn cube(has_seams: bool) -> Mesh {
-        let corner = |index: u32| [0, 1, 2].map(|axis| f64::from(index >> axis & 1));
-        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        if has_seams {
-            let vertices = faces.as_flattened().iter().map(|&index| corner(index)).collect();
-            let faces: Vec<[u32; 4]> = (0..6).map(|face| [0, 1, 2, 3].map(|k| 4 * face + k)).collect();
-            return Mesh::new(vertices, &faces).unwrap();
+        if !has_seams {
+            return cuboid([0.0; 3], [1.0; 3]);
         }
-        Mesh::new((0..8).map(corner).collect(), &faces).unwrap()
+        let corners = box_corners([0.0; 3], [1.0; 3]);
+        let vertices = BOX_FACES.as_flattened().iter().map(|&index| corners[index as usize]).collect();
+        let faces: Vec<[u32; 4]> = (0..6).map(|face| [0, 1, 2, 3].map(|k| 4 * face + k)).collect();
+        Mesh::new(vertices, &faces).unwrap()
     }
 
     fn longest(mesh: &Mesh) -> f64 {

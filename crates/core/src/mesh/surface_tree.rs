@@ -27,13 +27,13 @@ pub(crate) struct SurfaceTree {
 /// The closest point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosestPoint {
-    pub(crate) point: Point3<f64>,
+    pub point: Point3<f64>,
     /// Distance to it, in the unit of the mesh; never negative.
-    pub(crate) distance: f64,
+    pub distance: f64,
     /// Angle-weighted pseudonormal at the point, a unit vector to the outside.
-    pub(crate) normal: Vector3<f64>,
+    pub normal: Vector3<f64>,
     /// Index of its triangle.
-    pub(crate) triangle: u32,
+    pub triangle: u32,
 }
 
 impl ClosestPoint {
@@ -215,14 +215,12 @@ fn from_parry(vector: Vector) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::testing::cuboid;
 
     /// The unit cube, from 0 to 1 along each axis.
     fn cube() -> SurfaceTree {
-        let vertices: Vec<_> =
-            (0..8).map(|k| Point3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        SurfaceTree::new(&vertices, triangles).unwrap()
+        let mesh = cuboid([0.0; 3], [1.0; 3]);
+        SurfaceTree::new(mesh.vertices(), mesh.triangles().iter().copied()).unwrap()
     }
 
     #[test]
@@ -247,13 +245,10 @@ mod tests {
     #[test]
     fn fold_at_an_edge_has_no_effect_on_which_points_are_enclosed() {
         // A flap beside the cube, of two triangles on top of each other that face each other.
-        let vertices: Vec<_> = (0..8)
-            .map(|k| Point3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
-            .chain([Point3::new(1.3, 0.5, 0.5)])
-            .collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        let tree = SurfaceTree::new(&vertices, triangles.chain([[1, 7, 8], [7, 1, 8]])).unwrap();
+        let cube = cuboid([0.0; 3], [1.0; 3]);
+        let vertices = [cube.vertices(), &[Point3::new(1.3, 0.5, 0.5)]].concat();
+        let triangles = cube.triangles().iter().copied().chain([[1, 7, 8], [7, 1, 8]]);
+        let tree = SurfaceTree::new(&vertices, triangles).unwrap();
         for (point, is_inside) in [
             ([0.9, 0.5, 0.5], true),
             ([0.2, 0.1, 0.7], true),

@@ -2,6 +2,7 @@
 
 use super::csr::Csr;
 use super::description::{Component, Topology};
+use super::distinct::distinct;
 use super::duplicates::{self, Repeated, Use};
 use super::polygons::Mesh;
 use super::weld;
@@ -91,10 +92,7 @@ fn surface(mesh: &Mesh, repeated: &Repeated) -> Vec<[u32; 3]> {
 
 /// Returns [`Topology::near_misses`] and [`Topology::near_miss_distance`]. `open`: the vertices of open edges.
 fn near_misses(mesh: &Mesh, open: &[u32]) -> (usize, f64) {
-    let mut open = open.to_vec();
-    open.sort_unstable();
-    open.dedup();
-    let points: Vec<_> = open.iter().map(|&vertex| mesh.vertices()[vertex as usize]).collect();
+    let points: Vec<_> = distinct(open).into_iter().map(|&vertex| mesh.vertices()[vertex as usize]).collect();
     let nearest = weld::weld(&points, NEAR * (mesh.bounds().1 - mesh.bounds().0).amax());
     let missed = nearest.iter().enumerate().filter(|(point, first)| *point != **first as usize);
     let distances = missed.map(|(point, &first)| (points[point] - points[first as usize]).norm());

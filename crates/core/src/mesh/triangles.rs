@@ -72,7 +72,8 @@ mod tests {
 
     fn triangles(corners: &[[f64; 3]]) -> Vec<[u32; 3]> {
         let vertices: Vec<_> = corners.iter().copied().map(Point3::from).collect();
-        let polygons = Csr::from_parts(vec![0, corners.len() as u32], (0..corners.len() as u32).collect());
+        let mut polygons = Csr::with_capacity(1, corners.len());
+        polygons.push(0..corners.len() as u32);
         of_polygons(&vertices, &polygons)
     }
 

@@ -26,7 +26,7 @@ pub(crate) fn signed_volume(triangles: &[[u32; 3]], position: impl Fn(u32) -> Ve
 ///
 /// With a corner at the origin, a tetrahedron of the volume V has the first moment V/4 (a + b + c) and the second moments
 /// V/20 (a aᵀ + b bᵀ + c cᵀ + (a + b + c) (a + b + c)ᵀ).
-pub(crate) fn volume_moments(
+pub(super) fn volume_moments(
     triangles: &[[u32; 3]],
     position: impl Fn(u32) -> Vector3<f64>,
 ) -> (f64, Vector3<f64>, Matrix3<f64>) {

@@ -2,6 +2,7 @@
 
 use crate::lattice::Lattice;
 use crate::matching::HalfWidth;
+use crate::mesh::distinct;
 
 /// The shape of a region around its vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,9 +69,7 @@ fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> 
     let mut members = vec![vertex];
     let mut frontier = vec![vertex];
     for _ in 0..half_width {
-        let mut next: Vec<u32> = frontier.iter().flat_map(|&v| cell_neighbors(lattice, v)).collect();
-        next.sort_unstable();
-        next.dedup();
+        let mut next = distinct(frontier.iter().flat_map(|&v| cell_neighbors(lattice, v)));
         next.retain(|v| !members.contains(v));
         members.extend(&next);
         frontier = next;

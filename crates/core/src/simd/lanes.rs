@@ -136,7 +136,7 @@ impl<const N: usize> Lanes<N> {
     /// Returns the numbers of one slot.
     #[inline]
     pub fn get(&self, slot: u32) -> [f32; N] {
-        let (block, lane) = split(slot);
+        let (block, lane) = block_and_lane(slot);
         let block = &self.blocks[block];
         std::array::from_fn(|c| block[c][lane])
     }
@@ -144,7 +144,7 @@ impl<const N: usize> Lanes<N> {
     /// Sets the numbers of one slot.
     #[inline]
     pub fn set(&mut self, slot: u32, value: [f32; N]) {
-        let (block, lane) = split(slot);
+        let (block, lane) = block_and_lane(slot);
         let block = &mut self.blocks[block];
         for (row, value) in block.iter_mut().zip(value) {
             row[lane] = value;
@@ -216,8 +216,14 @@ pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]
 
 /// Returns the block and the lane of a slot.
 #[inline]
-fn split(slot: u32) -> (usize, usize) {
+pub(crate) fn block_and_lane(slot: u32) -> (usize, usize) {
     (slot as usize / LANES, slot as usize % LANES)
+}
+
+/// Returns the slot of a lane of a block.
+#[inline]
+pub(crate) fn slot_of((block, lane): (usize, usize)) -> u32 {
+    (block * LANES + lane) as u32
 }
 
 /// Serializes the numbers as little-endian bytes in storage order. This format is exact, compact and fast.

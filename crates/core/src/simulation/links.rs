@@ -154,7 +154,7 @@ impl Joined {
         let is_glue = link.stiffness.is_none();
         let anchors = other.map(|other| bodies[other].anchors_at_start(&places, !is_glue));
         let all = || anchors.iter().flatten();
-        let corners = distinct(all().flat_map(|anchor| anchor.corners).collect());
+        let corners = distinct(all().flat_map(|anchor| anchor.corners));
         if let (Some(anchor), true) = (all().find(|anchor| anchor.beyond > GLUE_REACH), is_glue) {
             let (body, other) = (link.body.clone(), link.other.clone().unwrap_or_default());
             return Err(LinkError::TooLong { body, other, cells: anchor.beyond }.into());

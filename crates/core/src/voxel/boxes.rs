@@ -1,6 +1,7 @@
 //! Finds the boxes that a triangle enters, and adds them to a set.
 
 use super::bricks::Bricks;
+use super::grid::step;
 use super::triangle_box::TriangleAxes;
 
 /// A range with at most this number of boxes is tested box by box. A larger range is halved first.
@@ -44,11 +45,8 @@ impl Boxes<'_> {
     }
 
     /// Returns the upper cell of a box, given its lower cell.
-    fn upper_cell(&self, mut cell: [i32; 3]) -> [i32; 3] {
-        if let Some(axis) = self.flat {
-            cell[axis] += 1;
-        }
-        cell
+    fn upper_cell(&self, cell: [i32; 3]) -> [i32; 3] {
+        self.flat.map_or(cell, |axis| step(cell, axis, 1))
     }
 
     /// Returns the size of a box, in cells.
@@ -116,6 +114,7 @@ impl Boxes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::testing::Random;
     use crate::voxel::grid_set::GridSet;
 
     /// Size of the space around the triangles. A search of the whole grid has ranges above and below [`SKIPPED_RANGE`].
@@ -136,19 +135,14 @@ mod tests {
 
     #[test]
     fn triangles_on_marked_boxes_mark_and_return_the_same_as_alone() {
-        // A linear congruential generator (Knuth's MMIX) is random enough for corners.
-        let mut state = 1_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = Random(1);
         for flat in [None, Some(0), Some(1), Some(2)] {
             let (mut shared, mut union) = (Bricks::new(u64::MAX), GridSet::default());
             for index in 0..400 {
                 // Most triangles are large; some are small, thin, or degenerate to a line in a grid plane.
                 let share = [1.0, 0.7, 0.1][index % 3];
                 let mut corners: [[f64; 3]; 3] = std::array::from_fn(|_| {
-                    std::array::from_fn(|a| SIZE[a] as f64 * (0.5 + share * (random() - 0.5)))
+                    std::array::from_fn(|a| SIZE[a] as f64 * (0.5 + share * (random.next() - 0.5)))
                 });
                 if index % 5 == 0 {
                     corners[2] = corners[1].map(|x| x.floor());

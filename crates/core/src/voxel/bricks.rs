@@ -202,10 +202,11 @@ fn push_runs(set: &mut GridSet, mut bits: u8, [x, y, z]: [i32; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::voxel::step;
 
     #[test]
     fn cells_are_contained_and_listed_in_order() {
-        let mut cells =
+        let cells =
             [[0, 0, 0], [130, 3, 2], [7, 1, 0], [8, 1, 0], [9, 1, 0], [1 << 30, 0, 1 << 30], [7, 2, 9]];
         let mut bricks = Bricks::new(100);
         for cell in cells.into_iter().chain(cells) {
@@ -216,8 +217,7 @@ mod tests {
             assert!(bricks.contains(cell));
             assert!(!bricks.contains([cell[0], cell[1] + 3, cell[2]]));
         }
-        cells.sort_by_key(|&[x, y, z]| (z, y, x));
-        assert_eq!(bricks.into_set(), GridSet::from_sorted(&cells));
+        assert_eq!(bricks.into_set(), GridSet::new(cells.to_vec()));
     }
 
     #[test]
@@ -236,9 +236,7 @@ mod tests {
         assert!(bricks.contains_all(low, high) && bricks.contains_all([8; 3], [16; 3]));
         assert!(bricks.contains_all([0; 3], [0, 9, 9]), "an empty range");
         for axis in 0..3 {
-            let (mut below, mut above) = (low, high);
-            below[axis] -= 1;
-            above[axis] += 1;
+            let (below, above) = (step(low, axis, -1), step(high, axis, 1));
             assert!(!bricks.contains_all(below, high) && !bricks.contains_all(low, above));
         }
         for missing in [[5, 6, 7], [17, 16, 15], [8, 8, 8], [7, 15, 8], [12, 7, 15]] {

@@ -1,9 +1,12 @@
 //! A plain voxelization on dense arrays, against which [`voxelize`](mod@super::voxelize) is tested.
 
-use super::grid::Grid;
+use nalgebra::Vector3;
+
+use super::grid::{Grid, beside, step};
 use super::grid_set::GridSet;
 use super::triangle_box::TriangleAxes;
 use super::voxelize::{Maxima, TooMany, voxelize};
+use crate::mesh::testing::{BOX_FACES, Random, box_corners};
 use crate::mesh::{Mesh, signed_volume};
 
 /// One flag for each cell of a grid and of a margin of one cell around it.
@@ -43,24 +46,42 @@ impl Flags {
     }
 }
 
-/// Returns the cells that a surface passes through or encloses, and the number of the cells that it passes through.
-fn reference(mesh: &Mesh, grid: &Grid) -> (GridSet, usize) {
-    let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
-    let mut entered = Flags::new(grid);
-    // For each axis, the faces of triangles whose normal points up and down the axis.
-    let mut faces = [0, 1, 2].map(|_| [Flags::new(grid), Flags::new(grid)]);
-    let mut has_faces = false;
-    let mut untraced = Vec::new();
-    for triangle in mesh.triangles() {
-        let corners @ [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+/// The cells that triangles enter and the faces of cells on which they lie.
+struct Trace {
+    entered: Flags,
+    /// For each axis, the faces of triangles whose normal points up and down the axis, by their upper cells.
+    faces: [[Flags; 2]; 3],
+    has_faces: bool,
+    /// The corners of triangles without a trace.
+    untraced: Vec<[f64; 3]>,
+}
+
+impl Trace {
+    fn new(mesh: &Mesh, grid: &Grid, positions: &[[f64; 3]]) -> Self {
+        let mut trace = Self {
+            entered: Flags::new(grid),
+            faces: [0, 1, 2].map(|_| [Flags::new(grid), Flags::new(grid)]),
+            has_faces: false,
+            untraced: Vec::new(),
+        };
+        for triangle in mesh.triangles() {
+            let corners = triangle.map(|vertex| positions[vertex as usize]);
+            if !trace.add(&corners) {
+                trace.untraced.extend(corners);
+            }
+        }
+        trace
+    }
+
+    /// Adds a triangle. Returns whether it leaves a trace.
+    fn add(&mut self, corners @ [a, b, c]: &[[f64; 3]; 3]) -> bool {
         let mut low: [i32; 3] = std::array::from_fn(|k| a[k].min(b[k]).min(c[k]).floor() as i32);
         let mut high: [i32; 3] = std::array::from_fn(|k| a[k].max(b[k]).max(c[k]).ceil() as i32);
         let flat: Vec<usize> = (0..3).filter(|&k| low[k] == high[k]).collect();
         if flat.len() > 1 {
-            untraced.extend(corners);
-            continue;
+            return false;
         }
-        let mut target = &mut entered;
+        let mut target = &mut self.entered;
         let mut step = [1; 3];
         if let [axis] = flat[..] {
             low[axis] -= 1;
@@ -68,11 +89,11 @@ fn reference(mesh: &Mesh, grid: &Grid) -> (GridSet, usize) {
             step[axis] = 2;
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             let area = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
-            target = &mut faces[axis][usize::from(area < 0.0)];
-            has_faces = true;
+            target = &mut self.faces[axis][usize::from(area < 0.0)];
+            self.has_faces = true;
         }
         let is_one_box = (0..3).all(|k| high[k] - low[k] == step[k]);
-        let axes = TriangleAxes::new(&corners);
+        let axes = TriangleAxes::new(corners);
         let mut is_traced = false;
         let range = |k: usize| (low[k]..high[k]).step_by(step[k] as usize);
         for (x, y, z) in range(0).flat_map(|x| range(1).flat_map(move |y| range(2).map(move |z| (x, y, z)))) {
@@ -82,86 +103,80 @@ fn reference(mesh: &Mesh, grid: &Grid) -> (GridSet, usize) {
                 is_traced = true;
             }
         }
-        if !is_traced {
-            untraced.extend(corners);
-        }
+        is_traced
     }
 
-    let mut outside = Flags::new(grid);
-    let mut stack = vec![[-1; 3]];
-    outside.set([-1; 3]);
-    while let Some(cell) = stack.pop() {
-        for (axis, step) in (0..3).flat_map(|axis| [(axis, -1), (axis, 1)]) {
-            let mut next = cell;
-            next[axis] += step;
-            let upper = if step > 0 { next } else { cell };
-            let is_wall = entered.has(next) || faces[axis].iter().any(|side| side.has(upper));
-            if outside.index(next).is_some() && !is_wall && !outside.has(next) {
-                outside.set(next);
-                stack.push(next);
+    /// Returns the cells that paths of steps through free faces and cells reach from the margin.
+    fn outside(&self, grid: &Grid) -> Flags {
+        let mut outside = Flags::new(grid);
+        let mut stack = vec![[-1; 3]];
+        outside.set([-1; 3]);
+        while let Some(cell) = stack.pop() {
+            for side in 0..6 {
+                let next = beside(cell, side);
+                let upper = if side % 2 == 1 { next } else { cell };
+                let is_wall =
+                    self.entered.has(next) || self.faces[side / 2].iter().any(|side| side.has(upper));
+                if outside.index(next).is_some() && !is_wall && !outside.has(next) {
+                    outside.set(next);
+                    stack.push(next);
+                }
             }
         }
+        outside
     }
 
+    /// Returns the entered cells and the cells to which the faces belong. `is_flipped`: whether normals point inwards.
+    fn surface(&self, outside: &Flags, grid: &Grid, is_flipped: bool) -> Flags {
+        let mut surface = self.entered.clone();
+        for axis in 0..3 {
+            let [front, back] = if is_flipped { [1, 0] } else { [0, 1] }.map(|side| &self.faces[axis][side]);
+            for upper in front.cells(|cell| front.has(cell) || back.has(cell)) {
+                let lower = step(upper, axis, -1);
+                let [behind, other] = if front.has(upper) { [lower, upper] } else { [upper, lower] };
+                match (outside.has(upper), outside.has(lower)) {
+                    (false, false) => {}
+                    (false, true) => surface.set(upper),
+                    (true, false) => surface.set(lower),
+                    (true, true) => surface.set(if grid.contains(behind) { behind } else { other }),
+                }
+            }
+        }
+        surface
+    }
+}
+
+/// Returns the cells that a surface passes through or encloses, and the number of the cells that it passes through.
+fn reference(mesh: &Mesh, grid: &Grid) -> (GridSet, usize) {
+    let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
+    let trace = Trace::new(mesh, grid, &positions);
+    let mut outside = trace.outside(grid);
     if let Some(solid) = mesh.open_surface().and_then(|open| open.solid.as_ref()) {
-        for cell in entered.cells(|cell| grid.contains(cell) && !entered.has(cell)) {
+        for cell in outside.cells(|cell| grid.contains(cell) && !trace.entered.has(cell)) {
             let index = outside.index(cell).expect("a cell of the grid");
             outside.flags[index] &= !solid.encloses(&grid.center_of(cell));
         }
     }
-
-    let center = nalgebra::Vector3::from(grid.size.map(|n| 0.5 * n as f64));
-    let volume = signed_volume(mesh.triangles(), |vertex| {
-        nalgebra::Vector3::from(positions[vertex as usize]) - center
-    });
-    let flipped = has_faces && volume < -1e-9 * grid.size.iter().map(|n| *n as f64).product::<f64>();
-    let in_grid = |cell: [i32; 3]| (0..3).all(|k| (0..grid.size[k] as i32).contains(&cell[k]));
-    let mut surface = entered.clone();
-    for axis in 0..3 {
-        let [front, back] = if flipped { [1, 0] } else { [0, 1] }.map(|side| &faces[axis][side]);
-        for upper in front.cells(|cell| front.has(cell) || back.has(cell)) {
-            let mut lower = upper;
-            lower[axis] -= 1;
-            let [behind, other] = if front.has(upper) { [lower, upper] } else { [upper, lower] };
-            match (outside.has(upper), outside.has(lower)) {
-                (false, false) => {}
-                (false, true) => surface.set(upper),
-                (true, false) => surface.set(lower),
-                (true, true) => surface.set(if in_grid(behind) { behind } else { other }),
-            }
-        }
-    }
+    let center = Vector3::from(grid.size.map(|n| 0.5 * n as f64));
+    let volume = signed_volume(mesh.triangles(), |vertex| Vector3::from(positions[vertex as usize]) - center);
+    let is_flipped = volume < -1e-9 * grid.size.iter().map(|n| *n as f64).product::<f64>();
+    let mut surface = trace.surface(&outside, grid, trace.has_faces && is_flipped);
     let occupied = |surface: &Flags, cell| surface.has(cell) || !outside.has(cell);
     let mut free = Vec::new();
-    for corner in untraced {
+    for corner in trace.untraced {
         let around = (0..8).map(|k| -> [i32; 3] {
             std::array::from_fn(|a| {
                 if k >> a & 1 == 0 { corner[a].ceil() as i32 - 1 } else { corner[a].floor() as i32 }
             })
         });
-        let around: Vec<_> = around.filter(|cell| in_grid(*cell)).collect();
+        let around: Vec<_> = around.filter(|cell| grid.contains(*cell)).collect();
         if !around.iter().any(|cell| occupied(&surface, *cell)) {
             free.push(around[0]);
         }
     }
     free.into_iter().for_each(|cell| surface.set(cell));
-    let cells = surface.cells(|cell| in_grid(cell) && occupied(&surface, cell));
-    (GridSet::from_sorted(&cells), surface.flags.iter().filter(|flag| **flag).count())
-}
-
-/// Random numbers from 0 to 1. A linear congruential generator (Knuth's MMIX) is random enough for meshes.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Returns a whole number from 0 to `n - 1`.
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() * n as f64) as usize
-    }
+    let cells = surface.cells(|cell| grid.contains(cell) && occupied(&surface, cell));
+    (GridSet::new(cells), surface.flags.iter().filter(|flag| **flag).count())
 }
 
 /// Returns a mesh of boxes, some with missing or flipped faces, of random triangles, and of degenerate triangles.
@@ -182,12 +197,10 @@ fn random_mesh(random: &mut Random, rounding: f64) -> Mesh {
         let high: [f64; 3] =
             std::array::from_fn(|a| round(low[a] + (extent[a] - low[a]) * random.next(), random.next()));
         let first = vertices.len() as u32;
-        vertices.extend((0..8).map(|k| -> [f64; 3] {
-            std::array::from_fn(|a| if k >> a & 1 == 0 { low[a] } else { high[a] })
-        }));
+        vertices.extend(box_corners(low, high));
         let flipped = random.next() < 0.3;
         let missing = if random.next() < 0.3 { 0.2 } else { 0.0 };
-        for quad in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+        for quad in BOX_FACES {
             let mut quad = quad.map(|k| first + k).to_vec();
             if flipped || random.next() < 0.05 {
                 quad.reverse();
@@ -244,14 +257,13 @@ fn cells_of_random_meshes_are_those_of_the_dense_reference() {
 #[test]
 fn faces_in_grid_planes_count_once_for_each_orientation() {
     // A cube of 4^3 cells, with its faces once, twice, and in both orientations.
-    let vertices: Vec<_> =
-        (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|i| 4.0 * f64::from(i))).collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let reversed = quads.map(|quad: [u32; 4]| [quad[3], quad[2], quad[1], quad[0]]);
+    let vertices = box_corners([0.0; 3], [4.0; 3]);
+    let quads = BOX_FACES;
+    let reversed = quads.map(|quad| [quad[3], quad[2], quad[1], quad[0]]);
     for (faces, number) in
         [(quads.to_vec(), 96), ([quads, quads].concat(), 96), ([quads, reversed].concat(), 192)]
     {
-        let mesh = Mesh::new(vertices.clone(), &faces).expect("a cube");
+        let mesh = Mesh::new(vertices.to_vec(), &faces).expect("a cube");
         let grid = Grid::new(mesh.bounds(), 1.0).expect("a small grid");
         let maxima = |faces| Maxima { cells: 64, faces };
         assert_eq!(voxelize(&mesh, &grid, maxima(number)).expect("few faces").cells.len(), 64);

@@ -5,6 +5,17 @@ use nalgebra::Point3;
 /// Largest magnitude of a grid index. The difference of two indices then fits in 32 bits.
 pub(crate) const HIGHEST_INDEX: i32 = 1 << 30;
 
+/// Returns the grid index that is some steps further along an axis.
+pub(crate) fn step(mut index: [i32; 3], axis: usize, by: i32) -> [i32; 3] {
+    index[axis] += by;
+    index
+}
+
+/// Returns the next grid index on a side, 0 to 5 for -x, +x, -y, +y, -z, +z.
+pub(crate) fn beside(index: [i32; 3], side: usize) -> [i32; 3] {
+    step(index, side / 2, if side.is_multiple_of(2) { -1 } else { 1 })
+}
+
 /// Depth, in cells, up to which a surface that enters a cell counts as only touching it. Far greater than
 /// rounding errors and far less than visible detail.
 pub(super) const TOUCH_DEPTH: f64 = 1e-6;
@@ -21,7 +32,7 @@ pub(super) const MAX_SNAP: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Grid {
     /// Edge length of a cell.
-    pub(crate) cell_size: f64,
+    pub cell_size: f64,
     /// Number of cells along each axis, at least 1.
     pub(super) size: [usize; 3],
     /// Center of the box and of the grid.

@@ -40,15 +40,18 @@ struct Run {
 }
 
 impl GridSet {
-    /// Builds the set of the given positions, which must be sorted by (z, y, x) and may repeat.
-    pub(crate) fn from_sorted(positions: &[[i32; 3]]) -> Self {
+    /// Builds the set of the given positions, in any order; they may repeat.
+    pub(crate) fn new(mut positions: Vec<[i32; 3]>) -> Self {
+        positions.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
+        positions.dedup();
         let mut set = Self::default();
-        for (i, position) in positions.iter().enumerate() {
-            if i == 0 || positions[i - 1] != *position {
-                set.push(*position, 1);
-            }
-        }
+        positions.into_iter().for_each(|position| set.push(position, 1));
         set
+    }
+
+    /// Returns the set with further positions, in any order.
+    pub(crate) fn with(self, positions: Vec<[i32; 3]>) -> Self {
+        if positions.is_empty() { self } else { self.union(&Self::new(positions)) }
     }
 
     /// Appends `count` positions along x, starting at `[x, y, z]`. They must come after all positions of the
@@ -146,29 +149,29 @@ impl GridSet {
 
     /// Returns the number of a position, if it is in the set.
     pub(crate) fn find(&self, [x, y, z]: [i32; 3]) -> Option<u32> {
-        let runs = self.row_runs(self.find_row((z, y))?);
-        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
-        let run = runs.start + before.checked_sub(1)?;
+        let run = self.run_before((z, y), x)?;
         self.span(run).contains(&x).then(|| self.runs[run].first + (x - self.runs[run].x) as u32)
     }
 
     /// Returns whether a run of the row (z, y) contains all positions of a range of x, which must not be empty.
     pub(super) fn has_run(&self, row: (i32, i32), x: Range<i32>) -> bool {
-        let Some(runs) = self.find_row(row).map(|row| self.row_runs(row)) else { return false };
-        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x.start);
-        before > 0 && x.end <= self.span(runs.start + before - 1).end
+        self.run_before(row, x.start).is_some_and(|run| x.end <= self.span(run).end)
+    }
+
+    /// Returns the last run of the row (z, y) that begins at `x` or before it.
+    fn run_before(&self, row: (i32, i32), x: i32) -> Option<usize> {
+        let runs = self.row_runs(self.find_row(row)?);
+        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
+        Some(runs.start + before.checked_sub(1)?)
     }
 
     /// Returns the first position of the row (z, y) with an x of at least `x`: its number and its x.
     pub(crate) fn find_from(&self, row: (i32, i32), x: i32) -> Option<(u32, i32)> {
-        let runs = self.row_runs(self.find_row(row)?);
-        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
-        if let Some(run) = before.checked_sub(1).map(|before| runs.start + before)
-            && self.span(run).contains(&x)
-        {
-            return Some((self.runs[run].first + (x - self.runs[run].x) as u32, x));
+        if let Some(number) = self.find([x, row.1, row.0]) {
+            return Some((number, x));
         }
-        self.runs[runs].get(before).map(|run| (run.first, run.x))
+        let runs = &self.runs[self.row_runs(self.find_row(row)?)];
+        runs.get(runs.partition_point(|run| run.x <= x)).map(|run| (run.first, run.x))
     }
 
     /// Returns the run of a position, given the position's number.
@@ -221,11 +224,12 @@ impl GridSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::testing::Random;
 
     #[test]
     fn find_returns_the_number_of_each_position_of_the_set() {
         let positions = [[-2, 0, 0], [-1, 0, 0], [3, 0, 0], [0, 5, 0], [0, -7, 1], [1, -7, 1], [9, -7, 1]];
-        let set = GridSet::from_sorted(&positions);
+        let set = GridSet::new(positions.to_vec());
         assert_eq!(set.positions(), positions);
         assert_eq!((set.len(), set.row_count(), set.run_count()), (7, 3, 5));
         for (number, position) in positions.iter().enumerate() {
@@ -245,24 +249,17 @@ mod tests {
 
     #[test]
     fn union_and_runs_agree_with_single_positions() {
-        // A linear congruential generator (Knuth's MMIX) is random enough for positions.
-        let mut state = 7_u64;
-        let mut random = move |n: u64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 33) % n) as i32
-        };
-        let order = |&[x, y, z]: &[i32; 3]| (z, y, x);
+        let mut random = Random(7);
+        let mut below = |n: usize| random.below(n) as i32;
         for count in [0, 1, 5, 20, 60] {
             let mut all = Vec::new();
             let [a, b] = [count, 30].map(|count| {
-                let mut positions: Vec<_> = (0..count).map(|_| [random(12), random(3), random(2)]).collect();
-                positions.sort_by_key(order);
+                let positions: Vec<_> = (0..count).map(|_| [below(12), below(3), below(2)]).collect();
                 all.extend(&positions);
-                GridSet::from_sorted(&positions)
+                GridSet::new(positions)
             });
-            all.sort_by_key(order);
             let union = a.union(&b);
-            assert_eq!(union, GridSet::from_sorted(&all));
+            assert_eq!(union, GridSet::new(all));
             assert_eq!(union, b.union(&a));
             for (y, z, start) in
                 (0..3).flat_map(|y| (0..2).flat_map(move |z| (0..12).map(move |x| (y, z, x))))

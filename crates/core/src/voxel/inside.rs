@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::grid::Grid;
+use super::grid::{Grid, beside, step};
 use super::grid_set::GridSet;
 use crate::mesh::WindingTree;
 
@@ -20,13 +20,7 @@ pub(super) fn inside(
     faces: [&GridSet; 3],
     max: u64,
 ) -> Result<Vec<[i32; 3]>, u64> {
-    let neighbors = |cell: [i32; 3]| {
-        (0..6).map(move |n| {
-            let mut next = cell;
-            next[n / 2] += if n % 2 == 0 { -1 } else { 1 };
-            next
-        })
-    };
+    let neighbors = |cell: [i32; 3]| (0..6).map(move |side| beside(cell, side));
     let mut is_tested: HashSet<[i32; 3]> = HashSet::new();
     let mut found: Vec<[i32; 3]> = Vec::new();
     let mut test = |cell: [i32; 3], found: &mut Vec<[i32; 3]>| {
@@ -44,10 +38,8 @@ pub(super) fn inside(
     }
     for (axis, set) in faces.into_iter().enumerate() {
         for upper in set.positions() {
-            let mut lower = upper;
-            lower[axis] -= 1;
             test(upper, &mut found);
-            test(lower, &mut found);
+            test(step(upper, axis, -1), &mut found);
         }
     }
     let mut next = 0;

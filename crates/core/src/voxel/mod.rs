@@ -20,7 +20,7 @@ mod inside;
 mod triangle_box;
 mod voxelize;
 
-pub(crate) use grid::{Grid, HIGHEST_INDEX};
+pub(crate) use grid::{Grid, HIGHEST_INDEX, beside, step};
 pub(crate) use grid_set::GridSet;
 pub(crate) use voxelize::{Maxima, TooMany, Voxels, entered_cells, voxelize};
 

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::boxes::Boxes;
 use super::bricks::Bricks;
 use super::fill::{self, Walls};
-use super::grid::Grid;
+use super::grid::{Grid, step};
 use super::grid_set::GridSet;
 use super::inside::inside;
 use crate::mesh::{Mesh, signed_volume};
@@ -21,19 +21,19 @@ const MIN_VOLUME: f64 = 1e-9;
 /// The result of [`voxelize`].
 pub(crate) struct Voxels {
     /// The cells that the surface passes through or encloses.
-    pub(crate) cells: GridSet,
+    pub cells: GridSet,
     /// Number of cells that the surface passes through, or to which a face in a grid plane belongs.
-    pub(crate) surface_cells: usize,
+    pub surface_cells: usize,
 }
 
 /// Largest numbers of cells and faces that [`voxelize`] accepts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Maxima {
     /// Number of cells of the result, at most 2^31.
-    pub(crate) cells: u64,
+    pub cells: u64,
     /// Number of faces in grid planes on which a triangle lies, at most 2^31. Counts faces of opposite orientation in
     /// the same place as two.
-    pub(crate) faces: u64,
+    pub faces: u64,
 }
 
 /// A number exceeds its maximum. Contains a lower bound of the number.
@@ -74,17 +74,17 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxel
         None => enclosed,
         Some(solid) => {
             let inside = inside(solid, grid, (&entered, &enclosed), walls.faces, maxima.cells);
-            with_cells(enclosed, inside.map_err(TooMany::Cells)?)
+            enclosed.with(inside.map_err(TooMany::Cells)?)
         }
     };
     let flipped = faces.iter().any(|faces| !faces.is_empty()) && is_inside_out(mesh, &positions, grid);
     let is_outside = |cell: [i32; 3]| entered.find(cell).is_none() && enclosed.find(cell).is_none();
     let behind_faces = cells_behind_faces(&faces, is_outside, flipped, grid);
-    let surface = with_cells(entered, behind_faces);
+    let surface = entered.with(behind_faces);
     let cells = surface.union(&enclosed);
     let free_cell = |corner: &[f64; 3]| free_cell_at(corner, &cells, grid);
     let free_cells: Vec<_> = untraced.iter().filter_map(free_cell).collect();
-    let (surface, cells) = (with_cells(surface, free_cells.clone()), with_cells(cells, free_cells));
+    let (surface, cells) = (surface.with(free_cells.clone()), cells.with(free_cells));
     check(cells.len() as u64, maxima.cells).map_err(TooMany::Cells)?;
     Ok(Voxels { surface_cells: surface.len(), cells })
 }
@@ -103,15 +103,6 @@ pub(crate) fn entered_cells(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> G
 /// Returns the number as an error if it exceeds its maximum.
 fn check(number: u64, max: u64) -> Result<(), u64> {
     if number <= max { Ok(()) } else { Err(number) }
-}
-
-/// Returns the set with further cells, in any order.
-fn with_cells(set: GridSet, mut cells: Vec<[i32; 3]>) -> GridSet {
-    if cells.is_empty() {
-        return set;
-    }
-    cells.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-    set.union(&GridSet::from_sorted(&cells))
 }
 
 /// Returns whether the signed volume of a surface is negative, because its normals mostly point inwards.
@@ -231,8 +222,7 @@ fn cells_behind_faces(
         let only_back = back.positions().into_iter().filter(|cell| front.find(*cell).is_none());
         let front = front.positions().into_iter().map(|cell| (cell, true));
         for (upper, faces_up) in front.chain(only_back.map(|cell| (cell, false))) {
-            let mut lower = upper;
-            lower[axis] -= 1;
+            let lower = step(upper, axis, -1);
             let preferred = if faces_up { [lower, upper] } else { [upper, lower] };
             match (is_outside(upper), is_outside(lower)) {
                 (false, false) => {}

@@ -7,9 +7,10 @@ use super::clip::{Clipped, Corner, Fragment};
 use super::faces::CutSurface;
 use super::input::Input;
 use super::map::Map;
-use super::planes::{Cell, step};
+use super::planes::Cell;
 use crate::lattice::Locator;
-use crate::mesh::{Mesh, MeshError, Planar, triangulate};
+use crate::mesh::{Csr, Mesh, MeshError, Planar, triangulate};
+use crate::voxel::step;
 
 /// The point of the uncut mesh at which a vertex of a cut mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,28 +80,30 @@ type Between = [u32; 3];
 pub(super) fn assemble(input: &Input<'_>, clipped: &Clipped, caps: &Caps) -> Result<CutMesh, MeshError> {
     let mesh = input.mesh;
     let mut vertices = Vertices::new(input, clipped);
-    let mut faces = Faces { offsets: vec![0], corners: Vec::new(), sources: Vec::new() };
+    let mut polygons = Csr::with_capacity(mesh.face_count(), 0);
+    let mut face_sources = Vec::with_capacity(mesh.face_count());
+    let mut push = |corners: &[u32], source: FaceSource| {
+        polygons.push(corners.iter().copied());
+        face_sources.push(source);
+    };
     let mut fragments = clipped.fragments.iter().peekable();
     let mut first = 0;
     for (face, corners) in mesh.faces().enumerate() {
         let end = first + corners.len().saturating_sub(2) as u32;
         if fragments.peek().is_none_or(|fragment| fragment.source >= end) {
-            faces.push(corners.iter().copied(), FaceSource::Whole(face as u32));
+            push(corners, FaceSource::Whole(face as u32));
             first = end;
             continue;
         }
         for triangle in first..end {
             if fragments.peek().is_none_or(|fragment| fragment.source != triangle) {
-                faces.push(
-                    input.mesh.triangles()[triangle as usize].into_iter(),
-                    FaceSource::Part(face as u32),
-                );
+                push(&mesh.triangles()[triangle as usize], FaceSource::Part(face as u32));
             }
             while let Some(fragment) = fragments.next_if(|fragment| fragment.source == triangle) {
                 let corners: Vec<u32> =
                     fragment.corners.iter().map(|corner| vertices.of_corner(fragment, corner)).collect();
                 for part in triangulate(&planar(input, fragment)) {
-                    faces.push(part.into_iter().map(|n| corners[n]), FaceSource::Part(face as u32));
+                    push(&part.map(|n| corners[n]), FaceSource::Part(face as u32));
                 }
             }
         }
@@ -118,33 +121,18 @@ pub(super) fn assemble(input: &Input<'_>, clipped: &Clipped, caps: &Caps) -> Res
             }
             cap_uvs
                 .extend(corners.iter().map(|&corner| uv(input, cap, &vertices.positions[corner as usize])));
-            faces.push(corners.into_iter(), FaceSource::Cap { crack: cap.crack });
+            push(&corners, FaceSource::Cap { crack: cap.crack });
         }
     }
     let Vertices { positions, weld, hosts, origins, .. } = vertices;
     Ok(CutMesh {
-        mesh: Mesh::from_welded(positions, faces.offsets, faces.corners, weld)?,
+        mesh: Mesh::from_welded(positions, polygons, weld)?,
         hosts,
         origins,
-        face_sources: faces.sources,
+        face_sources,
         cap_uvs,
         unclosed_faces: caps.unclosed,
     })
-}
-
-/// The faces of the pieces.
-struct Faces {
-    offsets: Vec<u32>,
-    corners: Vec<u32>,
-    sources: Vec<FaceSource>,
-}
-
-impl Faces {
-    fn push(&mut self, corners: impl Iterator<Item = u32>, source: FaceSource) {
-        self.corners.extend(corners);
-        self.offsets.push(self.corners.len() as u32);
-        self.sources.push(source);
-    }
 }
 
 /// Returns the positions of the corners of a fragment in the plane of its triangle.

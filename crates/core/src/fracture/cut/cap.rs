@@ -9,10 +9,11 @@ use super::faces::CutSurface;
 use super::holes::join_holes;
 use super::input::Input;
 use super::map::Map;
-use super::planes::{Cell, Face, step};
+use super::planes::{Cell, Face};
 use super::space::Point;
 use super::winding::Windings;
 use crate::mesh::{Planar, triangulate};
+use crate::voxel::step;
 
 /// Number of rounds in which the planes of several cracks move a corner.
 const ROUNDS: usize = 16;

@@ -8,6 +8,7 @@ use super::planes::{Cell, Face, Planes};
 use super::points::{Cut, EdgePoints, Plane, moved_to_plane, on_line, position_at};
 use super::refine::{Refined, Triangle};
 use super::space::{Point, Space};
+use crate::mesh::distinct;
 
 /// A side of a polygon, from a corner to the next one.
 #[derive(Clone, Copy, PartialEq)]
@@ -81,8 +82,7 @@ impl Clipped {
                 }
             });
             found.retain(|&(axis, index)| low[axis] < index && index <= high[axis]);
-            found.sort_unstable();
-            found.dedup();
+            let found = distinct(found);
             for &plane in &found {
                 for e in 0..3 {
                     edges.cut(&mut points, [triangle.corners[e], triangle.corners[(e + 1) % 3]], plane);

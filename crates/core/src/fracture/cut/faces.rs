@@ -5,8 +5,10 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 
 use super::map::Map;
-use super::planes::{Cell, Face, Planes, staircase_neighbors, step};
+use super::planes::{Cell, Face, Planes, staircase_neighbors};
 use crate::lattice::Lattice;
+use crate::mesh::distinct;
+use crate::voxel::step;
 
 /// A broken joint of a lattice: the face between a cell and the next cell along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -303,8 +305,6 @@ impl BrokenFaces {
             let cell: Cell = std::array::from_fn(|a| corner[a] - (k >> a & 1));
             cracks.extend((0..3).filter(|&a| cell[a] < corner[a]).filter_map(|a| self.crack((cell, a))));
         }
-        cracks.sort_unstable();
-        cracks.dedup();
-        cracks
+        distinct(cracks)
     }
 }

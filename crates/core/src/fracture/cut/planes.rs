@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::lattice::Lattice;
+use crate::voxel::step;
 
 /// The plane of a crack, in the model frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,12 +29,6 @@ pub(super) type Cell = [i32; 3];
 
 /// The face between a cell and the next cell along an axis.
 pub(super) type Face = (Cell, usize);
-
-/// Returns the neighbor of a cell along an axis.
-pub(super) fn step(mut cell: Cell, axis: usize, by: i32) -> Cell {
-    cell[axis] += by;
-    cell
-}
 
 /// The planes of the cracks, with lengths in cells from the origin of the lattice.
 pub(in crate::fracture) struct Planes {

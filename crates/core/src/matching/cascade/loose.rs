@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::lattice::LooseCells;
 use crate::matching::windows::Weighted;
-use crate::simd::lanes::{Block, LANES};
+use crate::simd::lanes::{Block, block_and_lane};
 
 /// The motion (b, X, Y, Z) of a loose cell. One thread writes each.
 pub(super) type Motion = [AtomicU32; 12];
@@ -24,7 +24,7 @@ impl Loose<'_> {
         for cell in self.cells.of_blocks(first..first + sums.len()) {
             let mut values = [0.0; 12];
             for (k, &corner) in cell.corners.iter().enumerate() {
-                let (block, lane) = (corner as usize / LANES, corner as usize % LANES);
+                let (block, lane) = block_and_lane(corner);
                 for c in 0..3 {
                     let f = field.vectors[block][c][lane];
                     values[c] += f;
@@ -33,8 +33,8 @@ impl Loose<'_> {
                     }
                 }
             }
-            let (block, lane) = (cell.slot as usize / LANES - first, cell.slot as usize % LANES);
-            for (row, value) in sums[block].iter_mut().zip(values) {
+            let (block, lane) = block_and_lane(cell.slot);
+            for (row, value) in sums[block - first].iter_mut().zip(values) {
                 row[lane] = value;
             }
         }
@@ -43,8 +43,8 @@ impl Loose<'_> {
     /// Takes the motions of the loose cells out of the output of a transform.
     pub(super) fn take(&self, first: usize, sums: &mut [Block<12>]) {
         for cell in self.cells.of_blocks(first..first + sums.len()) {
-            let (block, lane) = (cell.slot as usize / LANES - first, cell.slot as usize % LANES);
-            for (row, number) in sums[block].iter_mut().zip(&self.motions[cell.number as usize]) {
+            let (block, lane) = block_and_lane(cell.slot);
+            for (row, number) in sums[block - first].iter_mut().zip(&self.motions[cell.number as usize]) {
                 number.store(std::mem::take(&mut row[lane]).to_bits(), Ordering::Relaxed);
             }
         }
@@ -53,13 +53,13 @@ impl Loose<'_> {
     /// Adds the fields of the loose cells to the sums at the vertices of consecutive blocks.
     pub(super) fn add_fields(&self, first: usize, region_sums: &mut [Block<3>]) {
         for &(slot, number, k) in self.cells.corners_of_blocks(first..first + region_sums.len()) {
-            let (block, lane) = (slot as usize / LANES - first, slot as usize % LANES);
+            let (block, lane) = block_and_lane(slot);
             let motion = &self.motions[number as usize];
             let number = |i: usize| f32::from_bits(motion[i].load(Ordering::Relaxed));
             for c in 0..3 {
                 let turned: f32 =
                     (0..3).map(|axis| offset(k as usize, axis) * number(3 + 3 * axis + c)).sum();
-                region_sums[block][c][lane] += number(c) + turned;
+                region_sums[block - first][c][lane] += number(c) + turned;
             }
         }
     }

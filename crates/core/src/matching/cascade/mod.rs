@@ -43,7 +43,6 @@ mod plane;
 mod transform;
 mod workspace;
 
-pub(crate) use plane::Sizes;
 pub(crate) use transform::{Purpose, RegionTransform, VertexUpdate};
 pub(crate) use workspace::{Workspace, Workspaces};
 
@@ -56,7 +55,7 @@ use crate::parallel::{CHUNK, Executor, Split};
 use crate::simd::level;
 use adjoint_x::AdjointX;
 use loose::Loose;
-use plane::{PlanePasses, Strips, Windows};
+use plane::{PlanePasses, Sizes, Strips, Windows};
 
 /// The interval, in planes, at which running sums along x restart with a direct sum, which limits their rounding
 /// errors. Running sums within a plane restart at an interval of twice as many blocks.

@@ -209,7 +209,7 @@ impl<T> PlanePasses<'_, T> {
                     Some(*strips.get(index)?..*strips.get(index + 1)?)
                 };
                 if let Some(blocks) = strip(0) {
-                    x.weighted(simd, blocks.clone(), self.field, running_x, output(after_x, blocks, base));
+                    x.forward(simd, blocks.clone(), self.field, running_x, output(after_x, blocks, base));
                 }
                 if let Some(blocks) = strip(1) {
                     let start = blocks.start;

@@ -15,26 +15,33 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `rows` | the input of a pass |
 //! | `terms` | the sums that forward and adjoint passes compute, and how a vertex is added to them |
+//! | `reach` | the vertices to which links lead from a block |
 //! | `narrow` | sums of narrow windows, vertex by vertex |
 //! | `running` | running sums: wide windows |
 //! | `direct` | sums of wide windows, vertex by vertex: in thin shapes, and where running sums restart |
 
 mod direct;
 mod narrow;
+mod reach;
+mod rows;
 mod running;
 mod terms;
 
+pub(super) use rows::Source;
+pub(crate) use rows::Weighted;
 pub(super) use running::RunningSums;
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::Simd;
 
 use super::half_width::HalfWidth;
 use crate::lattice::{AxisLinks, Layout};
-use crate::simd::lanes::{Block, load};
+use crate::simd::lanes::Block;
 use narrow::{NARROW, NarrowWindows};
+use rows::{Input, Rows};
 use running::Slide;
 use terms::{Adjoint, Forward, PairTerms, Running, RunningAdjoint};
 
@@ -62,14 +69,13 @@ impl Method {
     ) -> Self {
         let links = layout.axis(axis);
         if half_width.is_cell() {
-            return Self::Pairs(narrow::windows(axis, links, 1));
+            return Self::Pairs(narrow::windows(links, 1));
         }
         let half_width = half_width.links();
         if half_width <= NARROW {
-            return Self::Narrow(narrow::windows(axis, links, half_width));
+            return Self::Narrow(narrow::windows(links, half_width));
         }
-        running::slides((axis, links), half_width, layout.occupied(), restart)
-            .map_or(Self::Direct, Self::Running)
+        running::slides(links, half_width, layout.occupied(), restart).map_or(Self::Direct, Self::Running)
     }
 
     /// Returns whether the sums are running sums.
@@ -97,74 +103,7 @@ pub(super) struct Window<'a, const AXIS: usize> {
     pub(super) method: &'a Method,
 }
 
-/// The input of a pass: `N` components for each vertex of consecutive blocks.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'a, const N: usize> {
-    /// Index of the first block of `blocks` in the layout.
-    pub(super) first: usize,
-    pub(super) blocks: &'a [Block<N>],
-}
-
-impl<const N: usize> Source<'_, N> {
-    /// Returns component `c` of the eight vertices of a block.
-    #[inline(always)]
-    fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        f32x8::load_array_ref(simd, &self.blocks[block - self.first][c])
-    }
-}
-
-/// The input of the first pass: f = (m/n) p, where p is a vector of the vertex, m is the mass of the vertex,
-/// and n is the number of regions that contain the vertex.
-#[derive(Clone, Copy)]
-pub(crate) struct Weighted<'a> {
-    /// m and 1/n of each vertex; `None` in cells, where f = p.
-    pub(crate) weights: Option<&'a [Block<2>]>,
-    /// p of each vertex, such as its position or its velocity.
-    pub(crate) vectors: &'a [Block<3>],
-}
-
-impl Weighted<'_> {
-    /// Returns component `c` of f of the eight vertices of a block.
-    #[inline(always)]
-    fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let vector = f32x8::load_array_ref(simd, &self.vectors[block][c]);
-        match self.weights {
-            Some(weights) => {
-                let [mass, inverse_count] = load(simd, &weights[block]);
-                vector * (mass * inverse_count)
-            }
-            None => vector,
-        }
-    }
-}
-
 impl<const AXIS: usize> Window<'_, AXIS> {
-    /// Runs the first pass of the cascade: computes W and W' of the weighted field. The input has three
-    /// components per vertex, the output six.
-    #[inline(always)]
-    pub(super) fn weighted<S: Simd>(
-        self,
-        simd: S,
-        blocks: Range<usize>,
-        field: Weighted,
-        running: &mut RunningSums<6>,
-        out: &mut [Block<6>],
-    ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                self.sum_windows::<S, Forward<S, 3>, Forward<S, 3>, 6, 6>(
-                    simd,
-                    blocks,
-                    #[inline(always)]
-                    |block, c| field.row(simd, block, c),
-                    running,
-                    out,
-                );
-            },
-        );
-    }
-
     /// Runs a forward pass: computes W of all `IN` components of the input, and W' of the first three. The
     /// output has `OUT = IN + 3` components.
     #[inline(always)]
@@ -172,21 +111,16 @@ impl<const AXIS: usize> Window<'_, AXIS> {
         self,
         simd: S,
         blocks: Range<usize>,
-        source: Source<IN>,
+        rows: impl Rows<IN>,
         running: &mut RunningSums<OUT>,
         out: &mut [Block<OUT>],
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.sum_windows::<S, Forward<S, IN>, Forward<S, IN>, OUT, OUT>(
-                    simd,
-                    blocks,
-                    #[inline(always)]
-                    |block, c| source.row(simd, block, c),
-                    running,
-                    out,
-                );
+                self.sum_windows::<S, Forward<S, IN>, Forward<S, IN>, _, IN, _, _>(
+                    simd, blocks, rows, running, out,
+                )
             },
         );
     }
@@ -198,66 +132,61 @@ impl<const AXIS: usize> Window<'_, AXIS> {
         self,
         simd: S,
         blocks: Range<usize>,
-        source: Source<IN>,
+        rows: impl Rows<IN>,
         running: &mut RunningSums<IN>,
         out: &mut [Block<OUT>],
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.sum_windows::<S, Adjoint<S, IN, OUT>, RunningAdjoint<S, IN, OUT>, IN, OUT>(
-                    simd,
-                    blocks,
-                    #[inline(always)]
-                    |block, c| source.row(simd, block, c),
-                    running,
-                    out,
+                self.sum_windows::<S, Adjoint<S, IN, OUT>, RunningAdjoint<S, IN, OUT>, _, IN, _, _>(
+                    simd, blocks, rows, running, out,
                 );
             },
         );
     }
 
-    /// Computes the sums of a pass for the windows around the vertices of `blocks`. `row(block, c)` is
-    /// component `c` of the input for the eight vertices of a block.
+    /// Computes the sums of a pass for the windows around the vertices of `blocks`.
     ///
     /// `Sums` are the sums that the pass writes, `OUT` numbers for each vertex. `Continued` are the running
     /// sums, which need `STORED` numbers for each vertex to continue at the next vertex.
     #[inline(always)]
-    fn sum_windows<S, Sums, Continued, const STORED: usize, const OUT: usize>(
+    fn sum_windows<S, Sums, Continued, R, const IN: usize, const STORED: usize, const OUT: usize>(
         self,
         simd: S,
         blocks: Range<usize>,
-        row: impl Fn(usize, usize) -> f32x8<S>,
+        rows: R,
         running: &mut RunningSums<STORED>,
         out: &mut [Block<OUT>],
     ) where
         S: Simd,
         Sums: PairTerms<S>,
         Continued: Running<S> + Into<Sums>,
+        R: Rows<IN>,
     {
         let Self { axis, half_width, method } = self;
+        let input: Input<S, R, AXIS, IN> = Input { simd, rows };
         match method {
             Method::Pairs(windows) => {
                 for (block, out) in blocks.zip(out) {
-                    narrow::pair_sums::<S, Sums, AXIS>(simd, windows, block, &row).store(out);
+                    narrow::pair_sums::<_, Sums, _, _>(input, windows, block).store(out);
                 }
             }
             Method::Narrow(windows) => {
                 for (block, out) in blocks.zip(out) {
-                    narrow::sums::<S, Sums, AXIS>(simd, windows, half_width, block, &row).store(out);
+                    narrow::sums::<_, Sums, _, _>(input, windows, half_width, block).store(out);
                 }
             }
             Method::Running(slides) => {
                 for (block, out) in blocks.zip(out) {
                     let slide = (half_width, slides[block]);
-                    let sums =
-                        running::sums::<S, Continued, AXIS, STORED>(simd, axis, slide, block, &row, running);
+                    let sums: Continued = running::sums(input, axis, slide, block, running);
                     sums.into().store(out);
                 }
             }
             Method::Direct => {
                 for (block, out) in blocks.zip(out) {
-                    direct::sums::<S, Sums, AXIS>(simd, axis, half_width, block, &row).store(out);
+                    direct::sums::<_, Sums, _, _>(input, axis, half_width, block).store(out);
                 }
             }
         }

@@ -11,12 +11,14 @@
 //! linked to the window. Running sums restart with a direct sum at missing links, and at a fixed interval to
 //! limit the accumulation of rounding errors.
 
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::Simd;
 
 use super::direct;
+use super::reach::{self, Reached};
+use super::rows::{Input, Rows, negative};
 use super::terms::Running;
 use crate::lattice::AxisLinks;
-use crate::simd::lanes::{Block, Lanes, between, bits_between};
+use crate::simd::lanes::{Block, Lanes, bits_between};
 
 /// The vertices that enter and leave the windows when the running sums move from the previous block along an
 /// axis to a block. Each of the eight lanes is a separate line of vertices.
@@ -28,12 +30,11 @@ pub(in crate::matching) struct Slide {
     restarts: bool,
 }
 
-/// The vertices at two consecutive offsets from the centers of windows: at an even offset a block, and at an
-/// odd offset those halfway between two consecutive blocks.
+/// The vertices at two consecutive offsets from the centers of windows: see [`Reached`].
 #[derive(Clone, Copy, Debug)]
 struct Change {
     blocks: [u32; 2],
-    /// For the lower and the higher offset, the bit mask of the lanes with a vertex.
+    /// For the nearer and the farther offset, the bit mask of the lanes with a vertex.
     lanes: [u8; 2],
 }
 
@@ -44,7 +45,7 @@ struct Change {
 /// returns whether the sums must restart at a block even if it is linked to the previous block; `position` is
 /// the number of blocks before it on its line.
 pub(super) fn slides(
-    (number, axis): (usize, &AxisLinks),
+    axis: &AxisLinks,
     half_width: usize,
     occupied: &[u8],
     restart: impl Fn(usize, usize) -> bool,
@@ -54,12 +55,10 @@ pub(super) fn slides(
         let (previous, links) = axis.previous(block);
         positions[block] = if previous == block { 0 } else { positions[previous] + 1 };
         // The lanes that are linked to the previous block.
-        let linked = bits_between(number, links, axis.links[block]) & links;
-        let leaving =
-            if linked == 0 { Change::none(block) } else { leaving(number, axis, half_width, previous) };
+        let linked = bits_between(axis.number, links, axis.links[block]) & links;
         Slide {
-            entering: entering(number, axis, half_width, block),
-            leaving: Change { lanes: leaving.lanes.map(|lanes| lanes & linked), ..leaving },
+            entering: Change::new(reach::after(axis, block), half_width, block, 0xff),
+            leaving: Change::new(reach::before(axis, previous), half_width, block, linked),
             restarts: linked & occupied[block] != occupied[block] || restart(block, positions[block]),
         }
     };
@@ -69,54 +68,17 @@ pub(super) fn slides(
 }
 
 impl Change {
-    /// No vertices. The block is not used.
-    fn none(block: usize) -> Self {
-        Self { blocks: [block as u32; 2], lanes: [0; 2] }
-    }
-}
-
-/// Returns the vertices at the offsets w - 1 and w from the vertices of a block.
-fn entering(number: usize, axis: &AxisLinks, half_width: usize, block: usize) -> Change {
-    let (mut linked, mut current, mut lanes) = (0xff, block, [0; 2]);
-    let mut blocks = [block as u32; 2];
-    for offset in 1..=half_width {
-        let next = axis.next(current);
-        lanes[0] = linked;
-        if offset % 2 == 1 {
-            linked &= axis.links[current];
-            blocks = [current as u32, next as u32];
-        } else {
-            linked &= bits_between(number, axis.links[current], axis.links[next]);
-            current = next;
-        }
-        lanes[1] = linked;
-        if linked == 0 && offset < half_width {
-            return Change::none(block);
+    /// Returns the vertices at the offsets w - 1 and w, of those at the offsets 1, 2, ... that are `reached`, in the
+    /// lanes of the bit mask `linked`. If there are none, the blocks are `block`, which is not used.
+    fn new(mut reached: impl Iterator<Item = Reached>, half_width: usize, block: usize, linked: u8) -> Self {
+        let nearer = reached.nth(half_width - 2).map_or(0, |nearer| nearer.lanes & linked);
+        match reached.next() {
+            Some(Reached { lanes, blocks }) if nearer != 0 => {
+                Self { blocks: blocks.map(|block| block as u32), lanes: [nearer, lanes & linked] }
+            }
+            _ => Self { blocks: [block as u32; 2], lanes: [0; 2] },
         }
     }
-    Change { blocks, lanes }
-}
-
-/// Returns the vertices at the offsets -w and 1 - w from the vertices of a block.
-fn leaving(number: usize, axis: &AxisLinks, half_width: usize, block: usize) -> Change {
-    let (mut linked, mut current, mut lanes) = (0xff, block, [0; 2]);
-    let mut blocks = [block as u32; 2];
-    for offset in 1..=half_width {
-        let (previous, links) = axis.previous(current);
-        lanes[1] = linked;
-        if offset % 2 == 1 {
-            linked &= bits_between(number, links, axis.links[current]);
-            blocks = [previous as u32, current as u32];
-        } else {
-            linked &= links;
-            current = previous;
-        }
-        lanes[0] = linked;
-        if linked == 0 && offset < half_width {
-            return Change::none(block);
-        }
-    }
-    Change { blocks, lanes }
 }
 
 /// The running sums of the current plane and of the previous plane, `N` numbers for each vertex. Empty for direct sums.
@@ -159,16 +121,16 @@ impl<const N: usize> RunningSums<N> {
 /// Computes the sums of a block from the sums of the previous block, or directly if the sums restart. Stores
 /// them in `running`.
 #[inline(always)]
-pub(super) fn sums<S: Simd, T: Running<S>, const AXIS: usize, const N: usize>(
-    simd: S,
+pub(super) fn sums<S: Simd, T: Running<S>, const AXIS: usize, const IN: usize, const N: usize>(
+    input: Input<S, impl Rows<IN>, AXIS, IN>,
     axis: &AxisLinks,
     (half_width, slide): (usize, Slide),
     block: usize,
-    row: &impl Fn(usize, usize) -> f32x8<S>,
     running: &mut RunningSums<N>,
 ) -> T {
+    let simd = input.simd;
     let sums = if slide.restarts {
-        direct::sums::<S, T, AXIS>(simd, axis, half_width, block, row)
+        direct::sums(input, axis, half_width, block)
     } else {
         let (previous, w) = (axis.previous(block).0, half_width as f32);
         let mut sums = T::load(simd, running.at(previous)).recentered();
@@ -176,7 +138,7 @@ pub(super) fn sums<S: Simd, T: Running<S>, const AXIS: usize, const N: usize>(
         let Slide { entering, leaving, .. } = slide;
         let ([e0, e1], [l0, l1]) = (entering.blocks, leaving.blocks);
         let ([e0, e1], [l0, l1]) = ([e0 as usize, e1 as usize], [l0 as usize, l1 as usize]);
-        let ([enters_first, enters_last], [leaves_last, leaves_first]) = (entering.lanes, leaving.lanes);
+        let ([enters_first, enters_last], [leaves_first, leaves_last]) = (entering.lanes, leaving.lanes);
         let (enters_halfway, enters_at, leaves_halfway, leaves_at) = if half_width % 2 == 1 {
             (
                 (enters_last, w),
@@ -193,37 +155,13 @@ pub(super) fn sums<S: Simd, T: Running<S>, const AXIS: usize, const N: usize>(
             )
         };
         let (lanes, offset) = enters_halfway;
-        sums.add(
-            simd,
-            lanes,
-            offset,
-            #[inline(always)]
-            |c| between::<S, AXIS>(simd, row(e0, c), row(e1, c)),
-        );
+        sums.add(simd, lanes, offset, input.between(e0, e1));
         let (at, lanes, offset) = enters_at;
-        sums.add(
-            simd,
-            lanes,
-            offset,
-            #[inline(always)]
-            |c| row(at, c),
-        );
+        sums.add(simd, lanes, offset, input.of(at));
         let (lanes, offset) = leaves_halfway;
-        sums.add(
-            simd,
-            lanes,
-            -offset,
-            #[inline(always)]
-            |c| -between::<S, AXIS>(simd, row(l0, c), row(l1, c)),
-        );
+        sums.add(simd, lanes, -offset, negative(input.between(l0, l1)));
         let (at, lanes, offset) = leaves_at;
-        sums.add(
-            simd,
-            lanes,
-            -offset,
-            #[inline(always)]
-            |c| -row(at, c),
-        );
+        sums.add(simd, lanes, -offset, negative(input.of(at)));
         sums
     };
     let index = block - running.first[0];
