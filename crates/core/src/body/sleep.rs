@@ -12,7 +12,9 @@
 //! In place of the speed, the positions at the beginnings of frames may show rest: a body that touches others moves no
 //! vertex by more than 0.02 cells in the half second, and a body on colliders alone by no more than the lesser of this
 //! and a thousandth of L. Where edges are squeezed, contacts come and go, and single vertices jump to and fro by small
-//! distances at high speeds.
+//! distances at high speeds. Some of them lie outside the surface of the body, have little mass, and jump farther: a body
+//! on colliders also rests if no vertex of its mesh moves by more than this, and no vertex of the lattice by more than
+//! four times as much.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
@@ -30,6 +32,7 @@ use nalgebra::{Point3, Vector3};
 use super::context::StepContext;
 use super::parts::{Pipeline, Shape};
 use super::soft_body::Body;
+use super::surface::Surface;
 use crate::contact::Colliders;
 use crate::contact::bodies::BodyContact;
 use crate::dynamics::{ElasticDamper, effective_gravity};
@@ -49,6 +52,10 @@ const REST_DISTANCE: f64 = 0.02;
 
 /// Greatest distance of a vertex from its place in half a second of rest on colliders, as a fraction of L.
 const REST_SHARE: f64 = 1e-3;
+
+/// Greatest distance of a lattice vertex from its place if the mesh stays within the limit, as a multiple of the limit. A
+/// choice.
+const REST_UNSEEN: f64 = 4.0;
 
 /// Limit of the change of a force on a vertex, as a fraction of m max(g, 8 L/s²).
 const REST_FORCE: f64 = 1e-3;
@@ -139,11 +146,35 @@ impl Body {
             can_rest && !self.state.supports.list().is_empty() && self.state.touches.bodies().is_empty();
         let limit = REST_DISTANCE.min(REST_SHARE * self.shape.size / self.shape.lattice.cell_size());
         let stay = match can_stay {
-            true => Stay::Possible { check: context.is_frame_start.then_some(limit) },
+            true => Stay::Possible { stays: context.is_frame_start.then(|| self.stays_in_place(limit)) },
             false => Stay::Impossible,
         };
+        self.state.track_rest(context.interval.dt, is_at_rest, stay);
+    }
+
+    /// Returns whether no lattice vertex is farther than `limit` cells from the place in which the body has stayed, or no
+    /// vertex of the mesh is, and no lattice vertex is much farther.
+    fn stays_in_place(&self, limit: f64) -> bool {
         let occupied = self.pipeline.matching.layout.occupied();
-        self.state.track_rest(context.interval.dt, occupied, is_at_rest, stay);
+        let Some(distance) = self.state.distance_from_place(occupied) else { return false };
+        distance <= limit || distance <= REST_UNSEEN * limit && self.mesh_stays_in_place(limit)
+    }
+
+    /// Returns whether no vertex of the mesh is farther than `limit` cells from the place in which the body has stayed.
+    fn mesh_stays_in_place(&self, limit: f64) -> bool {
+        let Some(Surface { embedding, .. }) = self.surface() else { return false };
+        let slots = self.pipeline.matching.layout.slots();
+        embedding.by_cell().all(|cell| {
+            let corners =
+                cell.corners.map(|vertex| self.state.displacement_from_place(slots[vertex as usize]));
+            let displacement = |point: u32| -> Vector3<f64> {
+                let weights = embedding.weights(point as usize);
+                corners.iter().zip(weights).map(|(corner, weight)| corner * f64::from(weight)).sum()
+            };
+            // A weighted mean of the corners is not longer than the longest of them.
+            corners.iter().all(|corner| corner.norm() <= limit)
+                || cell.points.iter().all(|&point| displacement(point).norm() <= limit)
+        })
     }
 
     /// Returns whether the body touches others, and is where it was when these contacts were searched.

@@ -182,15 +182,24 @@ impl State {
     }
 
     /// Adds a step of `dt` seconds to the time of rest. `is_slow`: whether all vertices were slow, or stayed where other
-    /// bodies were searched. `occupied` has the bit mask of the lanes with a vertex of each block.
-    pub(crate) fn track_rest(&mut self, dt: f64, occupied: &[u8], is_slow: bool, stay: Stay) {
+    /// bodies were searched.
+    pub(crate) fn track_rest(&mut self, dt: f64, is_slow: bool, stay: Stay) {
         self.rest.add(dt, is_slow);
         match stay {
             Stay::Impossible => self.rest.leave(),
-            Stay::Possible { check } => {
-                self.rest.stay((&self.positions, self.frame.shift), occupied, dt, check);
-            }
+            Stay::Possible { stays } => self.rest.stay((&self.positions, self.frame.shift), dt, stays),
         }
+    }
+
+    /// Returns an upper bound of the distance in cells of a vertex from the place in which the body has stayed; `None` if
+    /// there is no such place. `occupied` has the bit mask of the lanes with a vertex of each block.
+    pub(crate) fn distance_from_place(&self, occupied: &[u8]) -> Option<f64> {
+        self.rest.place().greatest_distance((&self.positions, self.frame.shift), occupied)
+    }
+
+    /// Returns the displacement in cells of the vertex of a slot from the place in which the body has stayed.
+    pub(crate) fn displacement_from_place(&self, slot: u32) -> Vector3<f64> {
+        self.rest.place().displacement((&self.positions, self.frame.shift), slot)
     }
 
     /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.

@@ -51,6 +51,18 @@ impl Place {
         Some(Displacements { low: low.map(f64::from), high: high.map(f64::from), shift })
     }
 
+    /// Returns an upper bound of the distance in cells of a vertex from its place: see
+    /// [`displacements`](Self::displacements).
+    pub(super) fn greatest_distance(&self, present: (&Lanes<3>, [f64; 3]), occupied: &[u8]) -> Option<f64> {
+        self.displacements(present, occupied).map(|displacements| displacements.distance_from([0.0; 3]))
+    }
+
+    /// Returns the displacement in cells of the vertex of a slot since the positions were stored.
+    pub(super) fn displacement(&self, (positions, shift): (&Lanes<3>, [f64; 3]), slot: u32) -> Vector3<f64> {
+        let (now, before) = (positions.get(slot), self.positions.get(slot));
+        Vector3::from_fn(|a, _| f64::from(now[a] - before[a]) + (shift[a] - self.shift[a]))
+    }
+
     /// Returns whether the place fits a body with this number of blocks of positions.
     pub(super) fn is_valid(&self, blocks: usize) -> bool {
         let stored = self.positions.blocks().len();

@@ -23,9 +23,9 @@ pub(crate) struct Rest {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Stay {
     Impossible,
-    /// `check` is the greatest distance in cells of a vertex from the place, in the steps in which it is checked.
+    /// `stays`: whether the body is still in the place, in the steps in which this is checked.
     Possible {
-        check: Option<f64>,
+        stays: Option<bool>,
     },
 }
 
@@ -46,26 +46,23 @@ impl Rest {
         self.slow_time = if is_slow { self.slow_time + dt } else { 0.0 };
     }
 
-    /// Adds a step of `dt` seconds of a body that can stay in a place. `check` is the greatest distance in cells of a
-    /// vertex from it, in the steps in which this is checked. If a vertex is farther, the place becomes the present
-    /// one. `occupied` has the bit mask of the lanes with a vertex of each block.
-    pub(super) fn stay(
-        &mut self,
-        present: (&Lanes<3>, [f64; 3]),
-        occupied: &[u8],
-        dt: f64,
-        check: Option<f64>,
-    ) {
+    /// Adds a step of `dt` seconds of a body that can stay in a place. `stays`: whether it is still in the place, in the
+    /// steps in which this is checked. If not, the place becomes the present one.
+    pub(super) fn stay(&mut self, present: (&Lanes<3>, [f64; 3]), dt: f64, stays: Option<bool>) {
         self.unchecked_time += dt;
-        let Some(limit) = check else { return };
-        let displacements = self.place.displacements(present, occupied);
-        if displacements.is_some_and(|displacements| displacements.distance_from([0.0; 3]) <= limit) {
+        let Some(stays) = stays else { return };
+        if stays {
             self.still_time += self.unchecked_time;
         } else {
             self.place.store(present);
             self.still_time = 0.0;
         }
         self.unchecked_time = 0.0;
+    }
+
+    /// Returns the place in which the body has stayed.
+    pub(super) fn place(&self) -> &Place {
+        &self.place
     }
 
     /// Forgets the place: the body cannot stay in one.
@@ -94,14 +91,13 @@ mod tests {
 
     #[test]
     fn a_body_stays_until_a_vertex_is_beyond_the_limit_of_its_first_place() {
-        let positions = |x: f32| {
-            let mut positions = Lanes::zeros(1);
-            positions.set(0, [x, 0.0, 0.0]);
-            positions
-        };
         let mut rest = Rest::default();
         let mut stay = |x: f32, shift: f64, is_checked: bool| {
-            rest.stay((&positions(x), [shift, 0.0, 0.0]), &[1], 0.25, is_checked.then_some(0.01));
+            let mut positions = Lanes::zeros(1);
+            positions.set(0, [x, 0.0, 0.0]);
+            let present = (&positions, [shift, 0.0, 0.0]);
+            let distance = rest.place().greatest_distance(present, &[1]);
+            rest.stay(present, 0.25, is_checked.then(|| distance.is_some_and(|distance| distance <= 0.01)));
             rest.time()
         };
         assert_eq!(stay(0.0, 0.0, true), 0.0);
