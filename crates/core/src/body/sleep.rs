@@ -12,9 +12,9 @@
 //! In place of the speed, the positions at the beginnings of frames may show rest: a body that touches others moves no
 //! vertex by more than 0.02 cells in the half second, and a body on colliders alone by no more than the lesser of this
 //! and a thousandth of L. Where edges are squeezed, contacts come and go, and single vertices jump to and fro by small
-//! distances at high speeds. Some of them lie outside the surface of the body, have little mass, and jump farther: a body
-//! on colliders also rests if no vertex of its mesh moves by more than this, and no vertex of the lattice by more than
-//! four times as much.
+//! distances at high speeds. Vertices outside the surface have little mass, and jump farther. So a body on colliders alone
+//! also rests if no vertex of its mesh moves by more than this limit, and no lattice vertex by more than four times the
+//! limit. A body with a smooth skin does not: its mesh is no mean of the corners of cells.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body
 //! that another one touches wakes up.
@@ -38,6 +38,7 @@ use crate::contact::bodies::BodyContact;
 use crate::dynamics::{ElasticDamper, effective_gravity};
 use crate::parallel::Executor;
 use crate::simd::vector::wide;
+use crate::skin::SkinKind;
 use crate::state::{Interval, Stay};
 
 /// Time in seconds for which a body must be at rest before it falls asleep.
@@ -153,7 +154,7 @@ impl Body {
     }
 
     /// Returns whether no lattice vertex is farther than `limit` cells from the place in which the body has stayed, or no
-    /// vertex of the mesh is, and no lattice vertex is much farther.
+    /// vertex of the mesh is, and no lattice vertex is farther than [`REST_UNSEEN`] times `limit`.
     fn stays_in_place(&self, limit: f64) -> bool {
         let occupied = self.pipeline.matching.layout.occupied();
         let Some(distance) = self.state.distance_from_place(occupied) else { return false };
@@ -161,7 +162,11 @@ impl Body {
     }
 
     /// Returns whether no vertex of the mesh is farther than `limit` cells from the place in which the body has stayed.
+    /// False for a smooth skin, whose vertices are no means of the corners of their cells.
     fn mesh_stays_in_place(&self, limit: f64) -> bool {
+        if self.settings.skin != SkinKind::Linear {
+            return false;
+        }
         let Some(Surface { embedding, .. }) = self.surface() else { return false };
         let slots = self.pipeline.matching.layout.slots();
         embedding.by_cell().all(|cell| {
@@ -171,7 +176,7 @@ impl Body {
                 let weights = embedding.weights(point as usize);
                 corners.iter().zip(weights).map(|(corner, weight)| corner * f64::from(weight)).sum()
             };
-            // A weighted mean of the corners is not longer than the longest of them.
+            // A point inside its cell moves by no more than the corners. One outside is at no face of the mesh.
             corners.iter().all(|corner| corner.norm() <= limit)
                 || cell.points.iter().all(|&point| displacement(point).norm() <= limit)
         })

@@ -106,8 +106,8 @@ impl Body {
         }
     }
 
-    /// As [`limit_stiffness_factors`](Self::limit_stiffness_factors), of the same material. Returns whether the factors
-    /// in force change.
+    /// Limits the factors in force as [`limit_stiffness_factors`](Self::limit_stiffness_factors), but keeps what was
+    /// measured with others. Returns whether they change.
     pub(super) fn limit_factors_in_force(&mut self, dt: f64) -> bool {
         let (alpha, greatest) = (self.alpha(dt), self.greatest_alpha());
         let changes = self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha, greatest));

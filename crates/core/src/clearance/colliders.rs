@@ -72,8 +72,7 @@ impl<'a> Obstacles<'a> {
 ///
 /// With a linear skin, a sample is a weighted mean of the corners of its cell. If no corner moves farther against
 /// the normal of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
-/// other shapes, whose normal is not constant, and for a smooth skin, [`add_entered`] is needed as
-/// well.
+/// other shapes, whose normal is not constant, and for a smooth skin, [`add_entered`] is needed too.
 pub(super) fn find(
     surface: &mut MovedSamples,
     obstacles: &Obstacles<'_>,
@@ -99,7 +98,8 @@ pub(super) fn find(
 /// Adds limits for the cells in which a moved sample enters a collider other than a plane, or with a smooth
 /// skin any collider. Returns whether any limit was added. Must be called after [`find`].
 ///
-/// * `start`, `moved`: positions before and after the displacement, one per lattice vertex.
+/// * `start`: the positions that were passed to [`find`].
+/// * `moved`: the positions after the displacement, one per lattice vertex.
 ///
 /// The corners of a cell get limits if the deepest sample of the cell has sunk into the collider by more
 /// than [`TOLERANCE`]: from the surface of the collider, or from its start if this is already inside. Let `n` be the

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use super::parts::Parts;
 use super::surface_points::{MAX_SAMPLES, surface_points};
 use crate::lattice::{Embedding, Lattice, Locator};
-use crate::mesh::{Mesh, flip_needles};
+use crate::mesh::{Mesh, distinct, flip_needles};
 
 /// 1 / the distance in cells up to which vertices are at the same place, and up to which triangles are needles.
 const SCALE: f64 = 1048576.0;
@@ -106,7 +106,7 @@ impl<'a> RestSurface<'a> {
     /// vertex.
     fn part(&self, triangles: &[[u32; 3]], first: &mut [u32]) -> PartSurface {
         let scale = SCALE / (self.parts.lattice.cell_size() / self.place.1);
-        let used = sorted_unique(triangles.as_flattened().iter().copied());
+        let used = distinct(triangles.as_flattened().iter().copied());
         let position = |vertex: u32| self.vertices[vertex as usize];
         let place = |&vertex: &u32| {
             let place = (position(vertex).coords * scale).map(|x| x.round() as i64);
@@ -174,13 +174,4 @@ impl PartSurface {
         let nearest = nearest.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
         nearest.map_or(0, |(_, &host)| host)
     }
-}
-
-/// Returns vertices in increasing order, without duplicates.
-pub(super) fn sorted_unique(vertices: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut vertices: Vec<u32> = vertices.collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.shrink_to_fit();
-    vertices
 }

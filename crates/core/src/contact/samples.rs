@@ -7,12 +7,13 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::sampler::{RestSurface, sorted_unique};
+use super::sampler::RestSurface;
 #[cfg(feature = "internals")]
 use crate::lattice::Embedding;
 use crate::lattice::{Lattice, Stencil, trilinear_weights};
 #[cfg(feature = "internals")]
 use crate::mesh::Mesh;
+use crate::mesh::distinct;
 use crate::simd::lanes::LANES;
 
 /// Number of cells in a strip. A strip consists of consecutive cells, most of which are adjacent.
@@ -101,7 +102,11 @@ impl SampleCells {
         first.push(blocks.len() as u32);
         blocks.shrink_to_fit();
 
-        let vertices_of = |cells: &[[u32; 8]]| sorted_unique(cells.as_flattened().iter().copied());
+        let vertices_of = |cells: &[[u32; 8]]| {
+            let mut vertices = distinct(cells.as_flattened().iter().copied());
+            vertices.shrink_to_fit();
+            vertices
+        };
         let vertices = vertices_of(&cell_corners);
         let mut row_of = vec![0; slots.len()];
         (0u32..).zip(&vertices).for_each(|(row, &vertex)| row_of[vertex as usize] = row);
@@ -128,7 +133,7 @@ impl SampleCells {
     pub fn smoothed(mut self, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let stencil = |&vertex: &u32| Stencil::new(lattice, vertex);
         let around = |vertex: &u32| stencil(vertex).vertices();
-        let vertices = sorted_unique(self.vertices.iter().flat_map(around));
+        let vertices = distinct(self.vertices.iter().flat_map(around));
         let is_corner = |vertex: &u32| self.vertices.binary_search(vertex).is_ok();
         let row = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
         // The neighbors of a row that is not a corner may have no rows. Its slopes are zero.

@@ -186,7 +186,7 @@ impl Contacts {
         self.begin.extend(self.pressures.iter().map(|found| narrow(impulse(found.key()))));
     }
 
-    /// Finds the contacts: the first part of [`resolve`](Self::resolve).
+    /// Finds the contacts: the first part of the stage.
     pub(crate) fn detect(
         &mut self,
         state: &BodyState<'_>,

@@ -31,8 +31,9 @@ impl<T> Csr<T> {
         Self { starts, items: Vec::with_capacity(items) }
     }
 
-    /// Appends a row. The rows are not the default.
+    /// Appends a row. The rows begin as [`with_capacity`](Self::with_capacity): the default is not built yet.
     pub(crate) fn push(&mut self, row: impl IntoIterator<Item = T>) {
+        debug_assert!(!self.starts.is_empty(), "rows that are not built yet");
         self.items.extend(row);
         self.starts.push(self.items.len() as u32);
     }

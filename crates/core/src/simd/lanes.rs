@@ -215,7 +215,7 @@ pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]
 }
 
 /// Returns the block and the lane of a slot.
-#[inline]
+#[inline(always)]
 pub(crate) fn block_and_lane(slot: u32) -> (usize, usize) {
     (slot as usize / LANES, slot as usize % LANES)
 }

@@ -7,8 +7,8 @@
 //!
 //! * Glue: J = -m (u/2 + d/h), in sweeps over the ties: a distance vanishes within some steps without other forces. An
 //!   acceleration g of a body of the mass M, of which the tied vertices have the mass m, moves them by g h² M/m.
-//! * A spring of the frequency ω = √(k/m) with the rest length L: J = -m (c (|d| - L)/h + (1 - exp(-2 ζ ω h)) u), along d,
-//!   where c = 2 (1 - cos(ω h)) gives the frequency exactly, at most 1: see `dynamics::goal`.
+//! * A spring of the frequency ω = √(k/m) with the rest length L: J = -m (s (|d| - L)/h + c u), along d,
+//!   with the shares s and c of `dynamics::goal::spring_shares`, which give the frequency exactly.
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 

@@ -85,7 +85,8 @@ impl RigidPose {
 }
 
 /// A rigid displacement, or a rigid motion: the translation of the center of mass and the rotation about it, in cells and
-/// radians, or per second. Also an impulse and an angular impulse about the center of mass.
+/// radians, or per second. Also an impulse and an angular impulse about the center of mass, and the row of a condition on
+/// both. In scene units where bodies are coupled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Twist {
     pub(crate) linear: Vector3<f64>,

@@ -11,7 +11,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use super::adjacency::Adjacency;
 use crate::lattice::Lattice;
-use crate::simd::lanes::{Block, LANES, Row};
+use crate::simd::lanes::{Block, LANES, Row, block_and_lane};
 
 /// Least number of blocks in a [`Chunk`], except in the last one.
 const CHUNK_BLOCKS: usize = 512;
@@ -89,13 +89,13 @@ impl Blocks {
         // First the lanes that are linked.
         gaps.resize(blocks, [0; 6]);
         for (vertex, linked) in adjacency.neighbors.iter().enumerate() {
-            let (block, lane) = place(slots[vertex]);
+            let (block, lane) = block_and_lane(slots[vertex]);
             for side in [1, 3, 5] {
                 let neighbor = linked[side] as usize;
                 if neighbor == vertex {
                     continue;
                 }
-                let (other, other_lane) = place(slots[neighbor]);
+                let (other, other_lane) = block_and_lane(slots[neighbor]);
                 if other != block {
                     // Where joints are broken, a side of a block can have links to several blocks. The first one
                     // counts.
@@ -216,12 +216,6 @@ impl Blocks {
     }
 }
 
-/// Returns the block and the lane of a slot.
-#[inline(always)]
-pub(super) fn place(slot: u32) -> (usize, usize) {
-    (slot as usize / LANES, slot as usize % LANES)
-}
-
 /// Returns the mask of the lanes of a bit mask.
 #[inline(always)]
 fn lanes<S: Simd>(simd: S, bits: u8) -> mask32x8<S> {
@@ -277,7 +271,7 @@ mod tests {
         let mut values = Vec::new();
         blocks.resize(&mut values);
         for (vertex, &slot) in blocks.slots.iter().enumerate() {
-            let (block, lane) = place(slot);
+            let (block, lane) = block_and_lane(slot);
             values[block][0][lane] = value(vertex);
             assert_eq!(blocks.components[block] as usize, adjacency.component(vertex));
         }
@@ -290,7 +284,7 @@ mod tests {
         for (vertex, &slot) in blocks.slots.iter().enumerate() {
             // Small integers, so that the sums are exact.
             let expected: f32 = adjacency.linked(vertex).map(value).sum();
-            let (block, lane) = place(slot);
+            let (block, lane) = block_and_lane(slot);
             let sum = &mut sums[block][0][lane];
             assert_eq!(std::mem::take(sum), expected, "{vertex}");
         }
@@ -306,7 +300,7 @@ mod tests {
         for Chunk { blocks: range, vertices } in &blocks.chunks {
             assert_eq!((range.start, vertices.start), end);
             let slots = &blocks.slots[vertices.clone()];
-            assert!(slots.iter().all(|&slot| range.contains(&place(slot).0)));
+            assert!(slots.iter().all(|&slot| range.contains(&block_and_lane(slot).0)));
             end = (range.end, vertices.end);
         }
         assert_eq!(end, (blocks.len(), lattice.len()));

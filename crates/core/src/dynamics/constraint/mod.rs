@@ -156,7 +156,7 @@ impl Constraint {
         self.vertices_at(self.holds, |place| self.holds_place(place))
     }
 
-    /// Returns the vertices at some places of the list; none if there are not `any`.
+    /// Returns the vertices at the places of the list for which `is_some` is true; none if `any` is false.
     fn vertices_at(&self, any: bool, is_some: impl Fn(usize) -> bool) -> impl Iterator<Item = u32> {
         let vertices = if any { &self.vertices[..] } else { &[] };
         vertices.iter().enumerate().filter(move |(place, _)| is_some(*place)).map(|(_, &vertex)| vertex)

@@ -68,8 +68,8 @@ pub(super) fn slides(
 }
 
 impl Change {
-    /// Returns the vertices at the offsets w - 1 and w, of those at the offsets 1, 2, ... that are `reached`, in the
-    /// lanes of the bit mask `linked`. If there are none, the blocks are `block`, which is not used.
+    /// Returns the vertices at the offsets w - 1 and w. `reached` are those at the offsets 1, 2, ..., and `linked` is the bit
+    /// mask of the lanes that count. If there are none, the blocks are `block`, which is not read.
     fn new(mut reached: impl Iterator<Item = Reached>, half_width: usize, block: usize, linked: u8) -> Self {
         let nearer = reached.nth(half_width - 2).map_or(0, |nearer| nearer.lanes & linked);
         match reached.next() {

@@ -28,10 +28,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::walls::Wall;
 use crate::lattice::Lattice;
-use crate::simd::lanes::{Block, Row, load, store};
+use crate::simd::lanes::{Block, Row, block_and_lane, load, store};
 use crate::simd::level;
 use crate::volume::adjacency::Adjacency;
-use crate::volume::blocks::{Blocks, place};
+use crate::volume::blocks::Blocks;
 
 /// Weight of the walls relative to the links.
 const STIFFNESS: f64 = 10.0;
@@ -75,13 +75,13 @@ pub(super) fn fill(
 
 /// Returns the vector at a slot.
 fn get(vectors: &[Block<3>], slot: u32) -> Vector3<f32> {
-    let (block, lane) = place(slot);
+    let (block, lane) = block_and_lane(slot);
     Vector3::from(vectors[block].map(|row| row[lane]))
 }
 
 /// Adds a vector at a slot.
 fn add(vectors: &mut [Block<3>], slot: u32, vector: Vector3<f32>) {
-    let (block, lane) = place(slot);
+    let (block, lane) = block_and_lane(slot);
     for c in 0..3 {
         vectors[block][c][lane] += vector[c];
     }
@@ -127,7 +127,7 @@ impl<'a> System<'a> {
         for Wall { vertex, normal, area } in all_walls {
             let (slot, normal) = (blocks.slots[*vertex as usize], normal.map(|x| x as f32));
             let weight = (STIFFNESS * area) as f32;
-            let (block, lane) = place(slot);
+            let (block, lane) = block_and_lane(slot);
             diagonal[block][1][lane] += weight;
             let along_normal = normal * normal.transpose();
             let (mut matrix, mut target) = (along_normal, normal);

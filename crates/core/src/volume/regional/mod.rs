@@ -29,11 +29,11 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use self::scales::{Scales, equation};
 use super::adjacency::Adjacency;
-use super::blocks::{Blocks, Chunk, place};
+use super::blocks::{Blocks, Chunk};
 use super::line::{self, Moving, value_and_slope};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
-use crate::simd::lanes::{Block, LANES, Row, load, store};
+use crate::simd::lanes::{Block, LANES, Row, block_and_lane, load, store};
 use crate::simd::level;
 
 /// Weight of the wanted scales relative to the links.
@@ -126,7 +126,7 @@ impl Regional {
         let mut this =
             Self { rest: vec![0.0; points.len()], regions: vec![[Row::ZERO; 3]; blocks.len()], blocks };
         this.vertex_losses(&executor, adjacency, points, &mut scratch);
-        let places = this.blocks.slots.iter().map(|&slot| place(slot));
+        let places = this.blocks.slots.iter().map(|&slot| block_and_lane(slot));
         let rest = places.map(|(block, lane)| -scratch.regions[block][0][lane]).collect();
         this.sum_regions(&executor, &mut scratch);
         let sums = scratch.regions.clone();
@@ -181,7 +181,7 @@ impl Regional {
         if let Some(ratio) = ratio {
             scratch.ratios.resize(self.blocks.len(), Row::all(1.0));
             for (vertex, &slot) in self.blocks.slots.iter().enumerate() {
-                let (block, lane) = place(slot);
+                let (block, lane) = block_and_lane(slot);
                 scratch.ratios[block][lane] = ratio(vertex) as f32;
             }
         }
@@ -230,7 +230,7 @@ impl Regional {
             let first = chunk.blocks.start;
             let slots = &self.blocks.slots[chunk.vertices.clone()];
             for ((&slot, point), offset) in slots.iter().zip(points).zip(offsets) {
-                let (block, lane) = place(slot);
+                let (block, lane) = block_and_lane(slot);
                 let scale = scales[block - first][0][lane];
                 *offset = point.direction().map(|v| scale * v);
                 point.advance(scale);
@@ -256,7 +256,7 @@ impl Regional {
                 for ((neighbors, rest), &slot) in neighbors.iter().zip(rest).zip(slots) {
                     let [x0, x1, y0, y1, z0, z1] = line::load(simd, points, neighbors);
                     let [volume, gradient] = value_and_slope(simd, x1 - x0, y1 - y0, z1 - z0);
-                    let (block, lane) = place(slot);
+                    let (block, lane) = block_and_lane(slot);
                     let rows = &mut out[block - blocks.start];
                     (rows[0][lane], rows[1][lane]) = (rest - volume / 8.0, gradient / 8.0);
                 }
