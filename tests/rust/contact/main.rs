@@ -12,6 +12,7 @@ mod friction;
 mod inside_colliders;
 mod mesh_colliders;
 mod near_bodies;
+mod pressed;
 mod reaction;
 mod samples;
 mod swept;

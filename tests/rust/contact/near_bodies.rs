@@ -77,7 +77,7 @@ fn displayed_surfaces_take_half_of_a_gap_each_and_keep_their_volumes() {
 }
 
 /// Returns the greatest depth of a vertex of a displayed surface in the surface of another body.
-fn greatest_depth(sim: &Simulation, bodies: [usize; 2]) -> f64 {
+pub(crate) fn greatest_depth(sim: &Simulation, bodies: [usize; 2]) -> f64 {
     let [points, other] = bodies.map(|k| sim.body(k).surface().positions);
     let other = other.into_iter().map(|p: Point3<f64>| p.into()).collect::<Vec<[f64; 3]>>();
     let other = Collider::mesh(Mesh::new(other, sim.body(bodies[1]).mesh().unwrap().triangles()).unwrap());
