@@ -9,7 +9,9 @@ use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
 use super::rigid_values::MassProperties;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
-use crate::dynamics::{Elasticity, Material, PartFactors, RegionSize, RigidError, Stiffness};
+use crate::dynamics::{
+    Elasticity, Handle, Material, PartFactors, Pin, RegionSize, RigidError, Stiffness, Zone,
+};
 use crate::error::Error;
 use crate::fracture::FractureOptions;
 use crate::lattice::{Embedding, Lattice, LatticeError, LatticeOptions, Masses, Resolution, cell_shares};
@@ -43,10 +45,7 @@ impl BodyBuilder {
         let (lattice, surface, refined) =
             self.shape.build(self.scale, &self.options, (self.refine, self.skin))?;
         if let Some(refined) = &refined {
-            let zones = self.zones.iter_mut().map(|zone| &mut zone.selection);
-            let pins = self.pins.iter_mut().map(|pin| &mut pin.selection);
-            let handles = self.handles.iter_mut().map(|handle| &mut handle.selection);
-            zones.chain(pins).chain(handles).for_each(|selection| selection.refine(refined));
+            refine_selections(refined, &mut self.zones, &mut self.pins, &mut self.handles);
         }
         self.touching.check_size(longest_side(&lattice, surface.as_ref()))?;
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
@@ -149,6 +148,14 @@ impl BodyBuilder {
             None => Ok(()),
         }
     }
+}
+
+/// Makes the selections of zones, pins and handles those of a refined mesh.
+fn refine_selections(refined: &RefinedMesh, zones: &mut [Zone], pins: &mut [Pin], handles: &mut [Handle]) {
+    let zones = zones.iter_mut().map(|zone| &mut zone.selection);
+    let pins = pins.iter_mut().map(|pin| &mut pin.selection);
+    let handles = handles.iter_mut().map(|handle| &mut handle.selection);
+    zones.chain(pins).chain(handles).for_each(|selection| selection.refine(refined));
 }
 
 impl Model {

@@ -256,9 +256,8 @@ impl<'a> Field<'a> {
     fn one_of(&self, table: &'a Table, keys: &'static [&'static str]) -> Result<Entries<'a>, Fault> {
         let mut given = keys.iter().filter_map(|&key| Some((key, self.child(key, table.get(key)?))));
         let first = given.next().ok_or(Fault::Missing(keys[0]))?;
-        if let Some((_, Field { value, name: key, .. })) = given.next() {
-            let (place, other) = (value.place.clone(), first.0.to_owned());
-            return Err(Fault::Known(SceneError::Exclusive { place, key, other }));
+        if let Some((key, _)) = given.next() {
+            return Err(Fault::Known(self.exclusive(key, first.0)));
         }
         Ok(Entries::new(vec![first]))
     }
