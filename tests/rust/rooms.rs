@@ -328,6 +328,30 @@ fn architecture_page_lists_the_modules_of_the_core_by_layers_and_those_of_io_and
     assert_eq!(named(bridge), listed_modules("rapier"));
 }
 
+/// The page names the stages of the step in the order of the lists.
+#[test]
+fn architecture_page_lists_the_stages_of_the_step() {
+    let page = fs::read_to_string(source("core").join("../../../ARCHITECTURE.md")).unwrap();
+    let code = fs::read_to_string(source("core").join("body/stages/mod.rs")).unwrap();
+    for list in ["ADVANCE", "FINISH", "END"] {
+        let start = code.find(&format!("const {list}: ")).unwrap();
+        let entries = code[start..].lines().skip(1).take_while(|line| *line != "];");
+        let stages: Vec<&str> =
+            entries.filter_map(|line| line.trim().strip_prefix('&')?.strip_suffix(',')).collect();
+        let (_, text) = page.split_once(&format!("\n{list} ")).unwrap();
+        let block = text.lines().enumerate().take_while(|(k, line)| *k == 0 || line.starts_with("    "));
+        let listed: Vec<&str> = block
+            .flat_map(|(_, line)| line.split(','))
+            .map(str::trim)
+            .filter(|name| !name.is_empty())
+            .collect();
+        assert!(
+            !stages.is_empty() && stages == listed,
+            "{list}: {stages:?} in the code, {listed:?} on the page"
+        );
+    }
+}
+
 #[test]
 fn use_lines_are_expanded_and_cycles_are_found() {
     let code = "//! x\nuse a::{b, c::{d, E as F}};\npub(crate) use super::g;\nfn h() {}\n";
