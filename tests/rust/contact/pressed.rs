@@ -48,8 +48,8 @@ fn the_faces_of_a_pressed_cube_lie_on_what_presses_them() {
         let body = simulation.body(0);
         let rest = body.mesh().unwrap().vertices().iter();
         let distances = rest.zip(body.surface().positions).filter_map(|(rest, now)| match rest.y {
-            y if y == 0.5 => Some(now.y - 0.9),
-            y if y == -0.5 => Some(now.y),
+            0.5 => Some(now.y - 0.9),
+            -0.5 => Some(now.y),
             _ => None,
         });
         let greatest = distances.map(f64::abs).fold(0.0, f64::max) / body.lattice().cell_size();
