@@ -12,6 +12,11 @@ use supple_tests::{block, surface_of};
 /// Edge of a cell.
 const CELL: f64 = 0.25;
 
+/// Returns the keyframes of a displacement in the first second.
+pub(crate) fn moving_by(translate: [f64; 3]) -> Vec<Key> {
+    vec![Key::default(), Key { time: 1.0, translate, ..Key::default() }]
+}
+
 /// A block of cells whose lowest layer is held, and whose highest layer is pressed down by a quarter of its height in a second.
 fn pressed(cells: [i32; 3], corner: [f64; 3]) -> Body {
     let mut body = resting(cells, corner, 1e6);
@@ -21,12 +26,10 @@ fn pressed(cells: [i32; 3], corner: [f64; 3]) -> Body {
         Selection::Box { min: [-10.0, low - 0.01, -10.0], max: [10.0, high + 0.01, 10.0] }
     };
     body.pin(&Pin { goal: None, selection: at(0.0, 0.0), window: TimeWindow::default() }).unwrap();
-    let keys =
-        vec![Key::default(), Key { time: 1.0, translate: [0.0, -height / 4.0, 0.0], ..Key::default() }];
     let handle = Handle {
         goal: None,
         selection: at(height, height),
-        motion: keys.into(),
+        motion: moving_by([0.0, -height / 4.0, 0.0]).into(),
         window: TimeWindow::default(),
     };
     body.handle(&handle).unwrap();
@@ -41,7 +44,7 @@ fn resting(cells: [i32; 3], corner: [f64; 3], youngs_modulus: f64) -> Body {
     Body::builder(mesh).cell_size(CELL).youngs_modulus(youngs_modulus).build().unwrap()
 }
 
-fn with_bodies(bodies: impl IntoIterator<Item = Body>) -> SimulationBuilder {
+pub(crate) fn with_bodies(bodies: impl IntoIterator<Item = Body>) -> SimulationBuilder {
     bodies.into_iter().fold(Simulation::builder(), SimulationBuilder::body)
 }
 
@@ -92,11 +95,10 @@ fn pressed_between_plates(gap: f64, volume: VolumeOptions) -> Simulation {
     let plate = |y: f64| resting([8, 1, 8], [-CELL, y * CELL, -CELL], 1e7);
     let (mut low, mut high) = (plate(-1.01), plate(6.01));
     low.pin(&Pin { goal: None, selection: whole(), window: TimeWindow::default() }).unwrap();
-    let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -3.6 * CELL, 0.0], ..Key::default() }];
     high.handle(&Handle {
         goal: None,
         selection: whole(),
-        motion: keys.into(),
+        motion: moving_by([0.0, -3.6 * CELL, 0.0]).into(),
         window: TimeWindow::default(),
     })
     .unwrap();

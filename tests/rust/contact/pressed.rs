@@ -1,14 +1,13 @@
 //! Bodies that colliders press: their faces lie on what presses them, and what is shown of them stays out of their neighbors.
 
-use supple::{Body, Collider, Key, Mesh, Preset, Simulation, Substeps, VolumeOptions};
+use supple::{Body, Collider, Mesh, Preset, Simulation, SimulationBuilder, Substeps, VolumeOptions};
 use supple_tests::{grid_box, mesh_of, plain_box, sphere};
 
-use crate::near_bodies::greatest_depth;
+use crate::near_bodies::{greatest_depth, moving_by, with_bodies};
 
-/// Returns a collider that moves by `offset` in a second.
+/// Returns a collider that moves by `offset` in the first second.
 fn moving(collider: Collider, offset: [f64; 3]) -> Collider {
-    let keys = vec![Key::default(), Key { time: 1.0, translate: offset, ..Key::default() }];
-    Collider { keys, ..collider }
+    Collider { keys: moving_by(offset), ..collider }
 }
 
 /// Returns a body of `flesh`.
@@ -25,8 +24,7 @@ fn build(
     bodies: impl IntoIterator<Item = Body>,
     colliders: impl IntoIterator<Item = Collider>,
 ) -> Simulation {
-    let builder = bodies.into_iter().fold(Simulation::builder(), supple::SimulationBuilder::body);
-    let builder = colliders.into_iter().fold(builder, supple::SimulationBuilder::collider);
+    let builder = colliders.into_iter().fold(with_bodies(bodies), SimulationBuilder::collider);
     builder.fps(60.0).substeps(Substeps::Auto).build().unwrap()
 }
 

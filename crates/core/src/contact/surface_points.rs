@@ -31,7 +31,7 @@ pub(super) fn surface_points(
     let edge = |p: u32, q: u32| (vertices[p as usize] - vertices[q as usize]).norm();
     let is_large =
         |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| edge(p, q) > spacing);
-    let triangles = distinct(triangles.iter().copied().filter(is_large));
+    let triangles = without_repeated(triangles.iter().copied().filter(is_large));
     while !add_points(vertices, &triangles, spacing, vertex_count + max_points, &mut points) {
         points.truncate(vertex_count);
         spacing *= 2.0;
@@ -40,7 +40,7 @@ pub(super) fn surface_points(
 }
 
 /// Returns the triangles without those with the same corners as an earlier one.
-fn distinct(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+fn without_repeated(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
     let mut corners = HashSet::new();
     let is_first = |triangle: &[u32; 3]| {
         let mut sorted = *triangle;

@@ -72,19 +72,12 @@ mod tests {
 
     use super::*;
     use crate::lattice::{LatticeOptions, Resolution};
-
-    /// A box of 2 x 3 x 5 about (1, 2, 3).
-    fn cuboid() -> Mesh {
-        let half = [1.0, 1.5, 2.5];
-        let corner =
-            |k: usize| [0, 1, 2].map(|a| (a + 1) as f64 + if k >> a & 1 == 1 { half[a] } else { -half[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        Mesh::new((0..8).map(corner).collect(), &quads).unwrap()
-    }
+    use crate::mesh::testing::cuboid;
 
     #[test]
     fn mass_of_a_closed_mesh_is_exact() {
-        let mesh = cuboid();
+        // A box of 2 x 3 x 5 about (1, 2, 3).
+        let mesh = cuboid([0.0, 0.5, 0.5], [2.0, 3.5, 5.5]);
         let options = LatticeOptions { resolution: Resolution::CellSize(0.7), ..LatticeOptions::default() };
         let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
         let cell = lattice.cell_size();
