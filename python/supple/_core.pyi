@@ -1621,7 +1621,7 @@ def step_all(sims: Iterable[Simulation], n: int = 1) -> None:
     """
 
 def simd_level() -> str:
-    """Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it."""
+    """Return the SIMD level of this process, such as "avx2" or "neon". Results have the same bits at each."""
 
 def body_keys(table: str | None = None) -> list[str]:
     """Return the names of the keyword arguments of Body, or the keys of a table of `[[body]]` in a scene: "fracture" or

@@ -138,8 +138,7 @@ def sweep(
         ValueError or TypeError, such as of an invalid scene, is not retried.
 
     Returns one SweepResult per set of parameters, in order. A run that fails does not stop the others: the `error` of
-    its result is the exception, and its `report` raises it. Results are bit-identical on all machines with the same
-    SIMD level (`supple.simd_level()`).
+    its result is the exception, and its `report` raises it. Results are bit-identical on all machines.
     """
     if not isinstance(scene, (str, os.PathLike)):
         raise TypeError(f"scene must be a path (str or os.PathLike), not {type(scene).__name__}")

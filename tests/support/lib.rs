@@ -1,5 +1,6 @@
 //! Shapes, measures and readers that the tests of several rooms share: see `rust/`.
 
+mod bits;
 mod correction;
 pub mod counting_allocator;
 mod files;
@@ -7,6 +8,7 @@ mod measures;
 mod random;
 mod shapes;
 
+pub use bits::{BITS_TABLE, hashes_of_scenes, recorded_hashes};
 pub use correction::{UNROTATED, apply, apply_in, enclosed_volume, of_mesh, posed, surface_volume};
 pub use files::{bust, data, example, root};
 pub use measures::{

@@ -1,5 +1,6 @@
 //! Jobs: resuming, shipped scenes and animations that are followed.
 
+mod bits;
 mod cautions;
 mod continuation;
 mod cube;

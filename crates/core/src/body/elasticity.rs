@@ -307,9 +307,9 @@ pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f3
         (None, Some(Surface { mesh, .. })) => {
             let (low, high) = mesh.bounds();
             let extents = high - low;
-            extents.product().cbrt().max(LEAST_SIZE * extents.max())
+            libm::cbrt(extents.product()).max(LEAST_SIZE * extents.max())
         }
-        (volume, _) => volume.unwrap_or(0.0).cbrt(),
+        (volume, _) => libm::cbrt(volume.unwrap_or(0.0)),
     }
 }
 

@@ -115,7 +115,7 @@ impl Body {
             let slot = if to_cells { slot_of_cell(region) } else { slots[region as usize] };
             let shape = Matrix3::identity() + sum / f64::max(count, 1.0);
             // A mean of shapes of determinant 1 has a greater one.
-            let strain = (shape / shape.determinant().cbrt() - Matrix3::identity()).map(|x| x as f32);
+            let strain = (shape / libm::cbrt(shape.determinant()) - Matrix3::identity()).map(|x| x as f32);
             strains.set(slot, [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|index| strain[index]));
         }
         self.state.strains = Some(strains);

@@ -105,7 +105,7 @@ fn of_volume_one(strain: [f32; 6]) -> [f32; 6] {
     let [xx, yy, zz, xy, xz, yz] = strain.map(f64::from);
     let shape = Matrix3::new(1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz);
     // Means of matrices with positive eigenvalues and determinant 1 have a determinant of at least 1.
-    let scale = shape.determinant().cbrt().recip();
+    let scale = libm::cbrt(shape.determinant()).recip();
     let diagonal = [xx, yy, zz].map(|strain| ((1.0 + strain) * scale - 1.0) as f32);
     let [xy, xz, yz] = [xy, xz, yz].map(|strain| (strain * scale) as f32);
     [diagonal[0], diagonal[1], diagonal[2], xy, xz, yz]

@@ -274,7 +274,7 @@ fn multiplied(factors: Option<&[f64]>, factor: f64, shares: &[f64]) -> Result<Op
     }
     let mut products = factors.map_or_else(|| vec![1.0; shares.len()], <[f64]>::to_vec);
     for (value, &share) in products.iter_mut().zip(shares).filter(|(_, share)| **share > 0.0) {
-        *value *= factor.powf(share);
+        *value *= libm::pow(factor, share);
     }
     let greatest = products.iter().copied().fold(0.0, f64::max);
     in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;

@@ -7,7 +7,7 @@
 //! rotated by the rotation of the region, so that it is never singular. A region with a plastic shape has the lever
 //! arms and the inertia of this shape.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8};
 
 use super::integration::inverse_and_rate;
 use crate::matching::{
@@ -16,7 +16,7 @@ use crate::matching::{
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
-use crate::simd::vector::{cross, dot};
+use crate::simd::vector::{Product, cross, dot};
 
 /// The region-damping stage.
 #[derive(Clone, Debug)]
@@ -222,7 +222,7 @@ impl VertexUpdate for Damp<'_> {
             let region_sums: [f32x8<S>; 3] = load(simd, region_sums);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                v[c] = region_sums[c].mul_add(inverse, -v[c]).mul_add(fraction, v[c]);
+                v[c] = region_sums[c].times_plus(inverse, -v[c]).times_plus(fraction, v[c]);
             }
             store(v, velocities);
         }
@@ -317,7 +317,7 @@ mod tests {
         let (lattice, matching) = slit_block();
         let velocity = |vertex: usize| {
             let [x, y, z] = lattice.indices()[vertex].map(f64::from);
-            Vector3::new((x * y).sin(), (y + 2.0 * z).cos(), (x - z).sin())
+            Vector3::new(libm::sin(x * y), libm::cos(y + 2.0 * z), libm::sin(x - z))
         };
         assert_eq!(damped(&matching, Some([0.0; 6]), velocity), damped(&matching, None, velocity));
     }

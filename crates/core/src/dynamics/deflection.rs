@@ -32,7 +32,7 @@ pub(super) fn deflect(deflection: &mut Deflection, change: Vector3<f64>) -> Opti
         return None;
     }
     let direction = moved / length;
-    *limit = (*limit * (-(length - *limit) / MEMORY).exp()).max(LEAST_LIMIT);
+    *limit = (*limit * libm::exp(-(length - *limit) / MEMORY)).max(LEAST_LIMIT);
     (*vector, *is_at_limit) = ((direction * *limit).into(), true);
     (change.dot(&direction) > 0.0).then_some(direction)
 }

@@ -94,8 +94,8 @@ impl Goal {
 /// s = 2 (1 - cos(ω dt)). At ω dt = pi/3 it is 1: d vanishes in the step. The scheme is stable with a share c of u, and an
 /// elasticity of the body that adds up to 2 to s, if s + 2 < 2 (2 - c): c is at most 1 - s/2.
 pub(crate) fn spring_shares(phase: f64, decay: f64) -> [f64; 2] {
-    let share = 2.0 * (1.0 - phase.min(FRAC_PI_3).cos());
-    [share, (-(-decay).exp_m1()).min(1.0 - share / 2.0)]
+    let share = 2.0 * (1.0 - libm::cos(phase.min(FRAC_PI_3)));
+    [share, (-libm::expm1(-decay)).min(1.0 - share / 2.0)]
 }
 
 #[cfg(test)]
@@ -114,7 +114,7 @@ mod tests {
                 v -= dt * (stiffness * x + damping * v);
                 x += dt * v;
                 // The scheme moves on an ellipse, on which the mean rate of the angle is ω.
-                let angle = f64::atan2(-v, x * TAU * frequency);
+                let angle = libm::atan2(-v, x * TAU * frequency);
                 phase += (angle - before).rem_euclid(TAU);
                 before = angle;
             }

@@ -139,7 +139,7 @@ impl Inflation {
             match shares[vertex] {
                 0.0 => {}
                 1.0 => ratio *= part.in_force,
-                share => ratio *= part.in_force.powf(share),
+                share => ratio *= libm::pow(part.in_force, share),
             }
         }
         ratio.clamp(*RATIOS.start(), *RATIOS.end())

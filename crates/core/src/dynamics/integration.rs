@@ -6,7 +6,7 @@
 //! compensated (Kahan 1965): the rounding error of each f32 position is stored in `compensation`, and the
 //! exact position is `positions` + `compensation`.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch, f32x8, mask32x8};
 
 use super::elastic_damping::Damped;
 use super::momentum::{self, Components, Fields, RigidVelocity, Sums};
@@ -14,6 +14,7 @@ use crate::matching::{Factors, VertexUpdate};
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 
 /// The vertex update v += alpha (g - x)/h + h a, after damping. The goal position g of a vertex is 1/n times a sum over
 /// the n regions that contain the vertex; the adjoint of the cascade computes this sum. With stiffness factors, g is
@@ -70,8 +71,8 @@ impl VertexUpdate for Accelerate<'_> {
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
                 let velocity_change = occupied.select(f32x8::splat(simd, self.velocity_change[c]), zero);
-                let residual = region_sums[c].mul_add(inverse, -x[c]);
-                v[c] = residual.mul_add(stiffness_rate, v[c] + velocity_change);
+                let residual = region_sums[c].times_plus(inverse, -x[c]);
+                v[c] = residual.times_plus(stiffness_rate, v[c] + velocity_change);
             }
             store(v, velocities);
         }
@@ -192,8 +193,8 @@ fn correct<S: Simd>(
     for c in 0..3 {
         let (next, last) = ((c + 1) % 3, (c + 2) % 3);
         let rotational = omega[next] * x[last] - omega[last] * x[next];
-        let corrected = v[c].mul_add(keep, occupied.select(linear[c] + rotational, zero));
-        v[c] = share.map_or(corrected, |share| share.mul_add(corrected - v[c], v[c]));
+        let corrected = v[c].times_plus(keep, occupied.select(linear[c] + rotational, zero));
+        v[c] = share.map_or(corrected, |share| share.times_plus(corrected - v[c], v[c]));
     }
     store(v, velocities);
 }
@@ -214,7 +215,7 @@ fn advance<S: Simd>(
     for ((x_row, compensation_row), v_row) in positions.iter_mut().zip(compensation).zip(velocities) {
         let x = f32x8::load_array_ref(simd, x_row);
         let v = f32x8::load_array_ref(simd, v_row);
-        let motion = v.mul_add(high, v.mul_add(low, f32x8::load_array_ref(simd, compensation_row)));
+        let motion = v.times_plus(high, v.times_plus(low, f32x8::load_array_ref(simd, compensation_row)));
         let moved = x + motion;
         (motion - (moved - x)).store_array(compensation_row);
         moved.store_array(x_row);

@@ -167,7 +167,7 @@ mod tests {
     fn the_smallest_eigenvalue_of_a_chain_is_known() {
         // The matrix with 2 on the diagonal and -1 beside it, times 1/4, has the eigenvalues sin²(k π / (2 (n + 1))).
         for n in [1, 2, 10, 200] {
-            let expected = (std::f64::consts::PI / (2.0 * (n as f64 + 1.0))).sin().powi(2);
+            let expected = libm::sin(std::f64::consts::PI / (2.0 * (n as f64 + 1.0))).powi(2);
             let found = smallest_eigenvalue(&vec![0.5; n], &vec![0.25; n - 1]);
             assert!((found - expected).abs() < 1e-12, "{n}: {found} for {expected}");
         }

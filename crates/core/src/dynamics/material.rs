@@ -90,7 +90,7 @@ impl Preset {
     pub(crate) fn youngs_modulus(self, density: f64, size: f64, slenderness: f64, gravity: f64) -> f64 {
         // The end of a bar that is held at the other one sinks by 3/2 ρ g l³/(E t²), relative to its length l; with its
         // thickness t = l/s and size L = l/s^(2/3) this is 3/2 s^(8/3)/k.
-        let slender = (slenderness / COMPACT_SLENDERNESS).max(1.0).powf(8.0 / 3.0);
+        let slender = libm::pow((slenderness / COMPACT_SLENDERNESS).max(1.0), 8.0 / 3.0);
         self.relative_modulus() * slender * density * size * effective_gravity(size, gravity)
     }
 }
@@ -259,7 +259,7 @@ impl Stiffness {
     /// Computes the number of steps per period of a frequency at which alpha is `alpha`, in (0, 1]. It is 6 for 1.
     pub(crate) fn steps_per_period(alpha: f64) -> f64 {
         // alpha = 2 (1 - cos 2πf dt): see `alpha`.
-        std::f64::consts::TAU / (1.0 - 0.5 * alpha).acos()
+        std::f64::consts::TAU / libm::acos(1.0 - 0.5 * alpha)
     }
 
     /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
@@ -330,7 +330,7 @@ impl Material {
     pub fn region_damping_fraction(&self, dt: f64) -> f64 {
         match self.region_damping {
             RegionDamping::PerStep(fraction) => fraction,
-            RegionDamping::Rate(rate) => -(-rate * dt).exp_m1(),
+            RegionDamping::Rate(rate) => -libm::expm1(-rate * dt),
         }
     }
 

@@ -51,7 +51,7 @@ impl Plasticity {
 
     /// Returns the part of the strain beyond the yield strain that becomes plastic in a step of `dt` seconds.
     pub(crate) fn fraction(&self, dt: f64) -> f64 {
-        (-(-self.creep * dt).exp_m1()).min(GREATEST_FRACTION)
+        (-libm::expm1(-self.creep * dt)).min(GREATEST_FRACTION)
     }
 
     /// Returns the flow in a step of `dt` seconds.

@@ -28,12 +28,12 @@ pub(crate) struct DampingRates {
 impl DampingRates {
     /// Returns exp(-2 c h), the fraction of the difference that remains where the rate has a factor.
     pub(crate) fn kept(&self, factor: f64) -> f64 {
-        self.exponent(factor).exp()
+        libm::exp(self.exponent(factor))
     }
 
     /// Returns the share of a vertex with this factor, in [0, 1]; 1 without damping.
     fn share(&self, factor: f64, greatest: f64) -> f64 {
-        let share = self.exponent(factor).exp_m1() / self.exponent(greatest).exp_m1();
+        let share = libm::expm1(self.exponent(factor)) / libm::expm1(self.exponent(greatest));
         if share.is_finite() { share } else { 1.0 }
     }
 
@@ -125,7 +125,7 @@ mod tests {
         for (vertex, &slot) in layout.slots().iter().enumerate() {
             state.velocities.set(slot, [1, 2, 3].map(|axis| noise(axis * 500 + vertex) as f32));
         }
-        let factors = (0..lattice.len()).map(|vertex| 100_f64.powf(2.0 * noise(vertex + 77))).collect();
+        let factors = (0..lattice.len()).map(|vertex| libm::pow(100_f64, 2.0 * noise(vertex + 77))).collect();
         let varied = VariedDamping::new(factors, &lattice, &masses, &matching);
         let mut damper = ElasticDamper::new(Some(varied));
         let momentum = MomentumTracker::new(&lattice, &masses, layout, matching.cascade.tasks());

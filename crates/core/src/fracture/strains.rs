@@ -166,6 +166,6 @@ impl CellRotations {
         let cells = lattice.joint_cells(joint).unwrap_or([joint.cell; 2]);
         let [a, b] = cells.map(|cell| self.0[cell as usize]);
         // The angle of 4-vectors is half of the angle of the rotations. The sine is exact for small angles.
-        4.0 * ((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0).asin()
+        4.0 * libm::asin(((a - b * a.dot(&b).signum()).norm() / 2.0).min(1.0))
     }
 }

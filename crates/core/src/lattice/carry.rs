@@ -75,7 +75,7 @@ fn inwards(lattice: &Lattice, mut values: Vec<Option<f64>>) -> Vec<f64> {
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
     inner.sort_unstable();
-    let factor = 2.0 / (1.0 + (std::f64::consts::PI / (2 * layers + 1) as f64).sin());
+    let factor = 2.0 / (1.0 + libm::sin(std::f64::consts::PI / (2 * layers + 1) as f64));
     for _ in 0..SWEEPS * layers {
         for &vertex in &inner {
             let mean = mean(vertex, &|other| Some(values[other as usize]));

@@ -57,7 +57,7 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
     for trials in 1..=MAX_TRIALS {
         let log_ratio = match trial_request.candidate(size) {
             Ok(candidate) => {
-                let log_ratio = (candidate.vertices as f64 / requested as f64).ln();
+                let log_ratio = libm::log(candidate.vertices as f64 / requested as f64);
                 if best.as_ref().is_none_or(|(best, _)| log_ratio.abs() < *best) {
                     best = Some((log_ratio.abs(), candidate));
                 }
@@ -70,7 +70,7 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
                 if limit == request.limit {
                     last_error = Some(error);
                 }
-                (needed as f64 / needed_bytes as f64).ln().clamp(1.0, MAX_ASSUMED_RATIO)
+                libm::log(needed as f64 / needed_bytes as f64).clamp(1.0, MAX_ASSUMED_RATIO)
             }
         };
         // The first five trials must be within 1 %.
@@ -78,7 +78,7 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
         if best.as_ref().is_some_and(|(best, _)| *best <= accepted) {
             break;
         }
-        let trial = Trial { log_size: size.ln(), log_ratio };
+        let trial = Trial { log_size: libm::log(size), log_ratio };
         if log_ratio > 0.0 {
             too_many = Some(trial)
         } else {
@@ -86,11 +86,11 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
         }
         size = match (too_many, too_few) {
             (Some(many), Some(few)) if few.log_size - many.log_size < MIN_BRACKET => break,
-            (Some(many), Some(few)) => interpolate(&many, &few, trials).exp(),
+            (Some(many), Some(few)) => libm::exp(interpolate(&many, &few, trials)),
             // All trials are on one side of the request. Assumes that the number of vertices is proportional
             // to the cell size to the power -2.3, between -2 (for a shell) and -3 (for a solid). The extra
             // 1 % makes it likely that the next trial is on the other side.
-            _ => size * (log_ratio / 2.3 + 0.01 * log_ratio.signum()).exp(),
+            _ => size * libm::exp(log_ratio / 2.3 + 0.01 * log_ratio.signum()),
         };
     }
     match (best, last_error) {

@@ -24,10 +24,10 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::{Simd, SimdFloat, SimdInto};
 use nalgebra::Vector3;
 
 use super::trilinear::{monomials, polynomial, split};
+use crate::simd::vector::Product;
 
 /// The functions of one local coordinate `t` of which the smooth interpolant consists.
 #[derive(Clone, Copy)]
@@ -85,38 +85,43 @@ impl<T: Copy + Sub<Output = T>> SmoothTerms<T> {
     }
 }
 
-/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates. A coefficient is
-/// a number for each lane, or one for all of them.
+/// A variable of a polynomial with coefficients of the type `C`: a number for each lane, or one for all of them.
+pub(crate) trait Variable<C>:
+    Copy + Add<Output = Self> + Mul<Output = Self> + Add<C, Output = Self> + Mul<C, Output = Self>
+{
+}
+
+impl<C, V> Variable<C> for V where
+    V: Copy + Add<Output = V> + Mul<Output = V> + Add<C, Output = V> + Mul<C, Output = V>
+{
+}
+
+/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates.
 #[inline(always)]
-pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S> + Sub<Output = C>>(
+pub(crate) fn smooth_value<V: Variable<C>, C: Copy + Sub<Output = C>>(
     terms: &SmoothTerms<C>,
     [x, y, z]: [SmoothCoordinate<V>; 3],
 ) -> V {
     let offset = trilinear_value(&terms.0[0], [x.s, y.s, z.s]);
     let [[a, b], [c, d], [e, f]] = [terms.along(0), terms.along(1), terms.along(2)];
-    let offset = bilinear_value(a, y.s, z.s).mul_add(x.e, bilinear_value(b, y.s, z.s).mul_add(x.k, offset));
-    let offset = bilinear_value(c, x.s, z.s).mul_add(y.e, bilinear_value(d, x.s, z.s).mul_add(y.k, offset));
-    bilinear_value(e, x.s, y.s).mul_add(z.e, bilinear_value(f, x.s, y.s).mul_add(z.k, offset))
+    let offset =
+        bilinear_value(a, y.s, z.s).times_plus(x.e, bilinear_value(b, y.s, z.s).times_plus(x.k, offset));
+    let offset =
+        bilinear_value(c, x.s, z.s).times_plus(y.e, bilinear_value(d, x.s, z.s).times_plus(y.k, offset));
+    bilinear_value(e, x.s, y.s).times_plus(z.e, bilinear_value(f, x.s, y.s).times_plus(z.k, offset))
 }
 
 /// Returns the value of a trilinear polynomial.
 #[inline(always)]
-pub(crate) fn trilinear_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S>>(
-    terms: &[C; 8],
-    [u, v, w]: [V; 3],
-) -> V {
+pub(crate) fn trilinear_value<V: Variable<C>, C: Copy>(terms: &[C; 8], [u, v, w]: [V; 3]) -> V {
     let [one, x, y, xy, z, xz, yz, xyz] = *terms;
-    bilinear_value([z, xz, yz, xyz], u, v).mul_add(w, bilinear_value([one, x, y, xy], u, v))
+    bilinear_value([z, xz, yz, xyz], u, v).times_plus(w, bilinear_value([one, x, y, xy], u, v))
 }
 
 /// Returns the value of a bilinear polynomial.
 #[inline(always)]
-fn bilinear_value<S: Simd, V: SimdFloat<S>, C: Copy + SimdInto<V, S>>(
-    [one, x, y, xy]: [C; 4],
-    u: V,
-    v: V,
-) -> V {
-    u.mul_add(xy, y).mul_add(v, u.mul_add(x, one))
+fn bilinear_value<V: Variable<C>, C: Copy>([one, x, y, xy]: [C; 4], u: V, v: V) -> V {
+    u.times_plus(xy, y).times_plus(v, u.times_plus(x, one))
 }
 
 /// A smooth cell in f32, for single points.

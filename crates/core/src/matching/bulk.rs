@@ -24,7 +24,7 @@
 //! A region that is inflated to s times its volume is σ = ∛s times as long at rest. Its potential is that of F/σ,
 //! times σ², so that T = σ (R - k Y(F/σ)). Its frequencies do not depend on s.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
+use fearless_simd::{Select, Simd, SimdBase, f32x16};
 
 use super::algebra::{inverse, times};
 use super::cascade::RegionTransform;
@@ -32,6 +32,7 @@ use super::covariances::InverseCovariances;
 use super::goals::{FitRotations, Pair, twice_trace};
 use super::rotation::columns;
 use crate::simd::lanes::{Block, Lanes};
+use crate::simd::vector::Product;
 
 /// Sizes q + 4 d² from here on have no volume term: their squares come near the greatest f32.
 const GREATEST_SIZE: f32 = 1e15;
@@ -124,7 +125,7 @@ pub(super) fn divided<S: Simd>(simd: S, matrix: [f32x16<S>; 9], sigma: Option<f3
 #[inline(always)]
 pub(super) fn inflated<S: Simd>(u: f32x16<S>, sigma: f32x16<S>, c: [f32x16<S>; 6]) -> f32x16<S> {
     let trace = c[0] + c[1] + c[2];
-    (sigma * sigma).mul_add(u - trace, trace)
+    (sigma * sigma).times_plus(u - trace, trace)
 }
 
 /// The volume term of regions.
@@ -178,13 +179,14 @@ fn slope<S: Simd>(
     bulk: f32,
 ) -> ([f32x16<S>; 9], f32x16<S>) {
     let minus_one = f32x16::splat(simd, -1.0);
-    let d = f[0].mul_add(cofactors[0], f[1].mul_add(cofactors[1], f[2].mul_add(cofactors[2], minus_one)));
+    let d = f[0]
+        .times_plus(cofactors[0], f[1].times_plus(cofactors[1], f[2].times_plus(cofactors[2], minus_one)));
     let mut parts = [cofactors[0] * stretched[0], cofactors[1] * stretched[1], cofactors[2] * stretched[2]];
     for i in 3..9 {
-        parts[i % 3] = cofactors[i].mul_add(stretched[i], parts[i % 3]);
+        parts[i % 3] = cofactors[i].times_plus(stretched[i], parts[i % 3]);
     }
     let q = (parts[0] + parts[1]) + parts[2];
-    let size = (d * 4.0).mul_add(d, q);
+    let size = (d * 4.0).times_plus(d, q);
     let zero = f32x16::splat(simd, 0.0);
     // The comparison also leaves out NaN.
     let valid = size.simd_lt(f32x16::splat(simd, GREATEST_SIZE));
@@ -194,7 +196,7 @@ fn slope<S: Simd>(
     let (along, beside) = (kr * q, kr * d);
     let mut p = crossed(stretched, f);
     for i in 0..9 {
-        p[i] = valid.select(along.mul_sub(cofactors[i], beside * p[i]), zero);
+        p[i] = valid.select(along.times_minus(cofactors[i], beside * p[i]), zero);
     }
     (p, valid.select(energy, zero))
 }
@@ -214,7 +216,7 @@ fn cofactors<S: Simd>(f: &[f32x16<S>; 9]) -> [f32x16<S>; 9] {
         let (a, b) = (3 * ((column + 1) % 3), 3 * ((column + 2) % 3));
         for row in 0..3 {
             let (i, j) = ((row + 1) % 3, (row + 2) % 3);
-            k[3 * column + row] = f[a + i].mul_sub(f[b + j], f[a + j] * f[b + i]);
+            k[3 * column + row] = f[a + i].times_minus(f[b + j], f[a + j] * f[b + i]);
         }
     }
     k
@@ -228,8 +230,8 @@ fn crossed<S: Simd>(x: &[f32x16<S>; 9], f: &[f32x16<S>; 9]) -> [f32x16<S>; 9] {
         let (a, b) = (3 * ((column + 1) % 3), 3 * ((column + 2) % 3));
         for row in 0..3 {
             let (i, j) = ((row + 1) % 3, (row + 2) % 3);
-            let first = x[a + i].mul_sub(f[b + j], x[a + j] * f[b + i]);
-            let second = f[a + i].mul_sub(x[b + j], f[a + j] * x[b + i]);
+            let first = x[a + i].times_minus(f[b + j], x[a + j] * f[b + i]);
+            let second = f[a + i].times_minus(x[b + j], f[a + j] * x[b + i]);
             z[3 * column + row] = first + second;
         }
     }

@@ -3,6 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16};
 
 use super::algebra::{adjugate, full, norm_squared, symmetric_product, times};
+use crate::simd::vector::Product;
 
 /// Least mean stretch: strains of regions that are crushed below it, or inverted, are relative to it. It is the mean
 /// stretch of a cube that is compressed evenly to a twentieth of its volume.
@@ -111,16 +112,16 @@ impl<S: Simd> Strain<S> {
 fn of_volume_one<S: Simd>(simd: S, mut t: [f32x16<S>; 6]) -> [f32x16<S>; 6] {
     // det(1 + T) - 1 = tr T + tr adj T + det T.
     let adjugate = adjugate(t);
-    let det_t = t[0].mul_add(adjugate[0], t[3].mul_add(adjugate[3], t[4] * adjugate[4]));
+    let det_t = t[0].times_plus(adjugate[0], t[3].times_plus(adjugate[3], t[4] * adjugate[4]));
     let excess = (t[0] + t[1] + t[2]) + ((adjugate[0] + adjugate[1] + adjugate[2]) + det_t);
     // (1 + x)^(-1/3) - 1 by its series. After a step of flow, x is between -0.07 and 0, and the error below 2e-7.
     let mut series = f32x16::splat(simd, SERIES[3]);
     for i in [2, 1, 0] {
-        series = series.mul_add(excess, f32x16::splat(simd, SERIES[i]));
+        series = series.times_plus(excess, f32x16::splat(simd, SERIES[i]));
     }
     let change = series * excess;
     for i in 0..6 {
-        t[i] = change.mul_add(t[i], t[i]);
+        t[i] = change.times_plus(t[i], t[i]);
     }
     for i in 0..3 {
         t[i] += change;

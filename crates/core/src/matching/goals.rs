@@ -20,6 +20,7 @@ use super::cascade::{RegionTransform, VertexUpdate};
 use super::factors::Factors;
 use super::rotation::{columns, newton};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
+use crate::simd::vector::Product;
 
 /// Means over a region, weighted by m/n, of a vector field: the positions or the velocities of the vertices.
 pub(crate) struct Means<V> {
@@ -46,7 +47,7 @@ impl<V> Means<V> {
         for column in 0..3 {
             for row in 0..3 {
                 let i = 3 * column + row;
-                central[i] = (-mean[row]).mul_add(d[column], sums[3 + i] * inverse_mass);
+                central[i] = (-mean[row]).times_plus(d[column], sums[3 + i] * inverse_mass);
             }
         }
         Self { mean, central, d }
@@ -185,11 +186,11 @@ impl FitRotations<'_> {
         let warm = pair.load(simd, quaternions);
         // A region that is collapsed to a point has no rotation. Its |A| is at the level of rounding errors,
         // at most |c| eps half_width times a margin of 8.
-        let noise_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
+        let noise_squared = mean[0].times_plus(mean[0], mean[1].times_plus(mean[1], mean[2] * mean[2]))
             * (8.0 * f32::EPSILON * self.half_width).powi(2);
         let mut norm_squared = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
         for i in 3..9 {
-            norm_squared[i % 3] = a[i].mul_add(a[i], norm_squared[i % 3]);
+            norm_squared[i % 3] = a[i].times_plus(a[i], norm_squared[i % 3]);
         }
         let norm_squared = (norm_squared[0] + norm_squared[1]) + norm_squared[2];
         let collapsed = norm_squared.simd_le(noise_squared).to_bitmask() as u16;
@@ -218,7 +219,7 @@ impl FitRotations<'_> {
         let mut b = mean;
         if !self.are_cells {
             for row in 0..3 {
-                b[row] = mean[row] - g[row].mul_add(d[0], g[3 + row].mul_add(d[1], g[6 + row] * d[2]));
+                b[row] = mean[row] - g[row].times_plus(d[0], g[3 + row].times_plus(d[1], g[6 + row] * d[2]));
             }
         }
         let motions = [b[0], b[1], b[2], g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8]];
@@ -239,7 +240,7 @@ impl FitRotations<'_> {
 pub(super) fn twice_trace<S: Simd>(a: &[f32x16<S>; 9], r: &[f32x16<S>; 9]) -> f32x16<S> {
     let mut trace = r[0] * a[0];
     for i in 1..9 {
-        trace = r[i].mul_add(a[i], trace);
+        trace = r[i].times_plus(a[i], trace);
     }
     trace + trace
 }
@@ -310,7 +311,7 @@ impl PotentialSums {
         mean: [f32x16<S>; 3],
         u: f32x16<S>,
     ) {
-        let center_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
+        let center_squared = mean[0].times_plus(mean[0], mean[1].times_plus(mean[1], mean[2] * mean[2]));
         let values = (center_squared + u).to_array();
         let inverse_masses = inverse_mass.to_array();
         // The first block is stored last, as in the fit.

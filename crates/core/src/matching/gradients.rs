@@ -15,6 +15,7 @@ use super::goals::{Means, Pair};
 use crate::parallel::{Executor, Split};
 use crate::simd::lanes::{Block, LANES, Lanes, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 
 /// The deformation gradients of regions.
 pub(crate) struct Gradients<'a> {
@@ -120,14 +121,14 @@ impl Gradients<'_> {
 #[inline(always)]
 fn is_beyond<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, f: &[V; 9], least: f32) -> V::Mask {
     let dot = |a: usize, b: usize| {
-        f[3 * a].mul_add(f[3 * b], f[3 * a + 1].mul_add(f[3 * b + 1], f[3 * a + 2] * f[3 * b + 2]))
+        f[3 * a].times_plus(f[3 * b], f[3 * a + 1].times_plus(f[3 * b + 1], f[3 * a + 2] * f[3 * b + 2]))
     };
     let (xx, yy, zz, xy, xz, yz) = (dot(0, 0), dot(1, 1), dot(2, 2), dot(0, 1), dot(0, 2), dot(1, 2));
     let mean = (xx + yy + zz) * (1.0 / 3.0);
     let (dx, dy, dz) = (xx - mean, yy - mean, zz - mean);
-    let diagonal = dx.mul_add(dx, dy.mul_add(dy, dz * dz));
-    let beside = xy.mul_add(xy, xz.mul_add(xz, yz * yz));
+    let diagonal = dx.times_plus(dx, dy.times_plus(dy, dz * dz));
+    let beside = xy.times_plus(xy, xz.times_plus(xz, yz * yz));
     let variance = (beside + beside + diagonal) * (1.0 / 6.0);
-    let greatest = variance.sqrt().mul_add(V::splat(simd, 2.0), mean);
+    let greatest = variance.sqrt().times_plus(V::splat(simd, 2.0), mean);
     greatest.simd_gt(V::splat(simd, least * least))
 }

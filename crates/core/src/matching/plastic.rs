@@ -35,6 +35,7 @@ use super::flow::{Flow, Strain, shape};
 use super::goals::{FitRotations, Means, Pair, twice_trace};
 use super::rotation::columns;
 use crate::simd::lanes::{Block, Lanes};
+use crate::simd::vector::Product;
 
 /// The region transform that fits a rotation to each region in its plastic shape. Its memory is the quaternion of the
 /// rotation, which is first the warm start and then the result.
@@ -216,19 +217,19 @@ impl<S: Simd> Fitted<S> {
         let (f, g) = (&self.gradient, &self.g);
         let (mut squared, mut product) = (f[0] * f[0], f[0] * g[0]);
         for i in 1..9 {
-            squared = f[i].mul_add(f[i], squared);
-            product = f[i].mul_add(g[i], product);
+            squared = f[i].times_plus(f[i], squared);
+            product = f[i].times_plus(g[i], product);
         }
         // |G|² = |S|², and s² |G|².
         let (mut size, mut scale) = (f32x16::splat(simd, 3.0), f32x16::splat(simd, 3.0));
         if IS_SHAPED {
             size = norm_squared(shape(simd, t));
-            let s = size.mul_add(1.0246, f32x16::splat(simd, -1.967)).min(size * 0.5);
+            let s = size.times_plus(1.0246, f32x16::splat(simd, -1.967)).min(size * 0.5);
             scale = s * s * size;
         }
         // b <= limit (c - b/√3), times |G|² and squared.
         let product_squared = product * product;
-        let misfit = squared.mul_sub(size * (1.0 + ROUNDING), product_squared);
+        let misfit = squared.times_minus(size * (1.0 + ROUNDING), product_squared);
         let limit = limit / (limit / 3.0_f32.sqrt() + 1.0);
         let exceeds = (scale * misfit).simd_gt(product_squared * (limit * limit));
         (exceeds | product.simd_lt(0.0)).any_true()
@@ -240,7 +241,7 @@ impl<S: Simd> Fitted<S> {
         // The inverse of a matrix of determinant 1 is its adjugate.
         let (x, r) = (times(&self.gradient, adjugate(shape(simd, t))), &self.r);
         let dot = |i: usize, j: usize| {
-            r[3 * i].mul_add(x[3 * j], r[3 * i + 1].mul_add(x[3 * j + 1], r[3 * i + 2] * x[3 * j + 2]))
+            r[3 * i].times_plus(x[3 * j], r[3 * i + 1].times_plus(x[3 * j + 1], r[3 * i + 2] * x[3 * j + 2]))
         };
         let mean = |i: usize, j: usize| (dot(i, j) + dot(j, i)) * 0.5;
         [dot(0, 0), dot(1, 1), dot(2, 2), mean(0, 1), mean(0, 2), mean(1, 2)]
@@ -292,7 +293,7 @@ mod tests {
             } else {
                 shape -= flat * (0.4 + 0.4 * noise());
             }
-            shape /= shape.determinant().cbrt();
+            shape /= libm::cbrt(shape.determinant());
             let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
             let t = entries.map(|at| (shape - Matrix3::identity())[at] as f32);
             let shape = Matrix3::identity() + symmetric(t);

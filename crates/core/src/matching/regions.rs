@@ -158,8 +158,8 @@ impl Regions {
         };
         let mut sigma = self.inflation.take().unwrap_or_else(|| Lanes::zeros(layout.blocks()));
         match ratios {
-            VolumeRatios::Uniform(ratio) => sigma.blocks_mut().fill([Row::all(ratio.cbrt() as f32)]),
-            VolumeRatios::Vertices(ratio) => self.set_means(layout, &mut sigma, ratio, f32::cbrt),
+            VolumeRatios::Uniform(ratio) => sigma.blocks_mut().fill([Row::all(libm::cbrt(ratio) as f32)]),
+            VolumeRatios::Vertices(ratio) => self.set_means(layout, &mut sigma, ratio, libm::cbrtf),
         }
         self.inflation = Some(sigma);
     }
@@ -291,7 +291,8 @@ impl Regions {
         let vertices = layout.slots().iter().zip(constrained).zip(&mut factors);
         for ((&slot, _), factor) in vertices.filter(|((_, is_constrained), _)| **is_constrained) {
             let regions = 1.0 / f64::from(self.weights.get(slot)[1]);
-            let factor_of_layer = self.half_width.cells() * regions.powf(2.0 / 3.0) / counts[slot as usize];
+            let factor_of_layer =
+                self.half_width.cells() * libm::pow(regions, 2.0 / 3.0) / counts[slot as usize];
             *factor = factor_of_layer.max(2.0) as f32;
         }
         factors

@@ -29,7 +29,7 @@ impl Scale {
     pub fn of_lengths(self) -> f64 {
         match self {
             Self::Uniform(factor) => factor,
-            Self::PerAxis([x, y, z]) => x.abs().cbrt() * y.abs().cbrt() * z.abs().cbrt(),
+            Self::PerAxis([x, y, z]) => libm::cbrt(x.abs()) * libm::cbrt(y.abs()) * libm::cbrt(z.abs()),
         }
     }
 

@@ -202,7 +202,7 @@ fn angle(y: f64, x: f64) -> f64 {
         // The series of the arc tangent, up to the ninth power.
         return ratio * (1.0 - square * (1.0 / 3.0 - square * (0.2 - square * (1.0 / 7.0 - square / 9.0))));
     }
-    y.atan2(x)
+    libm::atan2(y, x)
 }
 
 #[cfg(test)]
@@ -213,7 +213,11 @@ mod tests {
     fn sphere(n: usize, height: f64) -> Vec<[Point3<f64>; 3]> {
         let at = |i: usize, j: usize| {
             let (theta, phi) = (PI * i as f64 / n as f64, PI * (j % (2 * n)) as f64 / n as f64);
-            Point3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+            Point3::new(
+                libm::sin(theta) * libm::cos(phi),
+                libm::sin(theta) * libm::sin(phi),
+                libm::cos(theta),
+            )
         };
         let quads = (0..n).flat_map(|i| (0..2 * n).map(move |j| (i, j)));
         let quads = quads.filter(|&(i, j)| at(i, j).z <= height);

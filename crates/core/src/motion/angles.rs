@@ -74,14 +74,14 @@ pub fn euler_degrees(angles: [f64; 3]) -> Matrix3<f64> {
 /// one after another do not jump. The error is approximately 1e-13 degrees, also where the y axis turns by 90 degrees.
 pub fn euler_degrees_near(rotation: &Matrix3<f64>, near: [f64; 3]) -> [f64; 3] {
     let r = rotation;
-    let cos_y = r.m11.hypot(r.m21);
+    let cos_y = libm::hypot(r.m11, r.m21);
     // With y = 90 degrees, only the difference of x and z is determined. Rounding errors leave a cosine of about 1e-16.
-    let z = if cos_y < 1e-12 { near[2].to_radians() } else { r.m21.atan2(r.m11) };
-    let (sz, cz) = z.sin_cos();
+    let z = if cos_y < 1e-12 { near[2].to_radians() } else { libm::atan2(r.m21, r.m11) };
+    let (sz, cz) = libm::sincos(z);
     // The rotation about x is what is left when the one about z is undone (Day 2012, "Extracting Euler angles from a
     // rotation matrix"). It is accurate for every y.
-    let x = (sz * r.m13 - cz * r.m23).atan2(cz * r.m22 - sz * r.m12);
-    let y = (-r.m31).atan2(cos_y);
+    let x = libm::atan2(sz * r.m13 - cz * r.m23, cz * r.m22 - sz * r.m12);
+    let y = libm::atan2(-r.m31, cos_y);
     let first = [x, y, z].map(f64::to_degrees);
     // The other rotations about x and z by half a turn more have the same matrix.
     let second = [first[0] + 180.0, 180.0 - first[1], first[2] + 180.0];
@@ -126,7 +126,7 @@ mod tests {
         for i in -72_000..72_000 {
             let degrees = f64::from(i) * 0.01 + 0.003;
             let (s, c) = sin_cos_degrees(degrees);
-            let (s0, c0) = (degrees % 360.0).to_radians().sin_cos();
+            let (s0, c0) = libm::sincos((degrees % 360.0).to_radians());
             assert!((s - s0).abs() < 1e-15 && (c - c0).abs() < 1e-15, "{degrees}");
         }
     }
@@ -178,7 +178,7 @@ mod tests {
         let half = 35.0_f64.to_radians();
         let angles = [0.0, 0.0, 70.0];
         for scale in [1.0, -3.0, 1e-300, 1e300] {
-            let quaternion = [0.0, 0.0, half.sin(), half.cos()].map(|x| x * scale);
+            let quaternion = [0.0, 0.0, libm::sin(half), libm::cos(half)].map(|x| x * scale);
             let rotation = quaternion_rotation(quaternion).unwrap();
             assert!((rotation - euler_degrees(angles)).norm() < 1e-15, "{scale}: {rotation}");
         }

@@ -169,7 +169,7 @@ impl<'a> Naive<'a> {
 
     /// Returns the cube root of the ratio of the rest volume of a region.
     fn stretch(&self, region: u32) -> f64 {
-        self.at_region(self.ratios.as_deref(), region).cbrt()
+        libm::cbrt(self.at_region(self.ratios.as_deref(), region))
     }
 
     /// Returns a number of a region: the number of its center vertex, or the mean over the corners of a cell; 1

@@ -45,5 +45,5 @@ pub(super) fn flowed(
 
 /// Scales a positive definite matrix to the determinant 1.
 fn of_volume_one(shape: Matrix3<f64>) -> Matrix3<f64> {
-    shape / shape.determinant().cbrt()
+    shape / libm::cbrt(shape.determinant())
 }

@@ -57,8 +57,8 @@ fn make_orthogonal(b: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usiz
         return false;
     }
     let half_cot = (yy - xx) / (2.0 * product);
-    let tan = half_cot.signum() / (half_cot.abs() + half_cot.hypot(1.0));
-    let cos = 1.0 / tan.hypot(1.0);
+    let tan = half_cot.signum() / (half_cot.abs() + libm::hypot(half_cot, 1.0));
+    let cos = 1.0 / libm::hypot(tan, 1.0);
     let sin = cos * tan;
     for m in [b, v] {
         let (x, y): (Vector3<f64>, Vector3<f64>) = (m.column(p).into(), m.column(q).into());

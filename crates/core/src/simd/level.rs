@@ -66,7 +66,8 @@ fn find_level(best: Level, name: &str) -> Option<Level> {
     levels(best).find(|(known, _)| *known == name).map(|(_, level)| level)
 }
 
-/// Returns the name of the SIMD level of the kernels. `supple inspect` prints it, and checkpoints record it.
+/// Returns the name of the SIMD level of the kernels, which `supple inspect` prints. Results have the same bits at each
+/// level.
 pub fn simd_level() -> &'static str {
     levels(level()).last().map_or("scalar", |(name, _)| name)
 }

@@ -1,6 +1,7 @@
 //! Points that move along straight lines.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x4, f32x8, u8x32};
+use crate::simd::vector::Product;
+use fearless_simd::{Simd, SimdBase, f32x4, f32x8, u8x32};
 
 /// Byte indices that permute (x, y, z, 0) to (x, y, z, x).
 const XYZX: [u8; 32] = byte_indices([0, 1, 2, 0]);
@@ -75,7 +76,7 @@ impl Moving {
 #[inline(always)]
 pub(crate) fn position_at<S: Simd>(simd: S, moving: f32x8<S>, lambda: f32, center: f32x4<S>) -> f32x4<S> {
     let (p, v) = simd.split_f32x8(permuted(simd, moving, XYZX));
-    v.mul_add(f32x4::splat(simd, lambda), p) + center
+    v.times_plus(f32x4::splat(simd, lambda), p) + center
 }
 
 /// Returns the byte indices that permute the four lanes of each half of a register: lane `i` of the result is

@@ -2,19 +2,12 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::{Simd, SimdFloat};
 use nalgebra::Vector3;
 
-/// Computes the scalar product a·b. Each product and each sum is rounded.
+/// Computes the scalar product a·b.
 #[inline(always)]
 pub(crate) fn dot<V: Copy + Add<Output = V> + Mul<Output = V>>(a: [V; 3], b: [V; 3]) -> V {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Computes the scalar product a·b with fused multiply-adds, which do not round the products.
-#[inline(always)]
-pub(crate) fn dot_fused<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 /// Computes the cross product a × b.
@@ -34,3 +27,27 @@ pub(crate) fn wide(v: [f32; 3]) -> Vector3<f64> {
 pub(crate) fn scaled<V: Copy + Mul<Output = V>>(s: V, v: [V; 3]) -> [V; 3] {
     [v[0] * s, v[1] * s, v[2] * s]
 }
+
+/// Sums and differences of a product and a number. Both operations round: a fused multiply-add, which not every processor has,
+/// would give other bits.
+pub(crate) trait Product: Copy {
+    /// Computes a·b + c.
+    #[inline(always)]
+    fn times_plus<B, C>(self, b: B, c: C) -> Self
+    where
+        Self: Mul<B, Output = Self> + Add<C, Output = Self>,
+    {
+        self * b + c
+    }
+
+    /// Computes a·b − c.
+    #[inline(always)]
+    fn times_minus<B, C>(self, b: B, c: C) -> Self
+    where
+        Self: Mul<B, Output = Self> + Sub<C, Output = Self>,
+    {
+        self * b - c
+    }
+}
+
+impl<V: Copy> Product for V {}

@@ -200,7 +200,7 @@ fn load_rate(body: &Body, stacked_mass: f64, gravity: f64) -> f64 {
         return 0.0;
     }
     let density = body.material().density;
-    let height = stacked_mass / density / (body.mass() / density).powf(2.0 / 3.0);
+    let height = stacked_mass / density / libm::pow(body.mass() / density, 2.0 / 3.0);
     (2.0 * gravity * height / MAX_LOAD_DISPLACEMENT).sqrt() / body.lattice().cell_size()
 }
 

@@ -2,7 +2,7 @@
 //! into a tile, computes the normals of the chunk in a second tile, and writes the outputs from the two
 //! tiles.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x4, f32x8, f64x4};
 
 use super::mesh_update::{EmbeddedPoints, EmbeddedPointsBuilder};
 use super::normals::{ring_normal, to_xyz};
@@ -12,6 +12,7 @@ use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::tile::{Tile, offset, with_tiles};
+use crate::simd::vector::Product;
 use crate::simd::xyzx::{Pair, Xyzx};
 use crate::simd::{Coordinate, level};
 use crate::state::BodyFrame;
@@ -292,7 +293,7 @@ impl<S: Simd> ToWorld<S> {
     #[inline(always)]
     fn position<T: Coordinate>(self, simd: S, local: f32x4<S>) -> [T; 3] {
         let (local, _) = simd.widen_f32x8(simd.combine_f32x4(local, local));
-        T::narrow(simd, local.mul_add(self.cell, self.origin))
+        T::narrow(simd, local.times_plus(self.cell, self.origin))
     }
 }
 

@@ -4,7 +4,7 @@
 //! A chunk consists of the mesh vertices, here called points, that are interpolated into one tile; see
 //! `skin`. Two points that share a SIMD register are called a pair.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x4, f32x8};
 
 use super::one_ring_blocks::TileLayout;
 use super::pose::{ComponentMotion, Pose};
@@ -13,6 +13,7 @@ use crate::lattice::{
 };
 use crate::simd::level;
 use crate::simd::moving::{Moving, position_at};
+use crate::simd::vector::Product;
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
 
 /// Largest product of the distances of a point from its cell along two axes (for a smooth skin, largest square of a
@@ -248,8 +249,8 @@ fn interpolate_cell<S: Simd>(
     for (local, pair) in coords.iter().zip(pairs) {
         let [u, v, w, _] = broadcast_lanes(simd, f32x8::load_array_ref(simd, local));
         // The small offset from corner 0 is summed first, which reduces the rounding error.
-        let upper = u.mul_add(xyz, yz).mul_add(v, u.mul_add(xz, z));
-        let offset = upper.mul_add(w, u.mul_add(xy, y).mul_add(v, u * x));
+        let upper = u.times_plus(xyz, yz).times_plus(v, u.times_plus(xz, z));
+        let offset = upper.times_plus(w, u.times_plus(xy, y).times_plus(v, u * x));
         (one + offset).store_array(pair);
     }
 }
@@ -313,7 +314,7 @@ fn interpolate_smooth_cell<S: Simd>(
         let linear = trilinear_value(&linear, t);
         let difference = smooth_value(&terms, [x, y, z]) - linear;
         let slope_weights = trilinear_value(&weight_terms, [x.s, y.s, z.s]);
-        (first + slope_weights.mul_add(difference, linear)).store_array(pair);
+        (first + slope_weights.times_plus(difference, linear)).store_array(pair);
     }
 }
 

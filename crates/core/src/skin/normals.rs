@@ -8,6 +8,7 @@ use super::one_ring_blocks::{CHUNK, NO_NORMAL, OneRingBlock, OneRingBlocks, Tile
 use crate::mesh::Mesh;
 use crate::simd::level;
 use crate::simd::tile::{Tile, with_tiles};
+use crate::simd::vector::Product;
 use crate::simd::xyzx::{Eight, Xyzx, broadcast_lanes, rotate_lanes, squared_lengths, store, xyzx};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
@@ -140,8 +141,8 @@ fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S
             let (arm, edge) = (middle[k] - centers[k], after[k] - before[k]);
             // a * yzx(b) - yzx(a) * b is the cross product a × b in the lane order (z, x, y), where yzx(a) is
             // `rotate_lanes` of a.
-            sums[k] = arm.mul_add(rotate_lanes(simd, edge), sums[k]);
-            sums[k] = (-rotate_lanes(simd, arm)).mul_add(edge, sums[k]);
+            sums[k] = arm.times_plus(rotate_lanes(simd, edge), sums[k]);
+            sums[k] = (-rotate_lanes(simd, arm)).times_plus(edge, sums[k]);
         }
         before = after;
     }

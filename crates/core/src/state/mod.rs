@@ -97,7 +97,7 @@ impl State {
         let extent = (0..3).map(|c| f64::from(high[c]) - f64::from(low[c])).fold(1.0, f64::max);
         let cell_size = lattice.cell_size();
         let base = rotation * (lattice.origin() + middle * cell_size) + translation;
-        let quantum = 2.0_f64.powf(extent.log2().ceil());
+        let quantum = libm::pow(2.0_f64, libm::log2(extent).ceil());
         let (shift, velocity) = ([0.0; 3], [0.0; 3]);
         let frame = Frame { base: base.coords.into(), shift, velocity, cell_size, quantum };
 

@@ -95,8 +95,9 @@ impl Scaled {
     fn root_bound(&self) -> f64 {
         let c = self.0;
         let Some(degree) = (1..4).rev().find(|&i| c[i] != 0.0) else { return 1.0 };
-        let bound =
-            (1..=degree).map(|k| (c[degree - k] / c[degree]).abs().powf(1.0 / k as f64)).fold(0.0, f64::max);
+        let bound = (1..=degree)
+            .map(|k| libm::pow((c[degree - k] / c[degree]).abs(), 1.0 / k as f64))
+            .fold(0.0, f64::max);
         // Twice the maximum is Fujiwara's bound; the factor 2.5 allows for the rounding of `powf`.
         2.5 * bound
     }

@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn vertex_without_clearance_slides_for_any_normal() {
         for degrees in 0..=180 {
-            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let (sin, cos) = libm::sincos(f64::from(degrees).to_radians());
             let floor = limit([sin, cos, 0.0], 0.0);
             let (along, _) = project(&[floor], Vector3::zeros(), Vector3::new(0.0, 0.0, 2.0));
             assert_eq!(along, Vector3::new(0.0, 0.0, 2.0));

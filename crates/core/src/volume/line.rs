@@ -3,10 +3,11 @@
 //! `det[a, b, c]` is the scalar triple product `a . (b × c)`. In memory the components of vectors lie in SIMD
 //! lanes.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4};
+use fearless_simd::{Simd, SimdBase, f32x8, f64x4};
 
 pub(super) use crate::simd::moving::Moving;
 use crate::simd::moving::{byte_indices, permuted};
+use crate::simd::vector::Product;
 
 /// Loads the points with the indices `indices`.
 #[inline(always)]
@@ -59,7 +60,7 @@ impl<S: Simd> Line<S> {
     /// Returns `self + factor * other`.
     #[inline(always)]
     pub(super) fn plus_times(self, other: Self, factor: f64x4<S>) -> Self {
-        Self { p: other.p.mul_add(factor, self.p), v: other.v.mul_add(factor, self.v) }
+        Self { p: other.p.times_plus(factor, self.p), v: other.v.times_plus(factor, self.v) }
     }
 }
 
@@ -103,10 +104,10 @@ impl<S: Simd> Determinants<S> {
         let n1 = cross(b.xyz.p, b.yzx.p, c.xyz.v, c.yzx.v) + cross(b.xyz.v, b.yzx.v, c.xyz.p, c.yzx.p);
         let n2 = cross(b.xyz.v, b.yzx.v, c.xyz.v, c.yzx.v);
         let [c0, c1, c2, c3] = &mut self.0;
-        *c0 = a.p.mul_add(n0, *c0);
-        *c1 = a.p.mul_add(n1, a.v.mul_add(n0, *c1));
-        *c2 = a.p.mul_add(n2, a.v.mul_add(n1, *c2));
-        *c3 = a.v.mul_add(n2, *c3);
+        *c0 = a.p.times_plus(n0, *c0);
+        *c1 = a.p.times_plus(n1, a.v.times_plus(n0, *c1));
+        *c2 = a.p.times_plus(n2, a.v.times_plus(n1, *c2));
+        *c3 = a.v.times_plus(n2, *c3);
     }
 
     /// Returns the coefficients of the sum, with the coefficient of `lambda^k` at index `k`.
@@ -148,8 +149,9 @@ impl<S: Simd> FastDeterminants<S> {
     pub(super) fn add(&mut self, simd: S, a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) {
         let [like, mixed] = cross_products(simd, b, c);
         let a = permuted(simd, a, ZXY);
-        self.outer = a.mul_add(like, self.outer);
-        self.inner = a.mul_add(mixed + swapped(simd, mixed), swapped(simd, a).mul_add(like, self.inner));
+        self.outer = a.times_plus(like, self.outer);
+        self.inner =
+            a.times_plus(mixed + swapped(simd, mixed), swapped(simd, a).times_plus(like, self.inner));
     }
 
     /// Adds the terms since the last flush in f64.
@@ -183,7 +185,7 @@ pub(super) fn value_and_slope<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>, c: f32
     let [like, mixed] = cross_products(simd, b, c);
     let a = permuted(simd, a, ZXY);
     let [z0, x0, y0, ..] = (a * like).to_array();
-    let [z1, x1, y1, ..] = a.mul_add(mixed + swapped(simd, mixed), swapped(simd, a) * like).to_array();
+    let [z1, x1, y1, ..] = a.times_plus(mixed + swapped(simd, mixed), swapped(simd, a) * like).to_array();
     [x0 + y0 + z0, x1 + y1 + z1]
 }
 
@@ -192,15 +194,15 @@ pub(super) fn value_and_slope<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>, c: f32
 #[inline(always)]
 fn cross_products<S: Simd>(simd: S, b: f32x8<S>, c: f32x8<S>) -> [f32x8<S>; 2] {
     let (b_yzx, c_yzx) = (permuted(simd, b, YZX), permuted(simd, c, YZX));
-    let like = b.mul_sub(c_yzx, b_yzx * c);
-    [like, b.mul_sub(swapped(simd, c_yzx), b_yzx * swapped(simd, c))]
+    let like = b.times_minus(c_yzx, b_yzx * c);
+    [like, b.times_minus(swapped(simd, c_yzx), b_yzx * swapped(simd, c))]
 }
 
 /// Returns `a × b` with components in the order (z, x, y). `a`, `b`: components in the order (x, y, z);
 /// `a_yzx`, `b_yzx`: components in the order (y, z, x).
 #[inline(always)]
 fn cross<S: Simd>(a: f64x4<S>, a_yzx: f64x4<S>, b: f64x4<S>, b_yzx: f64x4<S>) -> f64x4<S> {
-    a.mul_add(b_yzx, -(a_yzx * b))
+    a.times_plus(b_yzx, -(a_yzx * b))
 }
 
 #[cfg(test)]

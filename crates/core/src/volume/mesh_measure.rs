@@ -3,7 +3,7 @@
 //!
 //! `det[a, b, c]` is the scalar triple product `a . (b × c)`.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
 
 use super::line::{CrossFactor, Determinants, FastDeterminants, Line, Moving, load};
 use super::patch::Patch;
@@ -12,6 +12,7 @@ use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
 use crate::lattice::{Embedding, Smoothing};
 use crate::parallel::Executor;
 use crate::simd::level;
+use crate::simd::vector::Product;
 
 /// Number of surface points that one task interpolates.
 const BATCH: usize = 1024;
@@ -222,7 +223,7 @@ fn interpolate<S: Simd>(
         for (point, weights) in points.by_ref().take(run.points) {
             let mut offset = corners[1] * weights[1];
             for k in 2..8 {
-                offset = corners[k].mul_add(f32x8::splat(simd, weights[k]), offset);
+                offset = corners[k].times_plus(f32x8::splat(simd, weights[k]), offset);
             }
             point.store(corners[0] + offset);
         }

@@ -1,11 +1,12 @@
 //! Computes the points of a smooth surface as points that move along straight lines: each by the smooth interpolant of
 //! its cell.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f32x16};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x8, f32x16};
 
 use super::line::{Moving, load};
 use crate::lattice::{SmoothCoordinate, SmoothTerms, Smoothing, polynomial, smooth_value, trilinear_value};
 use crate::simd::level;
+use crate::simd::vector::Product;
 
 /// Number of points that are computed at a time, one in each lane.
 const POINTS: usize = 16;
@@ -128,7 +129,8 @@ impl CellTerms {
         let corner = std::mem::take(&mut linear[0]);
         if !self.has_full_weight {
             let (linear, [x, y, z]) = (trilinear_value(&linear, local), functions);
-            offset = trilinear_value(&self.slope_weights, [x.s, y.s, z.s]).mul_add(offset - linear, linear);
+            offset =
+                trilinear_value(&self.slope_weights, [x.s, y.s, z.s]).times_plus(offset - linear, linear);
         }
         offset + corner
     }

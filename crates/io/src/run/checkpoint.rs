@@ -18,7 +18,7 @@ pub const CHECKPOINT: &str = "supple.checkpoint";
 /// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
 /// Version of the format of checkpoints and of the states in them; other versions are rejected.
-pub const CHECKPOINT_VERSION: u32 = 23;
+pub const CHECKPOINT_VERSION: u32 = 24;
 /// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 
@@ -28,8 +28,6 @@ const HEADER: usize = 8 + 4 + 8 + 8;
 pub(super) struct Checkpoint {
     /// Settings that must be the same when the run resumes.
     pub(super) settings: Settings,
-    /// SIMD level of the run that wrote the checkpoint.
-    pub(super) level: String,
     /// Last completed frame, from 0.
     pub(super) frame: u32,
     /// Records of the written frames: one list per sequence, in the order of the frames.

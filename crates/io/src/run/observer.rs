@@ -90,13 +90,6 @@ pub enum Note {
         /// Problem, such as a missing file or a changed setting.
         reason: String,
     },
-    /// The checkpoint was written at another SIMD level, so that the last bits of positions may differ.
-    SimdLevelDiffers {
-        /// SIMD level of the checkpoint.
-        before: String,
-        /// SIMD level of this run.
-        now: String,
-    },
     /// What the author of the scene probably does not expect.
     Caution(Caution),
 }
@@ -112,10 +105,6 @@ impl Note {
             Self::Restarted { reason } => {
                 format!("{}; starting again from frame {start_frame}", Escaped(reason))
             }
-            Self::SimdLevelDiffers { before, now } => format!(
-                "the checkpoint was written with {before}, and this run uses {now}: \
-                 frames may differ in their last bits from an uninterrupted run"
-            ),
             Self::Caution(caution) => caution.to_string(),
         }
     }

@@ -28,7 +28,7 @@ impl Job {
     ///
     /// With [`Resume::Yes`], a finished sequence is not changed. A sequence that was stopped, or that has
     /// more frames in this job, continues after its checkpoint; its frames are bit-identical to the frames of
-    /// an uninterrupted run at the same SIMD level. If there is no checkpoint, or a frame is missing or has
+    /// an uninterrupted run, also on another machine. If there is no checkpoint, or a frame is missing or has
     /// another size than in the checkpoint, the job starts at frame 0. It is an error if the motion, the
     /// format, the numbers of the frames or the version of the program differ from the checkpoint, if
     /// [`Job::stats`] was set and is not or the reverse, and if rows of the statistics are lost. With
@@ -139,13 +139,8 @@ impl Job {
         Checkpoint::remove(&self.directory)?;
         states::remove(&self.directory, None)?;
         let aside = existing.set_aside(&sequences)?;
-        let checkpoint = Checkpoint {
-            settings,
-            level: supple::simd_level().to_string(),
-            frame: 0,
-            frames: vec![Vec::new(); sequences.len()],
-            stats: None,
-        };
+        let checkpoint =
+            Checkpoint { settings, frame: 0, frames: vec![Vec::new(); sequences.len()], stats: None };
         let output = Output::open(sequences, &self.frame_run(&prepared, None))?;
         Ok(Running::new(self, prepared, Files { output, stats, aside }, checkpoint, None))
     }
@@ -160,11 +155,6 @@ impl Job {
         observer: &mut dyn Observer,
     ) -> Result<Running<'_>, RunError> {
         let Earlier { mut checkpoint, stats, listing, renames, changes, .. } = earlier;
-        let level = supple::simd_level().to_string();
-        if checkpoint.level != level {
-            let before = std::mem::replace(&mut checkpoint.level, level.clone());
-            observer.note(&Note::SimdLevelDiffers { before, now: level });
-        }
         let frame = checkpoint.frame;
         let stats = match (&self.stats, stats) {
             (Some(path), Some(rows)) => Some(Stats::resume(path, rows)?),

@@ -363,7 +363,7 @@ fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it.
+/// Return the SIMD level of this process, such as "avx2" or "neon". Results have the same bits at each.
 #[pyfunction]
 pub(crate) fn simd_level() -> &'static str {
     supple::simd_level()

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask, dispatch, f32x8};
 use crate::lattice::Layout;
 use crate::simd::lanes::{Block, Lanes, between, bits_between, load};
 use crate::simd::level;
-use crate::simd::vector::{cross, dot_fused};
+use crate::simd::vector::{cross, dot};
 
 /// Determinant up to which a cell may be inside out. It is above the rounding errors of the determinants of edges with
 /// lengths of up to 3 cells.
@@ -42,7 +42,7 @@ fn is_inverted<S: Simd, const N: usize>(simd: S, layout: &Layout, blocks: &[Bloc
         for z in 0..2 {
             let area = cross(links[1].edges[y], links[2].edges[z]);
             for x in 0..2 {
-                let positive = dot_fused(links[0].edges[x], area).simd_gt(doubtful).to_bitmask() as u8;
+                let positive = dot(links[0].edges[x], area).simd_gt(doubtful).to_bitmask() as u8;
                 inverted |= !positive & links[0].lanes[x] & links[1].lanes[y] & links[2].lanes[z];
             }
         }

@@ -54,7 +54,7 @@ struct Wave {
 
 impl Wave {
     fn velocity(&self, place: &Vector3<f64>) -> Vector3<f64> {
-        self.amplitude * (TAU * (self.number.dot(place) + self.phase)).sin()
+        self.amplitude * libm::sin(TAU * (self.number.dot(place) + self.phase))
     }
 }
 
@@ -111,7 +111,7 @@ impl Numbers {
     fn direction(&mut self) -> Vector3<f64> {
         let (z, angle) = (2.0 * self.next() - 1.0, TAU * self.next());
         let radius = (1.0 - z * z).max(0.0).sqrt();
-        Vector3::new(radius * angle.cos(), radius * angle.sin(), z)
+        Vector3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
     }
 }
 

@@ -1,12 +1,13 @@
 //! Sums the momenta and the inertia of each connected component in f64, in a fixed order, and computes the
 //! rigid velocity that corrects the momenta. m, x and v are the mass, position and velocity of a vertex.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
+use fearless_simd::{Simd, SimdBase, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::components::Components;
 use super::rigid::{RigidVelocity, principal_axes};
 use crate::simd::lanes::{Block, LANES, load};
+use crate::simd::vector::Product;
 use crate::state::{Momentum, Twist};
 
 /// Sums over the vertices of a component: Σ m v, Σ m x, Σ m x × v and Σ m (xx, yy, zz, xy, xz, yz), where
@@ -110,14 +111,14 @@ fn add_moments<S: Simd>(sums: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S
     let mx = [m * x[0], m * x[1], m * x[2]];
     for c in 0..3 {
         let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-        sums[c] = m.mul_add(v[c], sums[c]);
+        sums[c] = m.times_plus(v[c], sums[c]);
         sums[3 + c] += mx[c];
-        sums[6 + c] = mx[next].mul_add(v[last], (-mx[last]).mul_add(v[next], sums[6 + c]));
-        sums[9 + c] = mx[c].mul_add(x[c], sums[9 + c]);
+        sums[6 + c] = mx[next].times_plus(v[last], (-mx[last]).times_plus(v[next], sums[6 + c]));
+        sums[9 + c] = mx[c].times_plus(x[c], sums[9 + c]);
     }
-    sums[12] = mx[0].mul_add(x[1], sums[12]);
-    sums[13] = mx[0].mul_add(x[2], sums[13]);
-    sums[14] = mx[1].mul_add(x[2], sums[14]);
+    sums[12] = mx[0].times_plus(x[1], sums[12]);
+    sums[13] = mx[0].times_plus(x[2], sums[13]);
+    sums[14] = mx[1].times_plus(x[2], sums[14]);
 }
 
 /// Adds each vertex of consecutive blocks to the sums of its component. `of_slot` has the component of each

@@ -3,7 +3,7 @@
 //! Symbols: M, I mass and inertia tensor; c center of mass; R rotation from the rest pose; V velocity of the center; L
 //! angular momentum about it; ω = R I⁻¹ Rᵀ L; h length of the step.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch, f32x8, mask32x8};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 
 use super::holds::{Freedom, HeldVertex, Joint, motion_of};
@@ -13,6 +13,7 @@ use crate::dynamics::momentum::{Mobility, Projection};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 use crate::state::{RigidMobility, RigidPose, State, Twist};
 
 /// The shape of a rigid body, and its data in a step. Masses are in units of a full cell's mass, lengths in cells.
@@ -339,7 +340,7 @@ fn write_vertices<'a, S: Simd>(
         let r: [f32x8<S>; 3] = load(simd, offset);
         let (mut arm, mut position, mut error, mut velocity) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
         for c in 0..3 {
-            arm[c] = r[0].mul_add(rotation[c][0], r[1].mul_add(rotation[c][1], r[2] * rotation[c][2]));
+            arm[c] = r[0].times_plus(rotation[c][0], r[1].times_plus(rotation[c][1], r[2] * rotation[c][2]));
         }
         for c in 0..3 {
             let sum = center[c] + arm[c];

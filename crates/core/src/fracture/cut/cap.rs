@@ -183,7 +183,7 @@ fn loops(mut edges: Vec<(u32, u32)>, at: impl Fn(u32) -> Planar) -> Vec<Vec<u32>
             let leaving = (start..edges.len()).take_while(|&next| edges[next].0 == here);
             let angle = |next: usize| {
                 let direction =
-                    |point: u32| f64::atan2(at(point)[1] - at(here)[1], at(point)[0] - at(here)[0]);
+                    |point: u32| libm::atan2(at(point)[1] - at(here)[1], at(point)[0] - at(here)[0]);
                 let clockwise = direction(from) - direction(edges[next].1);
                 if clockwise <= 0.0 { clockwise + std::f64::consts::TAU } else { clockwise }
             };

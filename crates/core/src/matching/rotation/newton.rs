@@ -18,7 +18,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 use super::columns::columns;
 use super::davenport;
 use crate::simd::lanes::LANES;
-use crate::simd::vector::{dot_fused as dot, scaled};
+use crate::simd::vector::{Product, dot, scaled};
 
 /// Maximum number of Newton steps. Lanes that have not converged after these steps use the fallback: an
 /// eigenvalue problem in f64. From a warm start, one or two steps are sufficient.
@@ -113,8 +113,8 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     let mut m = [[zero; 3]; 3];
     for i in 0..3 {
         for j in 0..3 {
-            m[i][j] =
-                r[3 * i].mul_add(a[3 * j], r[3 * i + 1].mul_add(a[3 * j + 1], r[3 * i + 2] * a[3 * j + 2]));
+            m[i][j] = r[3 * i]
+                .times_plus(a[3 * j], r[3 * i + 1].times_plus(a[3 * j + 1], r[3 * i + 2] * a[3 * j + 2]));
         }
     }
     let [[m00, m01, m02], [m10, m11, m12], [m20, m21, m22]] = m;
@@ -124,14 +124,14 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     let (h01, h02, h12) = ((m01 + m10) * -0.5, (m02 + m20) * -0.5, (m12 + m21) * -0.5);
 
     // Adjugate and determinant of H.
-    let c00 = h11.mul_add(h22, -(h12 * h12));
-    let c01 = h02.mul_add(h12, -(h01 * h22));
-    let c02 = h01.mul_add(h12, -(h02 * h11));
-    let c11 = h00.mul_add(h22, -(h02 * h02));
-    let c12 = h01.mul_add(h02, -(h00 * h12));
-    let c22 = h00.mul_add(h11, -(h01 * h01));
+    let c00 = h11.times_plus(h22, -(h12 * h12));
+    let c01 = h02.times_plus(h12, -(h01 * h22));
+    let c02 = h01.times_plus(h12, -(h02 * h11));
+    let c11 = h00.times_plus(h22, -(h02 * h02));
+    let c12 = h01.times_plus(h02, -(h00 * h12));
+    let c22 = h00.times_plus(h11, -(h01 * h01));
     let adjugate = [c00, c01, c02, c11, c12, c22];
-    let det = h00.mul_add(c00, h01.mul_add(c01, h02 * c02));
+    let det = h00.times_plus(c00, h01.times_plus(c01, h02 * c02));
     let half_trace = m00 + m11 + m22;
 
     let one = f32x16::splat(simd, 1.0);
@@ -173,13 +173,14 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
 fn rotated<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
     let one = f32x16::splat(simd, 1.0);
     let [qx, qy, qz, qw] = q;
-    let step_squared = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
-    let q_squared = qx.mul_add(qx, qy.mul_add(qy, qz.mul_add(qz, qw * qw)));
-    let scale = q_squared.mul_add(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / step_squared.sqrt();
-    let sx = qx + qw.mul_add(x, qy.mul_add(z, -(qz * y)));
-    let sy = qy + qw.mul_add(y, qz.mul_add(x, -(qx * z)));
-    let sz = qz + qw.mul_add(z, qx.mul_add(y, -(qy * x)));
-    let sw = qw - qx.mul_add(x, qy.mul_add(y, qz * z));
+    let step_squared = x.times_plus(x, y.times_plus(y, z.times_plus(z, one)));
+    let q_squared = qx.times_plus(qx, qy.times_plus(qy, qz.times_plus(qz, qw * qw)));
+    let scale =
+        q_squared.times_plus(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / step_squared.sqrt();
+    let sx = qx + qw.times_plus(x, qy.times_plus(z, -(qz * y)));
+    let sy = qy + qw.times_plus(y, qz.times_plus(x, -(qx * z)));
+    let sz = qz + qw.times_plus(z, qx.times_plus(y, -(qy * x)));
+    let sw = qw - qx.times_plus(x, qy.times_plus(y, qz * z));
     [sx * scale, sy * scale, sz * scale, sw * scale]
 }
 

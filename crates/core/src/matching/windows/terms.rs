@@ -1,10 +1,11 @@
 //! Defines the window sums that forward and adjoint passes compute for eight lanes, and how a vertex is added
 //! to them. W is the plain and W' the offset-weighted sum over a window.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use crate::simd::has_masked_arithmetic;
 use crate::simd::lanes::{Row, store};
+use crate::simd::vector::Product;
 
 /// The sums of eight windows, one in each lane. Vertices are added one at a time, one vertex to each window.
 ///
@@ -100,7 +101,7 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
                 self.plain[c] = mask.select(sum + value, sum);
                 if c < 3 {
                     let sum = self.weighted[c];
-                    self.weighted[c] = mask.select(value.mul_add(offset, sum), sum);
+                    self.weighted[c] = mask.select(value.times_plus(offset, sum), sum);
                 }
             }
         } else {
@@ -109,7 +110,7 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
                 let value = mask.select(row(c), zero);
                 self.plain[c] += value;
                 if c < 3 {
-                    self.weighted[c] = value.mul_add(offset, self.weighted[c]);
+                    self.weighted[c] = value.times_plus(offset, self.weighted[c]);
                 }
             }
         }
@@ -171,7 +172,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
         for c in 0..OUT {
             let mut value = row(c);
             if c < 3 {
-                value = row(IN - 3 + c).mul_add(negative_offset, value);
+                value = row(IN - 3 + c).times_plus(negative_offset, value);
             }
             let sum = self.sums[c];
             self.sums[c] = if has_masked_arithmetic(simd) {
@@ -195,7 +196,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> PairTerms<S> for Adjoint<S, IN,
     fn single(simd: S, offset: f32, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut sums = Self::center(simd, &row);
         for c in 0..3 {
-            sums.sums[c] = row(IN - 3 + c).mul_add(f32x8::splat(simd, -offset), sums.sums[c]);
+            sums.sums[c] = row(IN - 3 + c).times_plus(f32x8::splat(simd, -offset), sums.sums[c]);
         }
         sums
     }

@@ -23,13 +23,14 @@
 //! Vectors are stored in [`Blocks`], so that sums over links run on eight vertices at a time. Scalar products are
 //! summed in f64.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x8, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::walls::Wall;
 use crate::lattice::Lattice;
 use crate::simd::lanes::{Block, Row, block_and_lane, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 use crate::volume::adjacency::Adjacency;
 use crate::volume::blocks::Blocks;
 
@@ -201,8 +202,8 @@ impl<'a> System<'a> {
             let mut products = f32x8::splat(simd, 0.0);
             for c in 0..3 {
                 let links = self.blocks.sum(simd, block, (vectors, c));
-                let row = self.blocks.filled(simd, block, weight.mul_sub(rows[c], links));
-                products = row.mul_add(rows[c], products);
+                let row = self.blocks.filled(simd, block, weight.times_minus(rows[c], links));
+                products = row.times_plus(rows[c], products);
                 rows[c] = row;
             }
             total.add(simd, products);
@@ -220,7 +221,7 @@ impl<'a> System<'a> {
             let (residual, mut rows): ([f32x8<S>; 3], [f32x8<S>; 3]) =
                 (load(simd, residual), load(simd, direction));
             for c in 0..3 {
-                rows[c] = rows[c].mul_add(factor, residual[c] * inverse);
+                rows[c] = rows[c].times_plus(factor, residual[c] * inverse);
             }
             store(rows, direction);
         }
@@ -247,9 +248,9 @@ impl<'a> System<'a> {
             let (mut v, mut r): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, field), load(simd, residual));
             let mut squares = f32x8::splat(simd, 0.0);
             for c in 0..3 {
-                v[c] = direction[c].mul_add(step, v[c]);
+                v[c] = direction[c].times_plus(step, v[c]);
                 r[c] -= image[c] * step;
-                squares = r[c].mul_add(r[c], squares);
+                squares = r[c].times_plus(r[c], squares);
             }
             store(v, field);
             store(r, residual);

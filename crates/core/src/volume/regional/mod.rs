@@ -35,6 +35,7 @@ use crate::lattice::Lattice;
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Row, block_and_lane, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 
 /// Weight of the wanted scales relative to the links.
 const DATA: f32 = 6.0;
@@ -308,7 +309,7 @@ fn weighted_scales<S: Simd>(simd: S, [loss, gradient]: [f32x8<S>; 2], rest: [f32
     let gradient = factor * gradient;
     let volume = (rest_volume - loss).max(rest_volume * MIN_VOLUME);
     let wanted_gain = volume * 2.0 * ((rest_volume / volume).sqrt() - f32x8::splat(simd, 1.0));
-    let squared = gradient.mul_add(gradient, rest_squared * (MIN_GRADIENT * MIN_GRADIENT));
+    let squared = gradient.times_plus(gradient, rest_squared * (MIN_GRADIENT * MIN_GRADIENT));
     let weight = (squared / rest_squared).min(f32x8::splat(simd, MAX_WEIGHT)) * DATA;
     [weight, weight * (wanted_gain * gradient / squared)]
 }
@@ -322,10 +323,10 @@ fn grown<S: Simd>(
     [volume, squared, factor]: [f32x8<S>; 3],
     ratio: f32x8<S>,
 ) -> ([f32x8<S>; 2], [f32x8<S>; 3]) {
-    let loss = (ratio - f32x8::splat(simd, 1.0)).mul_add(volume, loss);
+    let loss = (ratio - f32x8::splat(simd, 1.0)).times_plus(volume, loss);
     // Gradients are areas: they grow as the power 2/3, their squares as 4/3.
     let mut growth = ratio.to_array();
-    growth.iter_mut().for_each(|ratio| *ratio *= ratio.cbrt());
+    growth.iter_mut().for_each(|ratio| *ratio *= libm::cbrtf(*ratio));
     ([loss, gradient], [volume * ratio, squared * f32x8::load_array(simd, growth), factor])
 }
 
@@ -334,6 +335,6 @@ fn grown<S: Simd>(
 fn bounded<S: Simd>(simd: S, scales: f32x8<S>, cap: f32) -> f32x8<S> {
     let [one, limit] = [f32x8::splat(simd, 1.0), f32x8::splat(simd, 1e9)];
     let ratio = (scales / cap).max(-limit).min(limit);
-    let bounded = ratio * cap / ratio.mul_add(ratio, one).sqrt();
+    let bounded = ratio * cap / ratio.times_plus(ratio, one).sqrt();
     bounded.is_finite().select(bounded, f32x8::splat(simd, 0.0))
 }

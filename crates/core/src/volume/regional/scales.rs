@@ -5,6 +5,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, load, store};
 use crate::simd::level;
+use crate::simd::vector::Product;
 use crate::volume::blocks::Blocks;
 
 /// Buffers of the iterations, in [`Blocks`].
@@ -76,8 +77,8 @@ impl Scales {
                         } else {
                             neighbors = blocks.sum(simd, block, (before, 0));
                         }
-                        let residual = (neighbors + weighted).mul_sub(inverse, s);
-                        let next = last.mul_add(factors[0], residual * factors[1]);
+                        let residual = (neighbors + weighted).times_minus(inverse, s);
+                        let next = last.times_plus(factors[0], residual * factors[1]);
                         store([next], change);
                         store([s + next], value);
                     }
