@@ -4,7 +4,9 @@
 
 use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 
-use super::field::{Field, HeightSlopes, PlaneField, ShapeField, may_touch_for_any_slopes};
+use super::field::{
+    Aabb, Field, HeightSlopes, PlaneField, ShapeField, aabb_of_all, may_touch_for_any_slopes,
+};
 use super::interpolant::monomials;
 use super::memory::buffer_bytes;
 use super::patch::{Patch, Touching};
@@ -34,6 +36,8 @@ pub struct ContactReport {
 pub(super) struct Detection {
     /// Position of the vertex of each row, in the body's frame.
     pub(super) positions: Vec<Vec4>,
+    /// Of `positions`; `None` until a shape is searched.
+    bounds: Option<Aabb>,
     /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,
     /// Slopes of the positions, if the skin is smooth. Empty until a shape is near.
@@ -87,6 +91,7 @@ impl Detection {
             self.positions[row as usize] = Vec4::repeat(f32::NAN);
         }
         self.has_slopes = false;
+        self.bounds = None;
     }
 
     /// As [`read`](Self::read), of positions that contacts changed: updates the paths of the samples.
@@ -103,12 +108,14 @@ impl Detection {
 
     /// Returns false only if no sample is within `skin` of the shape. May return true in this case as well.
     pub(super) fn may_touch(&mut self, shape: &PosedShape<'_>, samples: &SampleCells, skin: f64) -> bool {
-        if samples.stencils().is_some() {
-            if !may_touch_for_any_slopes(shape, self.positions.iter(), skin) {
-                return false;
-            }
-            self.update_slopes(samples);
+        let bounds = self.bounds.get_or_insert_with(|| aabb_of_all(&self.positions));
+        if samples.stencils().is_none() {
+            return shape.may_touch(&bounds.0, &bounds.1, skin);
         }
+        if !may_touch_for_any_slopes(shape, bounds, skin) {
+            return false;
+        }
+        self.update_slopes(samples);
         let slopes = self.smooth.of(samples);
         ShapeField { shape, positions: &self.positions, slopes }.any_may_touch(skin)
     }

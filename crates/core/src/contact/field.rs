@@ -204,7 +204,10 @@ impl ShapeField<'_> {
     /// Returns false only if no sample is within `skin`. May return true in this case as well.
     pub(super) fn any_may_touch(&self, skin: f64) -> bool {
         match self.slopes {
-            None => may_touch(self.shape, self.positions.iter(), skin),
+            None => {
+                let (center, half) = aabb_of_all(self.positions);
+                self.shape.may_touch(&center, &half, skin)
+            }
             Some(RowSlopes { slopes, .. }) => {
                 smooth_may_touch(self.shape, self.positions.iter().zip(slopes), skin)
             }
@@ -264,33 +267,67 @@ fn smooth_may_touch<'a>(
     shape.may_touch(&center, &(half + reach), skin)
 }
 
-/// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the
-/// shape, whatever the slopes are.
+/// Returns false only if no smooth position of a body whose vertices have this AABB is within `skin` of the shape,
+/// whatever the slopes are.
 ///
 /// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half
 /// extents.
-pub(super) fn may_touch_for_any_slopes<'a>(
-    shape: &PosedShape<'_>,
-    positions: impl Iterator<Item = &'a Vec4>,
-    skin: f64,
-) -> bool {
-    let (center, half) = aabb(positions);
-    shape.may_touch(&center, &(half * (1.0 + 6.0 * SLOPE_BOUND)), skin)
+pub(super) fn may_touch_for_any_slopes(shape: &PosedShape<'_>, (center, half): &Aabb, skin: f64) -> bool {
+    shape.may_touch(center, &(half * (1.0 + 6.0 * SLOPE_BOUND)), skin)
 }
 
-/// Returns the center and half extents of the AABB of `positions`, enlarged by the rounding error.
-pub(super) fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
-    let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
-    for position in positions {
+/// Center and half extents of an AABB, enlarged by the rounding error.
+pub(super) type Aabb = (Point3<f64>, Vector3<f64>);
+
+/// Returns the AABB of `positions`.
+fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> Aabb {
+    let mut extremes = Extremes::NONE;
+    positions.for_each(|position| extremes.add(position));
+    extremes.aabb()
+}
+
+/// Returns the AABB of `positions`, with the bits of [`aabb`].
+pub(super) fn aabb_of_all(positions: &[Vec4]) -> Aabb {
+    // Four independent extremes, which the processor can compute in parallel.
+    let mut four = [Extremes::NONE; 4];
+    let (chunks, rest) = positions.as_chunks::<4>();
+    for chunk in chunks {
+        for (extremes, position) in four.iter_mut().zip(chunk) {
+            extremes.add(position);
+        }
+    }
+    let [mut all, others @ ..] = four;
+    let others = others.iter().flat_map(|extremes| [&extremes.low, &extremes.high]);
+    others.chain(rest).for_each(|position| all.add(position));
+    all.aabb()
+}
+
+/// The least and the greatest of each component of positions. NaN does not count.
+#[derive(Clone, Copy)]
+struct Extremes {
+    low: Vec4,
+    high: Vec4,
+}
+
+impl Extremes {
+    const NONE: Self = Self {
+        low: Vec4::new(f32::INFINITY, f32::INFINITY, f32::INFINITY, f32::INFINITY),
+        high: Vec4::new(f32::NEG_INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY),
+    };
+
+    #[inline(always)]
+    fn add(&mut self, position: &Vec4) {
+        let Self { low, high } = self;
         for c in 0..4 {
             // Comparisons compile to one instruction for all components; `min` and `max` do not.
             low[c] = if position[c] < low[c] { position[c] } else { low[c] };
             high[c] = if position[c] > high[c] { position[c] } else { high[c] };
         }
     }
-    let (low, high) = (low.map(f64::from), high.map(f64::from));
-    let center = Point3::from(std::array::from_fn(|a| 0.5 * (low[a] + high[a])));
-    // Rounding can move a sample slightly outside its cell.
-    let half = Vector3::from_fn(|a, _| 0.5 * (high[a] - low[a]) * (1.0 + 1e-5));
-    (center, half)
+
+    fn aabb(&self) -> Aabb {
+        let (low, high) = (wide(&self.low), wide(&self.high));
+        // Rounding can move a sample slightly outside its cell.
+        (((low + high) * 0.5).into(), (high - low) * 0.5 * (1.0 + 1e-5))
+    }
 }

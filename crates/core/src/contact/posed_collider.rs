@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::deformation::Deformation;
-use super::field::aabb;
+use super::field::aabb_of_all;
 use super::shape::PosedShape;
 use super::vec4::Vec4;
 use crate::motion::Pose;
@@ -75,7 +75,7 @@ impl PosedCollider<'_> {
         if self.motion.is_none() {
             return deformed;
         }
-        let (center, half) = aabb(positions.iter());
+        let (center, half) = aabb_of_all(positions);
         // The displacement is linear in the position, so that it is greatest at a corner.
         let corner = |k: usize| {
             let signs = Vector3::from_fn(|a, _| if k >> a & 1 == 1 { 1.0 } else { -1.0 });

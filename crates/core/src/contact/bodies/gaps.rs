@@ -215,8 +215,8 @@ impl GapSearch {
             }
             near.clear();
             let bounds = own.bounds.enlarged(thickness);
-            for bin in grid.bins(&bounds) {
-                for &index in grid.cells_of(bin) {
+            for bins in grid.rows(&bounds) {
+                for &index in grid.cells_of(bins) {
                     let found = &mut cells[index as usize];
                     let sampled = &other.1.cells[found.group as usize];
                     let is_new = found.found_for != Some(group.cell)

@@ -1,5 +1,7 @@
 //! A grid of the boxes of cells, to find those that contain a point or intersect a box.
 
+use std::ops::Range;
+
 use nalgebra::Point3;
 
 use super::bounds::Bounds;
@@ -54,9 +56,7 @@ impl Grid {
         self.first.resize(self.counts.iter().product::<usize>() + 1, 0);
         // Counts the entries of each bin, then places them: from the end, so that each bin is in increasing order.
         for (_, bounds) in cells {
-            for bin in self.bins(bounds) {
-                self.first[bin] += 1;
-            }
+            self.rows(bounds).for_each(|bins| self.first[bins].iter_mut().for_each(|first| *first += 1));
         }
         let mut sum = 0;
         for first in &mut self.first {
@@ -65,10 +65,12 @@ impl Grid {
         }
         self.entries.resize(sum as usize, 0);
         for (entry, (_, bounds)) in cells.iter().enumerate().rev() {
-            for bin in self.bins(bounds) {
-                self.first[bin] -= 1;
-                self.entries[self.first[bin] as usize] = entry as u32;
-            }
+            self.rows(bounds).for_each(|bins| {
+                for first in &mut self.first[bins] {
+                    *first -= 1;
+                    self.entries[*first as usize] = entry as u32;
+                }
+            });
         }
     }
 
@@ -79,16 +81,17 @@ impl Grid {
             return &[];
         }
         let [x, y, z]: [usize; 3] = std::array::from_fn(|a| place[a] as usize);
-        self.cells_of((z * self.counts[1] + y) * self.counts[0] + x)
+        let bin = (z * self.counts[1] + y) * self.counts[0] + x;
+        self.cells_of(bin..bin + 1)
     }
 
-    /// Returns the cells in a bin.
-    pub(super) fn cells_of(&self, bin: usize) -> &[u32] {
-        &self.entries[self.first[bin] as usize..self.first[bin + 1] as usize]
+    /// Returns the cells in consecutive bins, one bin after the other.
+    pub(super) fn cells_of(&self, bins: Range<usize>) -> &[u32] {
+        &self.entries[self.first[bins.start] as usize..self.first[bins.end] as usize]
     }
 
-    /// Returns the bins that a box intersects.
-    pub(super) fn bins(&self, bounds: &Bounds) -> impl Iterator<Item = usize> + use<> {
+    /// Returns the bins that a box intersects, as rows of consecutive ones.
+    pub(super) fn rows(&self, bounds: &Bounds) -> impl Iterator<Item = Range<usize>> + use<> {
         let Self { low, scale, counts, .. } = *self;
         // Casts saturate: below zero to 0, and beyond the last bin to it.
         let index = |a: usize, x: f64| (((x - low[a]) * scale) as usize).min(counts[a] - 1);
@@ -101,7 +104,7 @@ impl Grid {
         let [x, y, z] = [range(0), range(1), range(2)];
         z.flat_map(move |z| {
             let x = x.clone();
-            y.clone().flat_map(move |y| x.clone().map(move |x| (z * counts[1] + y) * counts[0] + x))
+            y.clone().map(move |y| (z * counts[1] + y) * counts[0]).map(move |row| row + x.start..row + x.end)
         })
     }
 

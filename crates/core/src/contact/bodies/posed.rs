@@ -127,8 +127,8 @@ impl PosedLattice {
     /// Returns whether a box intersects the box of a cell that `accepts` takes, so that a point of it may be located.
     pub(super) fn is_near(&self, bounds: &Bounds, accepts: impl Fn(u32) -> bool) -> bool {
         self.all.intersects(bounds)
-            && self.grid.bins(bounds).any(|bin| {
-                self.grid.cells_of(bin).iter().any(|&index| {
+            && self.grid.rows(bounds).any(|bins| {
+                self.grid.cells_of(bins).iter().any(|&index| {
                     let (cell, own) = &self.cells[index as usize];
                     accepts(*cell) && own.intersects(bounds)
                 })
