@@ -75,8 +75,14 @@ impl DeformedCell {
         self.origin + self.offset(local)
     }
 
+    #[inline]
     fn offset(&self, local: [f64; 3]) -> Vector3<f64> {
-        self.terms.iter().zip(monomials(1.0, local)).map(|(term, monomial)| term * monomial).sum()
+        let monomials = monomials(1.0, local);
+        let mut sum = self.terms[0];
+        for k in 1..8 {
+            sum += self.terms[k] * monomials[k];
+        }
+        sum
     }
 
     /// Returns the derivative at a point.

@@ -91,6 +91,7 @@ impl Grid {
     }
 
     /// Returns the bins that a box intersects, as rows of consecutive ones.
+    #[inline]
     pub(super) fn rows(&self, bounds: &Bounds) -> impl Iterator<Item = Range<usize>> + use<> {
         let Self { low, scale, counts, .. } = *self;
         // Casts saturate: below zero to 0, and beyond the last bin to it.
