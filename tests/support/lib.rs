@@ -8,7 +8,7 @@ mod measures;
 mod random;
 mod shapes;
 
-pub use bits::{BITS_TABLE, hashes_of_scenes, recorded_hashes};
+pub use bits::{BITS_TABLE, differences, hashes_of_scenes};
 pub use correction::{UNROTATED, apply, apply_in, enclosed_volume, of_mesh, posed, surface_volume};
 pub use files::{bust, data, example, root};
 pub use measures::{

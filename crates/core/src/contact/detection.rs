@@ -36,7 +36,7 @@ pub struct ContactReport {
 pub(super) struct Detection {
     /// Position of the vertex of each row, in the body's frame.
     pub(super) positions: Vec<Vec4>,
-    /// Of `positions`; `None` until a shape is searched.
+    /// Bounds of `positions`; `None` until a shape is searched.
     bounds: Option<Aabb>,
     /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,

@@ -116,7 +116,7 @@ const MAX_REFINEMENT: f64 = 2.0;
 ///
 /// Returns `x` unchanged if the result would not be finite or would be below `x`.
 fn round_up(x: f64) -> f64 {
-    let unit = 10f64.powi(libm::log10(x).floor() as i32 - 2);
+    let unit = libm::pow(10.0, libm::log10(x).floor() - 2.0);
     let rounded = (x / unit).ceil() * unit;
     if rounded.is_finite() && rounded >= x { rounded } else { x }
 }

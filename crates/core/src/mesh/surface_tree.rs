@@ -1,14 +1,17 @@
 //! Closest points on a triangle mesh, and on which side of the mesh a point is.
 //!
-//! The bounding volume hierarchy, its traversal and the projection on one triangle are parry3d's. The side follows from
+//! The bounding volume hierarchy, its traversal and the projection on one triangle are parry3d's, whose pseudonormals have
+//! other bits on other platforms. The side follows from
 //! angle-weighted pseudonormals (Bærentzen & Aanæs 2005): at a closest point on a face, an edge or a corner, the sum of
 //! the normals of the faces there, at corners weighted by their angles. The sign of its product with the vector from
 //! the closest point is right for every closed surface that does not intersect itself.
 
+use std::collections::HashMap;
+
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
-use parry3d_f64::shape::{TriMesh, TriMeshFlags, TrianglePointLocation};
+use parry3d_f64::shape::{TriMesh, TrianglePointLocation};
 
 /// Barycentric coordinate of a corner below which a point is on the opposite edge.
 const ON_EDGE: f64 = 1e-9;
@@ -22,6 +25,10 @@ pub(crate) struct SurfaceTree {
     mesh: TriMesh,
     /// Unit normal of each triangle.
     normals: Vec<Vector3<f64>>,
+    /// For each vertex, the sum of the normals of its triangles times their angles there.
+    vertex_sums: Vec<Vector3<f64>>,
+    /// For each triangle, the sums of the normals at its edges; edge k joins the corners k and k + 1.
+    edge_sums: Vec<[Vector3<f64>; 3]>,
 }
 
 /// The closest point of a surface.
@@ -48,16 +55,28 @@ impl SurfaceTree {
     /// between them are those of one side. Triangles without area are left out; returns `None` if there is no other.
     pub(crate) fn new(vertices: &[Point3<f64>], triangles: impl Iterator<Item = [u32; 3]>) -> Option<Self> {
         let corner = |v: u32| vertices[v as usize];
-        let (triangles, normals): (Vec<_>, Vec<_>) = triangles
+        let (triangles, normals): (Vec<[u32; 3]>, Vec<Vector3<f64>>) = triangles
             .filter_map(|triangle| {
                 let [a, b, c] = triangle.map(corner);
                 let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
                 Some((triangle, normal))
             })
             .unzip();
-        let vertices = vertices.iter().map(to_parry).collect();
-        let mesh = TriMesh::with_flags(vertices, triangles, TriMeshFlags::ORIENTED).ok()?;
-        Some(Self { mesh, normals })
+        let mut vertex_sums = vec![Vector3::zeros(); vertices.len()];
+        let mut sum_of_edge = HashMap::new();
+        let edge = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        for (&[a, b, c], normal) in triangles.iter().zip(&normals) {
+            for [at, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
+                let [u, v] = [next, last].map(|other| corner(other) - corner(at));
+                let cosine = u.dot(&v) / (u.norm() * v.norm());
+                vertex_sums[at as usize] += normal * libm::acos(cosine.clamp(-1.0, 1.0));
+                *sum_of_edge.entry(edge([at, next])).or_insert_with(Vector3::zeros) += normal;
+            }
+        }
+        let edges = triangles.iter().map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(edge));
+        let edge_sums = edges.map(|edges| edges.map(|edge| sum_of_edge[&edge])).collect();
+        let mesh = TriMesh::new(vertices.iter().map(to_parry).collect(), triangles).ok()?;
+        Some(Self { mesh, normals, vertex_sums, edge_sums })
     }
 
     /// Returns the unit normal of a triangle.
@@ -166,18 +185,18 @@ impl SurfaceTree {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.mesh.total_memory_size() + size_of_val(&*self.normals)
+        let sums = size_of_val(&*self.vertex_sums) + size_of_val(&*self.edge_sums);
+        self.mesh.total_memory_size() + size_of_val(&*self.normals) + sums
     }
 
     /// Returns the unit pseudonormal at a location of a triangle.
     fn pseudonormal(&self, triangle: u32, location: TrianglePointLocation) -> Vector3<f64> {
         let face = self.triangle_normal(triangle);
-        let Some(sums) = self.mesh.pseudo_normals() else { return face };
         let at_vertex = |corner: usize| {
             let vertex = self.mesh.indices()[triangle as usize][corner];
-            sums.vertices_pseudo_normal[vertex as usize]
+            self.vertex_sums[vertex as usize]
         };
-        let on_edge = |edge: usize| sums.edges_pseudo_normal[triangle as usize][edge];
+        let on_edge = |edge: usize| self.edge_sums[triangle as usize][edge];
         let sum = match location {
             TrianglePointLocation::OnVertex(corner) => at_vertex(corner as usize),
             TrianglePointLocation::OnEdge(edge, _) => on_edge(edge as usize),
@@ -186,7 +205,6 @@ impl SurfaceTree {
                 let mut without = (0..3).filter(|&corner| weights[corner] < ON_EDGE);
                 match (without.next(), without.next()) {
                     (None, _) => return face,
-                    // Edge k joins the corners k and k + 1.
                     (Some(corner), None) => on_edge((corner + 1) % 3),
                     (Some(first), Some(second)) => at_vertex(3 - first - second),
                 }
@@ -194,7 +212,7 @@ impl SurfaceTree {
             TrianglePointLocation::OnSolid => return face,
         };
         // The sum vanishes where two faces with opposite normals meet.
-        from_parry(sum).try_normalize(1e-6).unwrap_or(face)
+        sum.try_normalize(1e-6).unwrap_or(face)
     }
 }
 

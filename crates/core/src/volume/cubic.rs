@@ -98,7 +98,7 @@ impl Scaled {
         let bound = (1..=degree)
             .map(|k| libm::pow((c[degree - k] / c[degree]).abs(), 1.0 / k as f64))
             .fold(0.0, f64::max);
-        // Twice the maximum is Fujiwara's bound; the factor 2.5 allows for the rounding of `powf`.
+        // Twice the maximum is Fujiwara's bound; the factor 2.5 allows for the rounding of `pow`.
         2.5 * bound
     }
 
@@ -109,8 +109,8 @@ impl Scaled {
         // A quarter of the discriminant of the derivative 3 c3 x^2 + 2 c2 x + c1. It is compensated for the
         // rounding error of a product, so that cancellation does not lose a double stationary point.
         let product = 3.0 * c3 * c1;
-        let product_error = (3.0 * c3).mul_add(c1, -product);
-        let discriminant = c2.mul_add(c2, -product) - product_error;
+        let product_error = libm::fma(3.0 * c3, c1, -product);
+        let discriminant = libm::fma(c2, c2, -product) - product_error;
         let noise = 4.0 * f64::EPSILON * c2 * c2;
         if discriminant < -noise {
             return [f64::NAN; 2];

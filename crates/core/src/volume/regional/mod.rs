@@ -336,5 +336,7 @@ fn bounded<S: Simd>(simd: S, scales: f32x8<S>, cap: f32) -> f32x8<S> {
     let [one, limit] = [f32x8::splat(simd, 1.0), f32x8::splat(simd, 1e9)];
     let ratio = (scales / cap).max(-limit).min(limit);
     let bounded = ratio * cap / ratio.times_plus(ratio, one).sqrt();
-    bounded.is_finite().select(bounded, f32x8::splat(simd, 0.0))
+    // Where a scale is NaN, the clamped ratio depends on the processor.
+    let is_number = scales.simd_eq(scales) & bounded.is_finite();
+    is_number.select(bounded, f32x8::splat(simd, 0.0))
 }
