@@ -13,8 +13,8 @@ pub const BITS_TABLE: &str = "tests/bits/hashes.txt";
 /// Number of frames of each scene that are hashed. The bust of `wedge.toml` has broken by then.
 const FRAMES: u64 = 16;
 
-/// Returns the names of the scenes below the top directory of the project, and the hash of the results of each: see
-/// [`hash_of`]. Their order is that of the names.
+/// Returns the names of the scenes below the top directory of the project, and the hash of the results of each: all
+/// surfaces and lattice positions after each of its first frames. Their order is that of the names.
 ///
 /// # Panics
 ///
