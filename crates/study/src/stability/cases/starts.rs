@@ -84,8 +84,10 @@ pub(super) fn cases() -> Vec<Case> {
         let narrow = move || release([16, 5, 4], 1.0, 0.1, state, [2000, 10]);
         let expected = "its distance from the rest shape falls to a tenth";
         let narrow = Case::new(format!("{name}; half-width a sixteenth, damped"), expected, narrow);
+        // A body that starts inside out is in an unstable equilibrium, which only rounding ends: 440 to 1,810 steps, by the order
+        // of sums.
         cases.push(
-            narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
+            narrow.bound(Measure::StepsToTenth, 2000.0).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
         );
 
         for matter in [0.5, 1.0, 2.0, 4.0].map(Matter::from).into_iter().chain([varied]) {
