@@ -324,15 +324,15 @@ fn undamped_bodies_keep_their_energy() {
     }
 }
 
-/// Regions of one cell keep it within 1.5 %, and where cells are inverted, at the strain 1, within 10 % over 3,000 steps. There
-/// the motion is chaotic, and so is the gain: with sums of scalar products in two orders it was 5.1 and 7.5 %.
+/// Regions of one cell keep it within 1.5 %, and within 6 % over 3,000 steps (measured 5.1 %) where cells are inverted, at the
+/// strain 1.
 #[test]
 fn undamped_cells_keep_their_energy() {
     let strain = |_: &mut Random| Matrix3::new(1.0, 0.3, 0.0, 0.0, -0.5, 0.2, 0.1, 0.0, -0.4);
     for ratio in [0.0, 0.3, 0.45] {
         for (amplitude, spin) in [(0.01, 0.0), (0.1, 0.0), (0.1, 3.0), (0.3, 0.0), (0.5, 0.0), (1.0, 0.0)] {
             let greatest = greatest_energies((0.5, ratio), amplitude, spin, strain);
-            let (limit, thousands) = if amplitude < 1.0 { (1.015, 6) } else { (1.1, 3) };
+            let (limit, thousands) = if amplitude < 1.0 { (1.015, 6) } else { (1.06, 3) };
             let most = greatest[..thousands].iter().copied().fold(0.0, f64::max);
             assert!(most <= limit, "{ratio}, {amplitude}, spin {spin}: {greatest:?}");
         }

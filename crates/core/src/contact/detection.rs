@@ -106,13 +106,18 @@ impl Detection {
         self.paths.begin(&self.positions, velocities, slots, dt);
     }
 
+    /// Returns the AABB of the positions.
+    fn bounds(&mut self) -> Aabb {
+        *self.bounds.get_or_insert_with(|| aabb_of_all(&self.positions))
+    }
+
     /// Returns false only if no sample is within `skin` of the shape. May return true in this case as well.
     pub(super) fn may_touch(&mut self, shape: &PosedShape<'_>, samples: &SampleCells, skin: f64) -> bool {
-        let bounds = self.bounds.get_or_insert_with(|| aabb_of_all(&self.positions));
+        let bounds = self.bounds();
         if samples.stencils().is_none() {
             return shape.may_touch(&bounds.0, &bounds.1, skin);
         }
-        if !may_touch_for_any_slopes(shape, bounds, skin) {
+        if !may_touch_for_any_slopes(shape, &bounds, skin) {
             return false;
         }
         self.update_slopes(samples);
@@ -188,7 +193,8 @@ impl Detection {
         skin: f64,
         report: &mut ContactReport,
     ) -> bool {
-        let Some(motion) = self.paths.motion(collider, &self.positions) else { return false };
+        let bounds = self.bounds();
+        let Some(motion) = self.paths.motion(collider, &bounds) else { return false };
         if self.is_far(collider, samples, skin + motion) {
             return true;
         }
@@ -225,7 +231,8 @@ impl Detection {
         self.read_moved(state, &samples.slots, leaving);
         let mut found = self.paths.take_scratch();
         for collider in colliders {
-            let Some(motion) = self.paths.motion(&collider, &self.positions) else { continue };
+            let bounds = self.bounds();
+            let Some(motion) = self.paths.motion(&collider, &bounds) else { continue };
             if self.is_far(&collider, samples, motion) {
                 continue;
             }

@@ -3,9 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::deformation::Deformation;
-use super::field::aabb_of_all;
+use super::field::Aabb;
 use super::shape::PosedShape;
-use super::vec4::Vec4;
 use crate::motion::Pose;
 use crate::state::BodyFrame;
 
@@ -69,13 +68,12 @@ impl PosedCollider<'_> {
         })
     }
 
-    /// Returns the greatest displacement of the collider in the step within the bounds of `positions`, in cells.
-    pub(super) fn greatest_displacement(&self, positions: &[Vec4]) -> f64 {
+    /// Returns the greatest displacement of the collider in the step within `bounds`, in cells.
+    pub(super) fn greatest_displacement(&self, (center, half): &Aabb) -> f64 {
         let deformed = self.deformation.map_or(0.0, |deformation| deformation.greatest());
         if self.motion.is_none() {
             return deformed;
         }
-        let (center, half) = aabb_of_all(positions);
         // The displacement is linear in the position, so that it is greatest at a corner.
         let corner = |k: usize| {
             let signs = Vector3::from_fn(|a, _| if k >> a & 1 == 1 { 1.0 } else { -1.0 });

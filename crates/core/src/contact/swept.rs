@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase, f64x4};
 use nalgebra::{Point3, Vector3};
 
-use super::field::{Field, ShapeField};
+use super::field::{Aabb, Field, ShapeField};
 use super::interpolant::monomials;
 use super::memory::buffer_bytes;
 use super::posed_collider::PosedCollider;
@@ -79,12 +79,12 @@ impl Paths {
     }
 
     /// Returns the greatest displacement of a sample relative to a collider, in cells, or `None` if the collider does
-    /// not need the sides of the samples. `positions`: of the rows.
-    pub(super) fn motion(&self, collider: &PosedCollider<'_>, positions: &[Vec4]) -> Option<f64> {
+    /// not need the sides of the samples. `bounds`: of the positions of the vertices.
+    pub(super) fn motion(&self, collider: &PosedCollider<'_>, bounds: &Aabb) -> Option<f64> {
         if collider.shape.plane().is_some() || self.starts.is_empty() {
             return None;
         }
-        let motion = self.greatest + collider.greatest_displacement(positions);
+        let motion = self.greatest + collider.greatest_displacement(bounds);
         (collider.shape.needs_sides(motion) || !self.sides_at(collider.index).is_empty()).then_some(motion)
     }
 

@@ -18,7 +18,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 use super::columns::columns;
 use super::davenport;
 use crate::simd::lanes::LANES;
-use crate::simd::vector::{Product, dot, scaled};
+use crate::simd::vector::{Product, scaled};
 
 /// Maximum number of Newton steps. Lanes that have not converged after these steps use the fallback: an
 /// eigenvalue problem in f64. From a warm start, one or two steps are sufficient.
@@ -188,4 +188,10 @@ fn rotated<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f
 #[inline(always)]
 fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]
+}
+
+/// Computes a·b, summed from the last product, as all sums of products here.
+#[inline(always)]
+fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
+    a[0].times_plus(b[0], a[1].times_plus(b[1], a[2] * b[2]))
 }
