@@ -1,6 +1,7 @@
 //! The sampler: points of the surface of a body, part by part, on which contacts act.
 
 use std::borrow::Cow;
+use std::cell::OnceCell;
 
 use nalgebra::Point3;
 
@@ -33,6 +34,8 @@ pub(super) struct PartSurface {
     pub(super) triangles: Vec<[u32; 3]>,
     /// The cell that each vertex follows.
     hosts: Vec<u32>,
+    /// The vertices, sorted by x; computed at the first search.
+    by_x: OnceCell<Vec<u32>>,
 }
 
 /// A sample of the surface.
@@ -131,6 +134,7 @@ impl<'a> RestSurface<'a> {
             hosts: kept.iter().map(|&vertex| self.hosts[vertex as usize]).collect(),
             vertices,
             triangles,
+            by_x: OnceCell::new(),
         }
     }
 
@@ -167,11 +171,53 @@ impl<'a> RestSurface<'a> {
 }
 
 impl PartSurface {
-    /// Returns the cell of the vertex that is nearest to a point.
+    /// Returns the cell of the vertex that is nearest to a point, of the lowest one if several are equally near.
     fn nearest_host(&self, point: &Point3<f64>) -> u32 {
-        let distance = |vertex: &Point3<f64>| (vertex - point).norm_squared();
-        let nearest = self.vertices.iter().zip(&self.hosts);
-        let nearest = nearest.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
-        nearest.map_or(0, |(_, &host)| host)
+        let x = |vertex: u32| self.vertices[vertex as usize].x;
+        let by_x = self.by_x.get_or_init(|| {
+            let mut vertices: Vec<u32> = (0..self.vertices.len() as u32).collect();
+            vertices.sort_unstable_by(|&a, &b| x(a).total_cmp(&x(b)));
+            vertices
+        });
+        let (lower, upper) = by_x.split_at(by_x.partition_point(|&vertex| x(vertex) < point.x));
+        let mut nearest = (f64::INFINITY, 0);
+        let mut search = |vertices: &mut dyn Iterator<Item = &u32>| {
+            for &vertex in vertices {
+                if (x(vertex) - point.x).powi(2) > nearest.0 {
+                    break;
+                }
+                let distance = (self.vertices[vertex as usize] - point).norm_squared();
+                if (distance, vertex) < nearest {
+                    nearest = (distance, vertex);
+                }
+            }
+        };
+        search(&mut upper.iter());
+        search(&mut lower.iter().rev());
+        self.hosts.get(nearest.1 as usize).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::testing::Random;
+
+    /// On a grid many vertices have the same x, and many are equally near.
+    #[test]
+    fn the_nearest_host_is_that_of_a_search_of_all_vertices() {
+        let mut random = Random(11);
+        let mut coordinate = |n: usize| random.below(n) as f64;
+        let vertices: Vec<Point3<f64>> =
+            (0..200).map(|_| [coordinate(5), coordinate(5), coordinate(5)].into()).collect();
+        let hosts = (0..200).map(|vertex| 7 * vertex).collect();
+        let surface = PartSurface { vertices, triangles: Vec::new(), hosts, by_x: OnceCell::new() };
+        for _ in 0..500 {
+            let point = Point3::from([coordinate(13), coordinate(13), coordinate(13)].map(|x| 0.5 * x - 1.0));
+            let distance = |vertex: &Point3<f64>| (vertex - point).norm_squared();
+            let all = surface.vertices.iter().zip(&surface.hosts);
+            let (_, &expected) = all.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).unwrap();
+            assert_eq!(surface.nearest_host(&point), expected, "{point}");
+        }
     }
 }
