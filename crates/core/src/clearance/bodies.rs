@@ -89,6 +89,6 @@ pub(super) fn find(
         let normal = wide(touch.normal);
         add(Gap { sample: touch.sample, normal, clearance: 0.0, is_own: near.index == touch.other });
     }
-    gaps.find((view, surface), near.surfaces(2.0 * farthest), near.touches_itself(), distance, add);
+    gaps.find((view, surface), |distance| near.surfaces(distance), near.touches_itself(), distance, add);
     found.end();
 }

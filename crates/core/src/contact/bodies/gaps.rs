@@ -24,6 +24,10 @@ use crate::simd::vector::wide;
 /// or ends suddenly.
 const OPPOSITE: f64 = 0.5;
 
+/// Distance up to which a cell is searched again, as a multiple of the distance that counts. So displacements that grow
+/// little from search to search need few searches.
+const AGAIN_MARGIN: f64 = 1.25;
+
 /// A gap at a sample of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
@@ -55,9 +59,9 @@ pub(crate) struct GapSearch {
     grid: Grid,
     /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// The `blocks` near the present cell of the body, in increasing order of a lower bound of the clearance: the bound,
-    /// and the index.
-    near: Vec<(f32, u32)>,
+    /// The `blocks` near the present cell of the body, in increasing order of their side and of a lower bound of the
+    /// clearance: the side, the bound, and the index.
+    near: Vec<NearBlock>,
 }
 
 /// A cell of the body with samples.
@@ -106,6 +110,9 @@ struct Block {
     patch: Patch,
 }
 
+/// The side of a block of another surface, a lower bound of the clearance of samples to it, and its index.
+type NearBlock = (u8, f32, u32);
+
 /// A body, and its surface.
 type Surfaced<'a> = (BodyView<'a>, &'a ContactSurface);
 
@@ -126,16 +133,17 @@ impl GapSearch {
 
     /// Calls `visit` for the gaps of a body to other bodies, and to the body itself if `touches_itself`: for each sample
     /// and [`side`] the one with the least clearance, if it is less than the greatest `distance` of a corner of the sample's
-    /// cell. Surfaces that are not closed have no gaps.
+    /// cell, and some with a greater one. Surfaces that are not closed have no gaps.
     ///
     /// After [`begin`](Self::begin), it may be called several times for a body, while no body moves. Only cells with a greater
     /// distance than before are searched again.
     ///
+    /// * `others`: returns the bodies that have a point within a distance of the body, in its cells.
     /// * `distance`: returns the greatest clearance that counts at a lattice vertex.
-    pub(crate) fn find<'a>(
+    pub(crate) fn find<'a, I: Iterator<Item = Surfaced<'a>>>(
         &mut self,
         body: Surfaced<'a>,
-        others: impl Iterator<Item = Surfaced<'a>>,
+        others: impl FnOnce(f64) -> I,
         touches_itself: bool,
         distance: impl Fn(u32) -> f64,
         visit: impl FnMut(Gap),
@@ -148,9 +156,9 @@ impl GapSearch {
             let cell = OwnCell { distance: 0.0, bounds: Bounds::EMPTY, samples: None };
             self.own.resize(body.1.cells.len(), cell);
         }
-        let all = self.extend(body.1, distance);
+        let (all, farthest) = self.extend(body.1, distance);
         if !all.is_empty() {
-            for other in others.filter(|(_, surface)| surface.is_closed) {
+            for other in others(2.0 * farthest).filter(|(_, surface)| surface.is_closed) {
                 set_positions(&mut self.positions, &other.0, &body.0);
                 self.find_near(&body, &other, &all, false);
             }
@@ -162,21 +170,24 @@ impl GapSearch {
         self.own_samples.iter().flat_map(|sample| sample.gaps).flatten().for_each(visit);
     }
 
-    /// Increases the greatest clearances that count. Returns the box of all cells that must be searched again.
-    fn extend(&mut self, surface: &ContactSurface, distance: impl Fn(u32) -> f64) -> Bounds {
-        let mut all = Bounds::EMPTY;
+    /// Increases the greatest clearances that count. Returns the box of all cells that must be searched again, and the
+    /// greatest clearance of them.
+    fn extend(&mut self, surface: &ContactSurface, distance: impl Fn(u32) -> f64) -> (Bounds, f64) {
+        let (mut all, mut farthest) = (Bounds::EMPTY, 0.0_f64);
         for (own, group) in self.own.iter_mut().zip(&surface.cells) {
             let vertices = surface.corners[group.cell as usize];
             let distance = vertices.into_iter().map(&distance).fold(0.0, f64::max);
             own.bounds = Bounds::EMPTY;
             if distance as f32 > own.distance {
+                let distance = if own.distance > 0.0 { AGAIN_MARGIN * distance } else { distance };
+                farthest = farthest.max(distance);
                 own.distance = distance as f32;
                 let corners = vertices.map(|vertex| self.own_positions[vertex as usize]);
                 own.bounds = Bounds::of(corners).enlarged(2.0 * distance);
                 all = all.union(&own.bounds);
             }
         }
-        all
+        (all, farthest)
     }
 
     /// Lists the cells of a surface that have points in a box.
@@ -214,6 +225,7 @@ impl GapSearch {
                 continue;
             }
             near.clear();
+            let mut greatest = None;
             let bounds = own.bounds.enlarged(thickness);
             for bins in grid.rows(&bounds) {
                 for &index in grid.cells_of(bins) {
@@ -228,27 +240,43 @@ impl GapSearch {
                             let samples = sampled.samples.start as usize..sampled.samples.end as usize;
                             add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
                         });
-                        let (_, patch) = own.samples.get_or_insert_with(|| {
+                        let ((first_own, end_own), patch) = own.samples.get_or_insert_with(|| {
                             let corners = body.1.corners[group.cell as usize];
                             let cell =
                                 DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
                             add_own_samples(own_samples, &cell, body.1, group.samples.clone())
                         });
+                        let samples = *first_own as usize..*end_own as usize;
+                        let greatest = *greatest
+                            .get_or_insert_with(|| greatest_known(&own_samples[samples], own.distance));
                         near.extend((first..end).filter_map(|block| {
-                            let least = patch.least_clearance(&blocks[block as usize].patch, lengths);
-                            (least < own.distance).then_some((least, block))
+                            let Block { side, patch: other, .. } = &blocks[block as usize];
+                            let least = patch.least_clearance(other, lengths);
+                            (least < greatest[usize::from(*side)]).then_some((*side, least, block))
                         }));
                     }
                 }
             }
             let Some(((first, end), _)) = own.samples else { continue };
-            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            near.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
             for sample in &mut own_samples[first as usize..end as usize] {
-                let blocks = near.iter().map(|&(least, block)| (least, &blocks[block as usize]));
-                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, lengths)));
+                let (blocks, lengths) = ((&**near, &**blocks), (own.distance, lengths));
+                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, lengths));
             }
         }
     }
+}
+
+/// Returns the greatest clearance for each [`side`] that samples still replace by a smaller one. `distance`: the greatest
+/// clearance that counts.
+fn greatest_known(samples: &[OwnSample], distance: f32) -> [f32; SIDES] {
+    let mut greatest = [0.0_f32; SIDES];
+    for sample in samples {
+        for side in 0..SIDES {
+            greatest[side] = greatest[side].max(sample.known(side, distance));
+        }
+    }
+    greatest
 }
 
 /// Returns the sum of the thicknesses of two bodies, in cells of the first one.
@@ -315,26 +343,44 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
 }
 
 impl OwnSample {
-    /// Adds the gaps to the samples in some blocks, each with a lower bound of the clearance.
+    /// Returns the clearance below which a gap counts for a [`side`].
     #[inline(always)]
-    fn add_gaps<'a, S: Simd>(
+    fn known(&self, side: usize, distance: f32) -> f32 {
+        self.gaps[side].map_or(distance, |gap| gap.clearance as f32)
+    }
+
+    /// Adds the gaps to the samples in the near ones of some blocks.
+    #[inline(always)]
+    fn add_gaps<S: Simd>(
         &mut self,
         simd: S,
-        blocks: impl Iterator<Item = (f32, &'a Block)>,
+        (near, blocks): (&[NearBlock], &[Block]),
         is_own: bool,
         (distance, lengths): (f32, [f32; 2]),
     ) {
         let zero = f32x8::splat(simd, 0.0);
         let none = f32x8::splat(simd, f32::INFINITY);
         let patch = Patch::of_sample(self.position, self.normal);
-        for (least, block) in blocks {
-            let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
-            if least >= known || patch.least_clearance(&block.patch, lengths) >= known {
+        let mut done = None;
+        for &(side, least, block) in near {
+            // All further blocks of a side are farther.
+            if done == Some(side) {
+                continue;
+            }
+            let known = self.known(usize::from(side), distance);
+            if least >= known {
+                done = Some(side);
+                continue;
+            }
+            let block = &blocks[block as usize];
+            if patch.least_clearance(&block.patch, lengths) >= known {
                 continue;
             }
             let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
             let (a, b, c) = (row(3), row(4), row(5));
-            let [x, y, z] = [0, 1, 2].map(|k| f32x8::splat(simd, self.position[k]) - row(k));
+            // Not a `map`: its closure would be compiled without the instructions of the SIMD level.
+            let along = |k: usize| f32x8::splat(simd, self.position[k]) - row(k);
+            let (x, y, z) = (along(0), along(1), along(2));
             let facing = a * self.normal[0] + b * self.normal[1] + c * self.normal[2];
             let gap = x * a + y * b + z * c;
             let aside = (x * x + y * y + z * z - gap * gap).max(zero).sqrt();
