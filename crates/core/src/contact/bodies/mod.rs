@@ -16,6 +16,7 @@
 //! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
 //! | `motion` | boxes of the motion of the parts of a body |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
+//! | `rest_distance` | bounds of the distance of points from a surface at rest |
 //! | `touched_point` | the point of a surface at rest that a sample touches |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
@@ -38,6 +39,7 @@ mod pair_contacts;
 mod pairing;
 mod patch;
 mod posed;
+mod rest_distance;
 mod search;
 mod surface;
 mod touched_point;

@@ -309,7 +309,8 @@ impl Pair<'_> {
             (true, _) => MAX_SHELL_DEPTH + RANGE * thickness,
         };
         let side = before.and_then(|before| gradient.rest_normal(&before));
-        let query = SurfaceQuery { rest, cell, facing, side, limit, thickness, fit_together };
+        let index = self.other.lattice.cells()[cell as usize];
+        let query = SurfaceQuery { rest, cell, index, facing, side, limit, thickness, fit_together };
         closest_on_closed(surface, &query)
     }
 

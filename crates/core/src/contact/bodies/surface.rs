@@ -2,9 +2,11 @@
 //! For rest coordinates see [`RestSurface::at_rest`].
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
+use super::rest_distance::RestDistances;
 use crate::contact::sampler::{PartSurface, RestSurface};
 use crate::lattice::{Lattice, trilinear_weights};
 use crate::mesh::SurfaceTree;
@@ -36,6 +38,8 @@ pub(crate) struct ContactSurface {
     pub(super) samples: Vec<Sample>,
     /// The cells that contain samples.
     pub(super) cells: Vec<SampledCell>,
+    /// Signed distances at rest in `cells`; empty until a sample is searched.
+    distances: OnceLock<RestDistances>,
     /// Lattice vertices at the corners of each cell of the lattice.
     pub(super) corners: Vec<[u32; 8]>,
     /// The sides of each cell that were joined to another part, one bit for each of the sides at -x, +x, -y, +y, -z,
@@ -77,7 +81,9 @@ impl ContactSurface {
         let continued_sides = continued_sides(lattice, &of_cell);
         let (samples, cells) = (Vec::with_capacity(found.len()), Vec::new());
         let (is_closed, corners) = (surface.is_closed, lattice.corner_table().into_owned());
-        let mut surface = Self { trees, parts: of_cell, is_closed, samples, cells, corners, continued_sides };
+        let distances = OnceLock::new();
+        let mut surface =
+            Self { trees, parts: of_cell, is_closed, samples, cells, distances, corners, continued_sides };
         for group in found.chunk_by(|a, b| a.cell == b.cell) {
             let (cell, start) = (group[0].cell, surface.samples.len() as u32);
             for sample in group {
@@ -91,6 +97,21 @@ impl ContactSurface {
             surface.cells.push(SampledCell { cell, samples: start..surface.samples.len() as u32 });
         }
         Some(surface)
+    }
+
+    /// Returns a lower and an upper bound of the signed distance of a point at rest from the triangles `tree` of its cell:
+    /// see [`RestDistances::bounds`]. They are infinite if the cell has no samples. `index`: grid index of the cell.
+    pub(super) fn distance_bounds(
+        &self,
+        (cell, index): (u32, [i32; 3]),
+        point: &Point3<f64>,
+        tree: &SurfaceTree,
+    ) -> [f64; 2] {
+        let Ok(group) = self.cells.binary_search_by_key(&cell, |group| group.cell) else {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        };
+        let distances = self.distances.get_or_init(|| RestDistances::new(self.cells.len()));
+        distances.bounds((group, index), point, tree)
     }
 
     /// Returns the triangles of the part that contains a cell, in rest coordinates; `None` if they have no area.
@@ -143,10 +164,13 @@ impl ContactSurface {
 
     /// Returns the memory in bytes.
     pub(in crate::contact) fn bytes(&self) -> usize {
-        let Self { trees, parts, samples, cells, corners, continued_sides, .. } = self;
+        let Self { trees, parts, samples, cells, distances, corners, continued_sides, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**cells) + size_of_val(&**corners);
         let of_parts = size_of_val(&**trees) + size_of_val(&**parts) + size_of_val(&**continued_sides);
-        trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>() + lists + of_parts
+        trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>()
+            + distances.get().map_or(0, RestDistances::bytes)
+            + lists
+            + of_parts
     }
 }
 

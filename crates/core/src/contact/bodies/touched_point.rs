@@ -67,6 +67,8 @@ pub(super) struct SurfaceQuery {
     pub(super) rest: Point3<f64>,
     /// The cell of this point.
     pub(super) cell: u32,
+    /// Grid index of the cell.
+    pub(super) index: [i32; 3],
     /// Direction at rest in which the surface of the sample faces.
     pub(super) facing: Option<Vector3<f64>>,
     /// Normal at rest with which the sample touched in the last step.
@@ -83,11 +85,17 @@ pub(super) struct SurfaceQuery {
 /// step if that is near. Returns `None` if no point at a distance below `limit` faces it, or the
 /// sample is outside.
 pub(super) fn closest_on_closed(surface: &ContactSurface, query: &SurfaceQuery) -> Option<RestPoint> {
-    let &SurfaceQuery { ref rest, cell, facing, side, limit, thickness, fit_together } = query;
+    let &SurfaceQuery { ref rest, cell, index, facing, side, limit, thickness, fit_together } = query;
     let tree = surface.tree_at(cell)?;
-    let closest = tree.closest(rest, limit, |_| true)?;
+    let farthest_outside = OUTSIDE + RANGE * thickness;
+    let [low, high] = surface.distance_bounds((cell, index), rest, tree);
+    // The parts of an open surface have no side beyond their rims, and near the rims of cracks the side is decided below.
+    if surface.is_closed && !fit_together && low > farthest_outside {
+        return None;
+    }
+    let closest = tree.closest(rest, limit.min(high.max(-low)), |_| true)?;
     let is_inside = closest.is_inside(rest);
-    if !is_inside && closest.distance > OUTSIDE + RANGE * thickness {
+    if !is_inside && closest.distance > farthest_outside {
         return None;
     }
     // At small folds of the rims of cracks, the pseudonormals may belong to the inner side.
