@@ -190,7 +190,7 @@ fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]
 }
 
-/// Computes a·b, summed from the last product, as all sums of products here.
+/// Computes a·b, summed from the last product: the order decides the bits.
 #[inline(always)]
 fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
     a[0].times_plus(b[0], a[1].times_plus(b[1], a[2] * b[2]))

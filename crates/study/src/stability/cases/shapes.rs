@@ -46,7 +46,7 @@ pub(super) fn cases() -> Vec<Case> {
         let varied = Matter::VARIED.into_iter().filter(|matter| matter.poisson_ratio < 0.4);
         for matter in [2.0, 0.5].map(Matter::from).into_iter().chain(varied) {
             let of_cell = if matter == 0.5.into() { ", regions of one cell" } else { "" };
-            // These blocks gained 0.11 of their energy; the bound is fitted to that, and the cause not known.
+            // The bound is fitted to the gain of these blocks, whose cause is not known.
             let is_fitted =
                 name == "two blocks joined by one cell" && matter.half_width == 2.0 && !matter.is_plain();
             let gain = if is_fitted { 0.15 } else { matter.gain() };

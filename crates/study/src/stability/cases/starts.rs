@@ -84,7 +84,7 @@ pub(super) fn cases() -> Vec<Case> {
         let narrow = move || release([16, 5, 4], 1.0, 0.1, state, [2000, 10]);
         let expected = "its distance from the rest shape falls to a tenth";
         let narrow = Case::new(format!("{name}; half-width a sixteenth, damped"), expected, narrow);
-        // A body inside out took 1,500 steps, and 440 with fused multiply-adds; the bound is fitted to that, and the cause not known.
+        // The bound is fitted to the steps of a body inside out, which rounding changes; the cause is not known.
         let steps = if name == "inside out" { 2000.0 } else { 1000.0 };
         cases.push(
             narrow.bound(Measure::StepsToTenth, steps).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
