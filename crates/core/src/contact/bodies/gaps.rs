@@ -59,9 +59,9 @@ pub(crate) struct GapSearch {
     grid: Grid,
     /// The samples of the `cells` that are near a cell of the body.
     blocks: Vec<Block>,
-    /// The `blocks` near the present cell of the body, in increasing order of their side and of a lower bound of the
-    /// clearance: the side, the bound, and the index.
-    near: Vec<NearBlock>,
+    /// The `blocks` near the present cell of the body, in increasing order of a lower bound of the clearance: the bound,
+    /// and the index.
+    near: Vec<(f32, u32)>,
 }
 
 /// A cell of the body with samples.
@@ -109,9 +109,6 @@ struct Block {
     side: u8,
     patch: Patch,
 }
-
-/// The side of a block of another surface, a lower bound of the clearance of samples to it, and its index.
-type NearBlock = (u8, f32, u32);
 
 /// A body, and its surface.
 type Surfaced<'a> = (BodyView<'a>, &'a ContactSurface);
@@ -225,7 +222,6 @@ impl GapSearch {
                 continue;
             }
             near.clear();
-            let mut greatest = None;
             let bounds = own.bounds.enlarged(thickness);
             for bins in grid.rows(&bounds) {
                 for &index in grid.cells_of(bins) {
@@ -240,43 +236,27 @@ impl GapSearch {
                             let samples = sampled.samples.start as usize..sampled.samples.end as usize;
                             add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
                         });
-                        let ((first_own, end_own), patch) = own.samples.get_or_insert_with(|| {
+                        let (_, patch) = own.samples.get_or_insert_with(|| {
                             let corners = body.1.corners[group.cell as usize];
                             let cell =
                                 DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
                             add_own_samples(own_samples, &cell, body.1, group.samples.clone())
                         });
-                        let samples = *first_own as usize..*end_own as usize;
-                        let greatest = *greatest
-                            .get_or_insert_with(|| greatest_known(&own_samples[samples], own.distance));
                         near.extend((first..end).filter_map(|block| {
-                            let Block { side, patch: other, .. } = &blocks[block as usize];
-                            let least = patch.least_clearance(other, lengths);
-                            (least < greatest[usize::from(*side)]).then_some((*side, least, block))
+                            let least = patch.least_clearance(&blocks[block as usize].patch, lengths);
+                            (least < own.distance).then_some((least, block))
                         }));
                     }
                 }
             }
             let Some(((first, end), _)) = own.samples else { continue };
-            near.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for sample in &mut own_samples[first as usize..end as usize] {
-                let (blocks, lengths) = ((&**near, &**blocks), (own.distance, lengths));
-                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, lengths));
+                let blocks = near.iter().map(|&(least, block)| (least, &blocks[block as usize]));
+                dispatch!(level(), simd => sample.add_gaps(simd, blocks, is_own, (own.distance, lengths)));
             }
         }
     }
-}
-
-/// Returns the greatest clearance for each [`side`] that samples still replace by a smaller one. `distance`: the greatest
-/// clearance that counts.
-fn greatest_known(samples: &[OwnSample], distance: f32) -> [f32; SIDES] {
-    let mut greatest = [0.0_f32; SIDES];
-    for sample in samples {
-        for side in 0..SIDES {
-            greatest[side] = greatest[side].max(sample.known(side, distance));
-        }
-    }
-    greatest
 }
 
 /// Returns the sum of the thicknesses of two bodies, in cells of the first one.
@@ -343,37 +323,21 @@ fn pose(cell: &DeformedCell, sample: &Sample) -> ([f32; 3], Option<[f32; 3]>) {
 }
 
 impl OwnSample {
-    /// Returns the clearance below which a gap counts for a [`side`].
+    /// Adds the gaps to the samples in some blocks, each with a lower bound of the clearance.
     #[inline(always)]
-    fn known(&self, side: usize, distance: f32) -> f32 {
-        self.gaps[side].map_or(distance, |gap| gap.clearance as f32)
-    }
-
-    /// Adds the gaps to the samples in the near ones of some blocks.
-    #[inline(always)]
-    fn add_gaps<S: Simd>(
+    fn add_gaps<'a, S: Simd>(
         &mut self,
         simd: S,
-        (near, blocks): (&[NearBlock], &[Block]),
+        blocks: impl Iterator<Item = (f32, &'a Block)>,
         is_own: bool,
         (distance, lengths): (f32, [f32; 2]),
     ) {
         let zero = f32x8::splat(simd, 0.0);
         let none = f32x8::splat(simd, f32::INFINITY);
         let patch = Patch::of_sample(self.position, self.normal);
-        let mut done = None;
-        for &(side, least, block) in near {
-            // All further blocks of a side are farther.
-            if done == Some(side) {
-                continue;
-            }
-            let known = self.known(usize::from(side), distance);
-            if least >= known {
-                done = Some(side);
-                continue;
-            }
-            let block = &blocks[block as usize];
-            if patch.least_clearance(&block.patch, lengths) >= known {
+        for (least, block) in blocks {
+            let known = self.gaps[usize::from(block.side)].map_or(distance, |gap| gap.clearance as f32);
+            if least >= known || patch.least_clearance(&block.patch, lengths) >= known {
                 continue;
             }
             let row = |k: usize| f32x8::load_array_ref(simd, &block.rows[k]);
