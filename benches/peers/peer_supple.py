@@ -15,8 +15,9 @@ class Peer:
 
     PACKAGE = "supple"
     SETTINGS = (
-        'youngs_modulus, accuracy="fast", fps=60, substeps="auto", volume="auto" (the volume of the mesh, exact), '
-        "damping_ratio=0.2: all defaults but the modulus and the accuracy (docs/materials.md, docs/study.md). "
+        'youngs_modulus, poisson_ratio, accuracy="fast", fps=60, substeps="auto", volume="auto" (the volume of the '
+        "mesh, exact), damping_ratio=0.2: all defaults but the material and the accuracy (docs/materials.md, "
+        "docs/study.md). "
         "Held points by pin() and handle()."
     )
 
@@ -31,6 +32,7 @@ class Peer:
                 name=f"body_{index}",
                 cell_size=shape.cell_size,
                 youngs_modulus=task.youngs_modulus,
+                poisson_ratio=task.poissons_ratio,
                 accuracy="fast",
                 density=task.density,
                 friction=FRICTION,
@@ -74,8 +76,7 @@ class Peer:
 
     def surface(self) -> Points:
         """Return the displayed surfaces."""
-        for body, out in zip(self.bodies, self.surfaces, strict=True):
-            body.surface(out=out)
+        self.simulation.surfaces(out=list(self.surfaces))
         return self.surfaces.copy()
 
     def steps(self) -> int:

@@ -1,29 +1,36 @@
-"""Measures what docs/measured/scale.md says: many small scenes on Dask, and what a large body needs.
+"""Measures what docs/measured/scale.md says: many small scenes, many bodies each alone, and what a large body needs.
 
-python benches/python/scale.py [--quick] [--scenes N] [--workers W ...] [--sides S ...]
+python benches/python/scale.py [--quick] [--scenes N] [--workers W ...] [--bodies N] [--sides S ...]
 
 The first table runs N scenes of 1,000 lattice vertices: one after another in this process, on processes of
 `concurrent.futures`, and on Dask with W local worker processes of one thread each. Columns: seconds in total,
 milliseconds per scene, speed relative to the first row, and milliseconds per task that does nothing on the same
 workers, submitted in the same way. The workers are started, and have imported supple, before the time counts.
 
-The second table steps solid blocks with S lattice vertices along each edge, and half-width 2: seconds to build the
+The second table steps N cubes of 1,000 lattice vertices, each alone above a plane: all in one simulation on one thread
+and on all, and each in a simulation of its own, on 1, 2, ... processes of one thread. Columns: frames of a body and
+steps of a body per second, and memory per body.
+
+The third table steps solid blocks with S lattice vertices along each edge, and half-width 2: seconds to build the
 lattice and the body, memory per lattice vertex, nanoseconds of a step per lattice vertex on one thread and on all,
 and the size of a saved state.
 
-`--quick` runs few scenes and a small block, as a smoke test. Needs the package `distributed`.
+`--quick` runs few scenes and bodies, and a small block, as a smoke test. Needs the package `distributed`.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import multiprocessing
 import os
 import statistics
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any
 
@@ -33,19 +40,22 @@ import supple
 
 SCENE = Path(__file__).parents[2] / "examples/scenes/drop.toml"
 FRAMES = 60
+BODY_FRAMES = 30
 
 
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few scenes and a small block, as a smoke test")
+    parser.add_argument("--quick", action="store_true", help="few scenes and bodies, as a smoke test")
     parser.add_argument("--scenes", type=int, default=1000, metavar="N")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4], metavar="W")
+    parser.add_argument("--bodies", type=int, default=4096, metavar="N")
     parser.add_argument("--sides", type=int, nargs="+", default=[46, 100, 160], metavar="S")
     arguments = parser.parse_args()
     if arguments.quick:
-        arguments.scenes, arguments.workers, arguments.sides = 4, [1], [10]
+        arguments.scenes, arguments.workers, arguments.bodies, arguments.sides = 4, [1], 4, [10]
     batches(arguments.scenes, arguments.workers, 2 if arguments.quick else FRAMES)
+    bodies(arguments.bodies, arguments.workers)
     blocks(arguments.sides)
 
 
@@ -121,6 +131,64 @@ def seconds_of_empty_tasks(executor: Executor, parameters: list[dict[str, Any]])
 def volume(result: supple.SweepResult) -> float:
     """Return the displayed volume at the end."""
     return result.report.bodies[0].volume.after
+
+
+def bodies(count: int, workers: list[int]) -> None:
+    """Step the bodies in all ways."""
+    print(f"\n{count} bodies of 1,000 vertices, {BODY_FRAMES} frames")
+    print("way                        frames of a body/s   steps of a body/s   KB a body")
+    processors = os.cpu_count() or 1
+    for threads in sorted({1, processors}):
+        before = resident()
+        simulation = falling(count, threads)
+        print_bodies(f"one simulation, {threads} threads", count, *frames_of([simulation], before))
+    context = multiprocessing.get_context("spawn")
+    for number in workers:
+        barrier, results = context.Barrier(number), context.Queue()
+        shares = [count * (index + 1) // number - count * index // number for index in range(number)]
+        processes = [context.Process(target=alone, args=(share, barrier, results)) for share in shares]
+        for process in processes:
+            process.start()
+        found = [results.get() for _ in processes]
+        for process in processes:
+            process.join()
+        seconds, steps, memory = max(item[0] for item in found), found[0][1], sum(item[2] for item in found)
+        print_bodies(f"own simulations, {number} processes", count, seconds, steps, memory)
+
+
+def alone(count: int, barrier: Barrier, results: Queue[tuple[float, int, int]]) -> None:
+    """Step bodies in a simulation each, at the same time as other processes do."""
+    before = resident()
+    simulations = [falling(1, threads=1) for _ in range(count)]
+    barrier.wait()
+    results.put(frames_of(simulations, before))
+
+
+def falling(count: int, threads: int) -> supple.Simulation:
+    """Return cubes that fall onto a plane, and do not touch each other."""
+    lattice = supple.Lattice.from_cells(np.ones((9, 9, 9), dtype=bool), cell_size=1 / 9, origin=(0, 0.1, 0))
+    cubes = [supple.Body(lattice, material="flesh") for _ in range(count)]
+    plane = supple.Plane((0, 0, 0), (0, 1, 0))
+    return supple.Simulation(
+        cubes, fps=60, substeps="auto", colliders=[plane], threads=threads, contact=False, sleep=False
+    )
+
+
+def frames_of(simulations: list[supple.Simulation], before: int) -> tuple[float, int, int]:
+    """Return the seconds of the frames, the steps of a frame, and the growth of the resident memory."""
+    for simulation in simulations:
+        simulation.advance()
+    start = time.perf_counter()
+    for _ in range(BODY_FRAMES):
+        for simulation in simulations:
+            simulation.advance()
+    return time.perf_counter() - start, simulations[0].steps_per_frame, resident() - before
+
+
+def print_bodies(name: str, count: int, seconds: float, steps: int, memory: int) -> None:
+    """Print a row."""
+    rate = count * BODY_FRAMES / seconds
+    print(f"{name:30} {rate:14.0f} {rate * steps:19.0f} {memory / count / 1e3:11.0f}", flush=True)
 
 
 def blocks(sides: list[int]) -> None:

@@ -58,7 +58,8 @@ impl Clearance {
     /// after [`ROUNDS`]. Without colliders and near bodies, and outside a simulation, there are no limits.
     ///
     /// * `start`: the positions before the displacement, one per lattice vertex.
-    /// * `distance`: distance in cells up to which limits are searched before the first displacement; 0 for none.
+    /// * `distance`: distance in cells up to which limits at colliders are searched before the first displacement; 0 for
+    ///   none. Limits at bodies, whose search takes longer than most displacements, are searched where vertices moved.
     pub(crate) fn move_clear(
         &mut self,
         body: BodyRef<'_>,
@@ -72,7 +73,7 @@ impl Clearance {
         self.found.limits.list_mut().clear();
         self.reach.clear();
         if near.is_some() {
-            self.reach.resize(start.len(), distance as f32);
+            self.reach.resize(start.len(), 0.0);
         }
         if distance > 0.0 && !is_free {
             self.find(body, obstacles.as_ref(), near, start, distance);

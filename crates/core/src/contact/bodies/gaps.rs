@@ -95,8 +95,6 @@ struct OtherCell {
     group: u32,
     /// Its samples, as a range of `GapSearch::blocks`; `None` before the first use.
     blocks: Option<(u32, u32)>,
-    /// The cell of the body for which it was found last.
-    found_for: Option<u32>,
 }
 
 /// Up to eight samples of a deformed surface, whose normals have one [`side`].
@@ -199,7 +197,7 @@ impl GapSearch {
             if bounds.intersects(all) {
                 let cell = DeformedCell::new(&corners);
                 boxes.push((cells.len() as u32, bounds));
-                cells.push(OtherCell { cell, group, blocks: None, found_for: None });
+                cells.push(OtherCell { cell, group, blocks: None });
             }
         }
         grid.fill(boxes, all, 1.0);
@@ -223,32 +221,29 @@ impl GapSearch {
             }
             near.clear();
             let bounds = own.bounds.enlarged(thickness);
-            for bins in grid.rows(&bounds) {
-                for &index in grid.cells_of(bins) {
-                    let found = &mut cells[index as usize];
-                    let sampled = &other.1.cells[found.group as usize];
-                    let is_new = found.found_for != Some(group.cell)
-                        && (!is_own || touch([group.cell, sampled.cell]))
-                        && boxes[index as usize].1.intersects(&bounds);
-                    if is_new {
-                        found.found_for = Some(group.cell);
-                        let (first, end) = *found.blocks.get_or_insert_with(|| {
-                            let samples = sampled.samples.start as usize..sampled.samples.end as usize;
-                            add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
-                        });
-                        let (_, patch) = own.samples.get_or_insert_with(|| {
-                            let corners = body.1.corners[group.cell as usize];
-                            let cell =
-                                DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
-                            add_own_samples(own_samples, &cell, body.1, group.samples.clone())
-                        });
-                        near.extend((first..end).filter_map(|block| {
-                            let least = patch.least_clearance(&blocks[block as usize].patch, lengths);
-                            (least < own.distance).then_some((least, block))
-                        }));
-                    }
+            grid.any_within(&bounds, |index| {
+                let found = &mut cells[index as usize];
+                let sampled = &other.1.cells[found.group as usize];
+                if !boxes[index as usize].1.intersects(&bounds)
+                    || is_own && !touch([group.cell, sampled.cell])
+                {
+                    return false;
                 }
-            }
+                let (first, end) = *found.blocks.get_or_insert_with(|| {
+                    let samples = sampled.samples.start as usize..sampled.samples.end as usize;
+                    add_blocks(blocks, &found.cell, &other.1.samples[samples], opposite)
+                });
+                let (_, patch) = own.samples.get_or_insert_with(|| {
+                    let corners = body.1.corners[group.cell as usize];
+                    let cell = DeformedCell::new(&corners.map(|vertex| own_positions[vertex as usize]));
+                    add_own_samples(own_samples, &cell, body.1, group.samples.clone())
+                });
+                near.extend((first..end).filter_map(|block| {
+                    let least = patch.least_clearance(&blocks[block as usize].patch, lengths);
+                    (least < own.distance).then_some((least, block))
+                }));
+                false
+            });
             let Some(((first, end), _)) = own.samples else { continue };
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for sample in &mut own_samples[first as usize..end as usize] {

@@ -1,7 +1,5 @@
 //! A grid of the boxes of cells, to find those that contain a point or intersect a box.
 
-use std::ops::Range;
-
 use nalgebra::Point3;
 
 use super::bounds::Bounds;
@@ -23,8 +21,49 @@ pub(super) struct Grid {
     counts: [usize; 3],
     /// Index in `entries` of the first entry of each bin, then the number of entries.
     first: Vec<u32>,
-    /// Indices of the cells in each bin, in increasing order.
-    entries: Vec<u32>,
+    /// The cells in each bin, in increasing order.
+    entries: Vec<Entry>,
+}
+
+/// A cell in a bin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    cell: u32,
+    begins: Begins,
+}
+
+/// Whether a bin is the first one of a box along each axis: one bit for each axis.
+type Begins = u8;
+
+/// The bins that a box intersects.
+#[derive(Clone, Copy)]
+struct Bins {
+    /// Number of bins of the grid along each axis.
+    counts: [usize; 3],
+    /// The first bin and the end along each axis.
+    ranges: [[usize; 2]; 3],
+}
+
+impl Bins {
+    /// Calls `test` for each bin, x fastest, until it returns true. Returns whether it did.
+    ///
+    /// These are loops and no iterator: one for three nested ranges takes several times as long.
+    #[inline]
+    fn any(self, mut test: impl FnMut(usize, Begins) -> bool) -> bool {
+        let Self { counts, ranges: [x, y, z] } = self;
+        for k in z[0]..z[1] {
+            for j in y[0]..y[1] {
+                let row = (k * counts[1] + j) * counts[0];
+                let begins = Begins::from(k == z[0]) << 2 | Begins::from(j == y[0]) << 1;
+                for i in x[0]..x[1] {
+                    if test(row + i, begins | Begins::from(i == x[0])) {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
 }
 
 impl Default for Grid {
@@ -56,43 +95,58 @@ impl Grid {
         self.first.resize(self.counts.iter().product::<usize>() + 1, 0);
         // Counts the entries of each bin, then places them: from the end, so that each bin is in increasing order.
         for (_, bounds) in cells {
-            self.rows(bounds).for_each(|bins| self.first[bins].iter_mut().for_each(|first| *first += 1));
+            let bins = self.bins(bounds);
+            bins.any(|bin, _| {
+                self.first[bin] += 1;
+                false
+            });
         }
         let mut sum = 0;
         for first in &mut self.first {
             sum += *first;
             *first = sum;
         }
-        self.entries.resize(sum as usize, 0);
-        for (entry, (_, bounds)) in cells.iter().enumerate().rev() {
-            self.rows(bounds).for_each(|bins| {
-                for first in &mut self.first[bins] {
-                    *first -= 1;
-                    self.entries[*first as usize] = entry as u32;
-                }
+        self.entries.resize(sum as usize, Entry::default());
+        for (cell, (_, bounds)) in (0..cells.len() as u32).zip(cells).rev() {
+            let bins = self.bins(bounds);
+            bins.any(|bin, begins| {
+                let first = &mut self.first[bin];
+                *first -= 1;
+                self.entries[*first as usize] = Entry { cell, begins };
+                false
             });
         }
     }
 
     /// Returns the cells in the bin of a point.
-    pub(super) fn bin(&self, point: &Point3<f64>) -> &[u32] {
+    pub(super) fn at(&self, point: &Point3<f64>) -> impl Iterator<Item = u32> {
         let place = (point - self.low) * self.scale;
-        if self.counts[0] == 0 || !(0..3).all(|a| place[a] >= 0.0 && place[a] < self.counts[a] as f64) {
-            return &[];
-        }
-        let [x, y, z]: [usize; 3] = std::array::from_fn(|a| place[a] as usize);
-        let bin = (z * self.counts[1] + y) * self.counts[0] + x;
-        self.cells_of(bin..bin + 1)
+        let is_inside =
+            self.counts[0] > 0 && (0..3).all(|a| place[a] >= 0.0 && place[a] < self.counts[a] as f64);
+        let entries = match is_inside.then(|| std::array::from_fn(|a| place[a] as usize)) {
+            Some([x, y, z]) => self.entries_of((z * self.counts[1] + y) * self.counts[0] + x),
+            None => &[],
+        };
+        entries.iter().map(|entry| entry.cell)
     }
 
-    /// Returns the cells in consecutive bins, one bin after the other.
-    pub(super) fn cells_of(&self, bins: Range<usize>) -> &[u32] {
-        &self.entries[self.first[bins.start] as usize..self.first[bins.end] as usize]
-    }
-
-    /// Returns the bins that a box intersects, as rows of consecutive ones.
+    /// Calls `test` for the cells in the bins that a box intersects, each cell once: in the first bin that the box and the
+    /// cell have in common. Ends, and returns true, as soon as `test` does.
     #[inline]
-    pub(super) fn rows(&self, bounds: &Bounds) -> impl Iterator<Item = Range<usize>> + use<> {
+    pub(super) fn any_within(&self, bounds: &Bounds, mut test: impl FnMut(u32) -> bool) -> bool {
+        self.bins(bounds).any(|bin, begins| {
+            self.entries_of(bin).iter().any(|entry| entry.begins | begins == 0b111 && test(entry.cell))
+        })
+    }
+
+    /// Returns the entries of a bin.
+    fn entries_of(&self, bin: usize) -> &[Entry] {
+        &self.entries[self.first[bin] as usize..self.first[bin + 1] as usize]
+    }
+
+    /// Returns the bins that a box intersects.
+    #[inline]
+    fn bins(&self, bounds: &Bounds) -> Bins {
         let Self { low, scale, counts, .. } = *self;
         // Casts saturate: below zero to 0, and beyond the last bin to it.
         let index = |a: usize, x: f64| (((x - low[a]) * scale) as usize).min(counts[a] - 1);
@@ -100,17 +154,59 @@ impl Grid {
             let is_outside = counts[a] == 0
                 || bounds.high[a] < low[a]
                 || (bounds.low[a] - low[a]) * scale >= counts[a] as f64;
-            if is_outside { 0..0 } else { index(a, bounds.low[a])..index(a, bounds.high[a]) + 1 }
+            if is_outside { [0, 0] } else { [index(a, bounds.low[a]), index(a, bounds.high[a]) + 1] }
         };
-        let [x, y, z] = [range(0), range(1), range(2)];
-        z.flat_map(move |z| {
-            let x = x.clone();
-            y.clone().map(move |y| (z * counts[1] + y) * counts[0]).map(move |row| row + x.start..row + x.end)
-        })
+        Bins { counts, ranges: [range(0), range(1), range(2)] }
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         buffer_bytes(&self.first) + buffer_bytes(&self.entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::mesh::testing::Random;
+
+    /// Boxes of several sizes in and around the region, some of them in many bins.
+    #[test]
+    fn each_box_in_reach_is_listed_once() {
+        let mut random = Random(5);
+        let mut box_of = |size: f64| {
+            let low = Point3::from([(); 3].map(|()| 12.0 * random.next() - 1.0));
+            let size = Vector3::from([(); 3].map(|()| size * random.next()));
+            Bounds { low, high: low + size }
+        };
+        let cells: Vec<(u32, Bounds)> =
+            (0..150).map(|k| (k, box_of(if k % 10 == 0 { 6.0 } else { 1.5 }))).collect();
+        let region = Bounds { low: Point3::origin(), high: Point3::new(9.0, 10.0, 8.0) };
+        let mut grid = Grid::default();
+        grid.fill(&cells, &region, 1.0);
+        for k in 0..300 {
+            let query = box_of(if k % 3 == 0 { 0.0 } else { 3.0 }).intersection(&region);
+            if query.is_empty() {
+                continue;
+            }
+            let reach = |(k, bounds): &(u32, Bounds)| bounds.intersects(&query).then_some(*k);
+            let expected: Vec<u32> = cells.iter().filter_map(reach).collect();
+            let mut found = Vec::new();
+            grid.any_within(&query, |cell| {
+                found.push(cell);
+                false
+            });
+            let count = found.len();
+            found.sort_unstable();
+            found.dedup();
+            assert_eq!(found.len(), count, "a box is listed twice");
+            found.retain(|&k| cells[k as usize].1.intersects(&query));
+            assert_eq!(found, expected);
+            let at: Vec<u32> = grid.at(&query.low).collect();
+            let contains = |&(k, bounds): &(u32, Bounds)| bounds.contains(&query.low).then_some(k);
+            assert!(cells.iter().filter_map(contains).all(|k| at.contains(&k)));
+        }
     }
 }

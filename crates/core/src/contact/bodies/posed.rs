@@ -127,11 +127,9 @@ impl PosedLattice {
     /// Returns whether a box intersects the box of a cell that `accepts` takes, so that a point of it may be located.
     pub(super) fn is_near(&self, bounds: &Bounds, accepts: impl Fn(u32) -> bool) -> bool {
         self.all.intersects(bounds)
-            && self.grid.rows(bounds).any(|bins| {
-                self.grid.cells_of(bins).iter().any(|&index| {
-                    let (cell, own) = &self.cells[index as usize];
-                    accepts(*cell) && own.intersects(bounds)
-                })
+            && self.grid.any_within(bounds, |index| {
+                let (cell, own) = &self.cells[index as usize];
+                own.intersects(bounds) && accepts(*cell)
             })
     }
 
@@ -186,9 +184,9 @@ impl PosedLattice {
         point: &Point3<f64>,
         accepts: impl Fn(u32) -> bool,
     ) -> impl Iterator<Item = Candidate> {
-        self.grid.bin(point).iter().filter_map(move |&index| {
+        self.grid.at(point).filter_map(move |index| {
             let (cell, bounds) = self.cells[index as usize];
-            let is_found = accepts(cell) && bounds.contains(point);
+            let is_found = bounds.contains(point) && accepts(cell);
             is_found.then(|| Candidate { index, cell, continued_sides: surface.continued_sides_of(cell) })
         })
     }

@@ -256,12 +256,17 @@ impl Untangler {
         }
         for &vertex in &self.active {
             for (cell, _) in self.cells.around(vertex) {
-                if !self.is_tangled[cell as usize] && !is_untangled(&self.cells, cell) {
-                    self.is_tangled[cell as usize] = true;
+                if !std::mem::replace(&mut self.is_tangled[cell as usize], true) {
                     self.tangled.push(cell);
                 }
             }
         }
+        let Self { cells, tangled, is_tangled, .. } = self;
+        tangled.retain(|&cell| {
+            let is_tangled = &mut is_tangled[cell as usize];
+            *is_tangled = !is_untangled(cells, cell);
+            *is_tangled
+        });
     }
 
     /// Lists the corners of the cells that are not untangled.
