@@ -11,7 +11,7 @@ from shapes import Points
 
 
 class Peer:
-    """supple with its default settings, but for sleep and the accuracy."""
+    """supple with its default settings, but for the material, sleep and the accuracy."""
 
     PACKAGE = "supple"
     SETTINGS = (

@@ -1,5 +1,7 @@
 """Writes results.csv, the tables and the plot from the results in a folder; see run.py.
 
+With --write, rows of the page that have no result in the folder stay, so that it can be measured in parts.
+
 python benches/peers/report.py target/peers [--write docs/measured/peers.md]
 """
 
@@ -33,11 +35,16 @@ def main() -> None:
     parser.add_argument("--write", type=Path, metavar="FILE")
     arguments = parser.parse_args()
     results = [Measurements(**json.loads(path.read_text())) for path in sorted(arguments.folder.glob("runs/*.json"))]
+    machines = [machine(results)]
+    if arguments.write:
+        page = arguments.write.read_text()
+        machines += older_machines(page, results)
+        results += kept_rows(page, results)
     results.sort(key=lambda result: (ORDER.index(result.task), result.ms_median or 1e9))
     write_csv(results, arguments.folder / "results.csv")
     plot(results, arguments.folder / "peers.svg")
     sections = {
-        "machine": machine(results),
+        "machine": machines,
         "settings": settings(results),
         "not installed": not_installed(arguments.folder / "not-installed.txt"),
     }
@@ -93,8 +100,8 @@ def number(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
 
-def machine(results: list[Measurements]) -> list[str]:
-    """Return date, machine and versions."""
+def machine(results: list[Measurements]) -> str:
+    """Return the programs that were measured, the date, the machine and the versions."""
     with open("/proc/cpuinfo") as file:
         names = [line.split(":")[1].strip() for line in file if line.startswith("model name")]
     commit = subprocess.run(
@@ -102,12 +109,71 @@ def machine(results: list[Measurements]) -> list[str]:
     ).stdout.strip()
     versions = sorted({f"{run.package} {run.version}" for run in results if run.package})
     load = os.getloadavg()[2]
-    return [
-        f"* Date: {datetime.date.today()}; commit {commit or 'unknown'}; Python {platform.python_version()}.",
-        f"* Machine: {(names or [platform.processor()])[0]}, {os.cpu_count()} processors, {platform.system()}; mean "
-        f"load over the 15 minutes before the page was written {load:.1f}.",
-        f"* Versions: {', '.join(versions)}.",
-    ]
+    return (
+        f"* {', '.join(sorted({run.peer for run in results}))}: {datetime.date.today()}; commit {commit or 'unknown'}; "
+        f"Python {platform.python_version()}; {(names or [platform.processor()])[0]}, {os.cpu_count()} processors, "
+        f"{platform.system()}; mean load over the 15 minutes before {load:.1f}; {', '.join(versions)}."
+    )
+
+
+def older_machines(page: str, results: list[Measurements]) -> list[str]:
+    """Return the lines of the page about programs that still have a row of an earlier date."""
+    kept = {run.peer for run in kept_rows(page, results)}
+    lines = []
+    for line in section(page, "machine"):
+        programs, rest = line.removeprefix("* ").split(": ", 1)
+        remaining = [program for program in programs.split(", ") if program in kept]
+        if remaining:
+            lines.append(f"* {', '.join(remaining)}: {rest}")
+    return lines
+
+
+def kept_rows(page: str, results: list[Measurements]) -> list[Measurements]:
+    """Return the rows of the page that have no result, as far as a table says what was measured."""
+    new = {(run.peer, run.task) for run in results}
+    texts = dict(line.removeprefix("* **").split("**: ", 1) for line in section(page, "settings"))
+    rows = []
+    for task in ORDER:
+        for line in section(page, task)[2:]:
+            peer, *cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+            if (peer, task) not in new:
+                rows.append(row_of(peer, task, texts.get(peer, ""), cells))
+    return rows
+
+
+def row_of(peer: str, task: str, settings: str, cells: list[str]) -> Measurements:
+    """Return a row of a table, to the digits that it has."""
+    *numbers, failed = cells
+
+    def value(text: str, factor: float = 1.0) -> float | None:
+        return None if text == "-" else factor * float(text)
+
+    steps, median, slow, setup, memory, stretched, rest, shape, *speeds, plane, body = numbers
+    found = {time: value(speed) for time, speed in zip(("3", "4", "6"), speeds, strict=True)}
+    return Measurements(
+        peer=peer,
+        task=task,
+        settings=settings,
+        steps_per_frame=None if steps == "-" else int(steps),
+        ms_median=value(median),
+        ms_90=value(slow),
+        setup_s=value(setup),
+        memory_mb=value(memory),
+        volume_error_stretched=value(stretched),
+        volume_error_rest=value(rest),
+        shape_error_rest=value(shape.rstrip("%"), 0.01),
+        speeds={time: speed for time, speed in found.items() if speed is not None},
+        depth_plane_m=value(plane, 1e-3),
+        depth_body_m=value(body, 1e-3),
+        failed="" if failed == "-" else failed,
+    )
+
+
+def section(page: str, name: str) -> list[str]:
+    """Return the lines of a marked section of a page that are not empty."""
+    begin, end = BEGIN.format(name), END.format(name)
+    inner = page.split(begin, 1)[1].split(end, 1)[0] if begin in page else ""
+    return [line for line in inner.splitlines() if line]
 
 
 def settings(results: list[Measurements]) -> list[str]:

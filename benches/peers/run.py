@@ -6,8 +6,8 @@ Makes a virtual environment in target/peers/venv, installs supple from this repo
 packages, and runs each task in each program, one process each, on two processors. A run that takes longer than the
 limit is ended, and counts as far as it got. Results: target/peers/runs/PEER__TASK.json, one per run;
 target/peers/results.csv; target/peers/peers.svg. `--write FILE` replaces the tables between the markers of that page by
-those of all runs that exist, and writes the plot to ../images/, seen from the page. `--keep` runs only what has no
-result yet. `--no-run` runs nothing.
+those of all runs that exist, keeps the rows of programs and tasks that have no run, and writes the plot to
+../images/, seen from the page. `--keep` runs only what has no result yet. `--no-run` runs nothing.
 
 --quick runs small tasks in supple alone, in this interpreter, without the network, as a smoke test.
 """

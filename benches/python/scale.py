@@ -40,7 +40,9 @@ import supple
 
 SCENE = Path(__file__).parents[2] / "examples/scenes/drop.toml"
 FRAMES = 60
-BODY_FRAMES = 30
+BODY_FRAMES = 10
+TIMEOUT = 600.0
+"""Seconds after which a process that does not answer ends the bench."""
 
 
 def main() -> None:
@@ -134,34 +136,43 @@ def volume(result: supple.SweepResult) -> float:
 
 
 def bodies(count: int, workers: list[int]) -> None:
-    """Step the bodies in all ways."""
+    """Step the bodies in all ways, each in new processes, so that none has the memory of another."""
     print(f"\n{count} bodies of 1,000 vertices, {BODY_FRAMES} frames")
-    print("way                        frames of a body/s   steps of a body/s   KB a body")
-    processors = os.cpu_count() or 1
-    for threads in sorted({1, processors}):
-        before = resident()
-        simulation = falling(count, threads)
-        print_bodies(f"one simulation, {threads} threads", count, *frames_of([simulation], before))
-    context = multiprocessing.get_context("spawn")
+    print("way                            frames of a body/s   steps of a body/s   KB a body")
+    ways = [(f"one simulation, {threads} threads", [count], threads) for threads in sorted({1, os.cpu_count() or 1})]
     for number in workers:
-        barrier, results = context.Barrier(number), context.Queue()
         shares = [count * (index + 1) // number - count * index // number for index in range(number)]
-        processes = [context.Process(target=alone, args=(share, barrier, results)) for share in shares]
+        ways.append((f"own simulations, {number} processes", [share for share in shares if share], 0))
+    context = multiprocessing.get_context("spawn")
+    for name, shares, threads in ways:
+        barrier, results = context.Barrier(len(shares)), context.Queue()
+        arguments = [(share, threads, barrier, results) for share in shares]
+        processes = [context.Process(target=step_bodies, args=each, daemon=True) for each in arguments]
         for process in processes:
             process.start()
-        found = [results.get() for _ in processes]
+        found = [results.get(timeout=TIMEOUT) for _ in processes]
         for process in processes:
             process.join()
-        seconds, steps, memory = max(item[0] for item in found), found[0][1], sum(item[2] for item in found)
-        print_bodies(f"own simulations, {number} processes", count, seconds, steps, memory)
+        seconds, steps, memory = max(each[0] for each in found), found[0][1], sum(each[2] for each in found)
+        rate = count * BODY_FRAMES / seconds
+        print(f"{name:30} {rate:18.0f} {rate * steps:19.0f} {memory / count / 1e3:11.0f}", flush=True)
 
 
-def alone(count: int, barrier: Barrier, results: Queue[tuple[float, int, int]]) -> None:
-    """Step bodies in a simulation each, at the same time as other processes do."""
+def step_bodies(count: int, threads: int, barrier: Barrier, results: Queue[tuple[float, int, int]]) -> None:
+    """Step bodies at the same time as other processes do, in one simulation, or with 0 threads each in its own.
+
+    Puts the seconds of the frames, the steps of a frame, and the growth of the resident memory.
+    """
     before = resident()
-    simulations = [falling(1, threads=1) for _ in range(count)]
-    barrier.wait()
-    results.put(frames_of(simulations, before))
+    simulations = [falling(count, threads)] if threads else [falling(1, threads=1) for _ in range(count)]
+    for simulation in simulations:
+        simulation.advance()
+    barrier.wait(timeout=TIMEOUT)
+    start = time.perf_counter()
+    for _ in range(BODY_FRAMES):
+        for simulation in simulations:
+            simulation.advance()
+    results.put((time.perf_counter() - start, simulations[0].steps_per_frame, resident() - before))
 
 
 def falling(count: int, threads: int) -> supple.Simulation:
@@ -172,23 +183,6 @@ def falling(count: int, threads: int) -> supple.Simulation:
     return supple.Simulation(
         cubes, fps=60, substeps="auto", colliders=[plane], threads=threads, contact=False, sleep=False
     )
-
-
-def frames_of(simulations: list[supple.Simulation], before: int) -> tuple[float, int, int]:
-    """Return the seconds of the frames, the steps of a frame, and the growth of the resident memory."""
-    for simulation in simulations:
-        simulation.advance()
-    start = time.perf_counter()
-    for _ in range(BODY_FRAMES):
-        for simulation in simulations:
-            simulation.advance()
-    return time.perf_counter() - start, simulations[0].steps_per_frame, resident() - before
-
-
-def print_bodies(name: str, count: int, seconds: float, steps: int, memory: int) -> None:
-    """Print a row."""
-    rate = count * BODY_FRAMES / seconds
-    print(f"{name:30} {rate:14.0f} {rate * steps:19.0f} {memory / count / 1e3:11.0f}", flush=True)
 
 
 def blocks(sides: list[int]) -> None:

@@ -10,8 +10,9 @@ use crate::volume::Limits;
 
 /// Maximum number of rounds. Each round finds limits and moves the vertices again.
 ///
-/// A further round is needed if vertices move farther than the search distance, or if the moved surface still enters a
-/// collider other than a plane, or with a smooth skin any collider. One or two rounds are common.
+/// A further round is needed if vertices move farther than the search distance, or beyond a limit at a body that was not
+/// searched yet, or if the moved surface still enters a collider other than a plane, or with a smooth skin any collider.
+/// One or two rounds are common.
 const ROUNDS: usize = 16;
 
 /// Search distance for limits, as a multiple of the greatest displacement. The margin avoids a second search
@@ -59,7 +60,8 @@ impl Clearance {
     ///
     /// * `start`: the positions before the displacement, one per lattice vertex.
     /// * `distance`: distance in cells up to which limits at colliders are searched before the first displacement; 0 for
-    ///   none. Limits at bodies, whose search takes longer than most displacements, are searched where vertices moved.
+    ///   none. Limits at bodies are then those of touching samples, and of gaps that were found earlier in the frame;
+    ///   further gaps are searched where vertices moved, because the search takes longer than the displacement.
     pub(crate) fn move_clear(
         &mut self,
         body: BodyRef<'_>,

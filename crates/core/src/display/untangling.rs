@@ -6,7 +6,7 @@ use crate::body::{Body, BodyRef};
 use crate::clearance::{Clearance, Mover};
 use crate::volume::{ComponentReport, Limits};
 
-/// Distance in cells within which limits are searched first.
+/// Distance in cells within which limits at colliders are searched first.
 const SEARCH_DISTANCE: f64 = 2.0;
 
 /// The first correction of a frame, if its result has inverted cells.

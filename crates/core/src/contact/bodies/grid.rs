@@ -28,7 +28,8 @@ pub(super) struct Grid {
 /// A cell in a bin.
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
-    cell: u32,
+    /// Index in the list of [`Grid::fill`].
+    index: u32,
     begins: Begins,
 }
 
@@ -47,7 +48,7 @@ struct Bins {
 impl Bins {
     /// Calls `test` for each bin, x fastest, until it returns true. Returns whether it did.
     ///
-    /// These are loops and no iterator: one for three nested ranges takes several times as long.
+    /// Loops: an iterator over three nested ranges takes several times as long.
     #[inline]
     fn any(self, mut test: impl FnMut(usize, Begins) -> bool) -> bool {
         let Self { counts, ranges: [x, y, z] } = self;
@@ -107,18 +108,18 @@ impl Grid {
             *first = sum;
         }
         self.entries.resize(sum as usize, Entry::default());
-        for (cell, (_, bounds)) in (0..cells.len() as u32).zip(cells).rev() {
+        for (index, (_, bounds)) in (0..cells.len() as u32).zip(cells).rev() {
             let bins = self.bins(bounds);
             bins.any(|bin, begins| {
                 let first = &mut self.first[bin];
                 *first -= 1;
-                self.entries[*first as usize] = Entry { cell, begins };
+                self.entries[*first as usize] = Entry { index, begins };
                 false
             });
         }
     }
 
-    /// Returns the cells in the bin of a point.
+    /// Returns the cells in the bin of a point, as indices in the list of [`fill`](Self::fill).
     pub(super) fn at(&self, point: &Point3<f64>) -> impl Iterator<Item = u32> {
         let place = (point - self.low) * self.scale;
         let is_inside =
@@ -127,15 +128,16 @@ impl Grid {
             Some([x, y, z]) => self.entries_of((z * self.counts[1] + y) * self.counts[0] + x),
             None => &[],
         };
-        entries.iter().map(|entry| entry.cell)
+        entries.iter().map(|entry| entry.index)
     }
 
     /// Calls `test` for the cells in the bins that a box intersects, each cell once: in the first bin that the box and the
-    /// cell have in common. Ends, and returns true, as soon as `test` does.
+    /// cell have in common, which along each axis is the first one of the box or of the cell. Ends, and returns true, as
+    /// soon as `test` does. Cells are indices in the list of [`fill`](Self::fill).
     #[inline]
     pub(super) fn any_within(&self, bounds: &Bounds, mut test: impl FnMut(u32) -> bool) -> bool {
         self.bins(bounds).any(|bin, begins| {
-            self.entries_of(bin).iter().any(|entry| entry.begins | begins == 0b111 && test(entry.cell))
+            self.entries_of(bin).iter().any(|entry| entry.begins | begins == 0b111 && test(entry.index))
         })
     }
 
@@ -182,7 +184,7 @@ mod tests {
             Bounds { low, high: low + size }
         };
         let cells: Vec<(u32, Bounds)> =
-            (0..150).map(|k| (k, box_of(if k % 10 == 0 { 6.0 } else { 1.5 }))).collect();
+            (0..150).map(|k| (1000 + k, box_of(if k % 10 == 0 { 6.0 } else { 1.5 }))).collect();
         let region = Bounds { low: Point3::origin(), high: Point3::new(9.0, 10.0, 8.0) };
         let mut grid = Grid::default();
         grid.fill(&cells, &region, 1.0);
@@ -191,22 +193,31 @@ mod tests {
             if query.is_empty() {
                 continue;
             }
-            let reach = |(k, bounds): &(u32, Bounds)| bounds.intersects(&query).then_some(*k);
-            let expected: Vec<u32> = cells.iter().filter_map(reach).collect();
-            let mut found = Vec::new();
-            grid.any_within(&query, |cell| {
-                found.push(cell);
+            let all = (0..).zip(&cells);
+            let expected: Vec<u32> = all
+                .clone()
+                .filter_map(|(index, (_, bounds))| bounds.intersects(&query).then_some(index))
+                .collect();
+            let mut listed = Vec::new();
+            grid.any_within(&query, |index| {
+                listed.push(index);
                 false
             });
-            let count = found.len();
+            let mut found = listed.clone();
             found.sort_unstable();
             found.dedup();
-            assert_eq!(found.len(), count, "a box is listed twice");
-            found.retain(|&k| cells[k as usize].1.intersects(&query));
+            assert_eq!(found.len(), listed.len(), "a box is listed twice");
+            found.retain(|&index| cells[index as usize].1.intersects(&query));
             assert_eq!(found, expected);
+            let mut tested = 0;
+            let ends = grid.any_within(&query, |index| {
+                tested += 1;
+                Some(&index) == listed.get(listed.len() / 2)
+            });
+            assert_eq!((ends, tested), (!listed.is_empty(), (listed.len() / 2 + 1).min(listed.len())));
             let at: Vec<u32> = grid.at(&query.low).collect();
-            let contains = |&(k, bounds): &(u32, Bounds)| bounds.contains(&query.low).then_some(k);
-            assert!(cells.iter().filter_map(contains).all(|k| at.contains(&k)));
+            let mut containing = all.filter(|(_, (_, bounds))| bounds.contains(&query.low));
+            assert!(containing.all(|(index, _)| at.contains(&index)));
         }
     }
 }

@@ -261,11 +261,12 @@ impl Untangler {
                 }
             }
         }
+        // All cells around the active vertices are listed now, each once. Those that are untangled are removed.
         let Self { cells, tangled, is_tangled, .. } = self;
         tangled.retain(|&cell| {
-            let is_tangled = &mut is_tangled[cell as usize];
-            *is_tangled = !is_untangled(cells, cell);
-            *is_tangled
+            let remains = !is_untangled(cells, cell);
+            is_tangled[cell as usize] = remains;
+            remains
         });
     }
 
