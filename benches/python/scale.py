@@ -7,9 +7,9 @@ The first table runs N scenes of 1,000 lattice vertices: one after another in th
 milliseconds per scene, speed relative to the first row, and milliseconds per task that does nothing on the same
 workers, submitted in the same way. The workers are started, and have imported supple, before the time counts.
 
-The second table steps N cubes of 1,000 lattice vertices, each alone above a plane: all in one simulation on one thread
-and on all, and each in a simulation of its own, on 1, 2, ... processes of one thread. Columns: frames of a body and
-steps of a body per second, and memory per body.
+The second table steps N cubes of 1,000 lattice vertices, each alone above a plane: up to 256 in one simulation on one
+thread and on all, and each in a simulation of its own, on 1, 2, ... processes of one thread. Columns: frames of a body
+and steps of a body per second, and memory per body.
 
 The third table steps solid blocks with S lattice vertices along each edge, and half-width 2: seconds to build the
 lattice and the body, memory per lattice vertex, nanoseconds of a step per lattice vertex on one thread and on all,
@@ -41,6 +41,8 @@ import supple
 SCENE = Path(__file__).parents[2] / "examples/scenes/drop.toml"
 FRAMES = 60
 BODY_FRAMES = 10
+TOGETHER = 256
+"""Greatest number of bodies in one simulation: the time to build one grows with its square."""
 TIMEOUT = 600.0
 """Seconds after which a process that does not answer ends the bench."""
 
@@ -137,9 +139,10 @@ def volume(result: supple.SweepResult) -> float:
 
 def bodies(count: int, workers: list[int]) -> None:
     """Step the bodies in all ways, each in new processes, so that none has the memory of another."""
-    print(f"\n{count} bodies of 1,000 vertices, {BODY_FRAMES} frames")
+    print(f"\n{count} bodies of 1,000 vertices, at most {TOGETHER} in one simulation, {BODY_FRAMES} frames")
     print("way                            frames of a body/s   steps of a body/s   KB a body")
-    ways = [(f"one simulation, {threads} threads", [count], threads) for threads in sorted({1, os.cpu_count() or 1})]
+    together, threads_of = [min(count, TOGETHER)], sorted({1, os.cpu_count() or 1})
+    ways = [(f"one simulation, {threads} threads", together, threads) for threads in threads_of]
     for number in workers:
         shares = [count * (index + 1) // number - count * index // number for index in range(number)]
         ways.append((f"own simulations, {number} processes", [share for share in shares if share], 0))
@@ -154,8 +157,8 @@ def bodies(count: int, workers: list[int]) -> None:
         for process in processes:
             process.join()
         seconds, steps, memory = max(each[0] for each in found), found[0][1], sum(each[2] for each in found)
-        rate = count * BODY_FRAMES / seconds
-        print(f"{name:30} {rate:18.0f} {rate * steps:19.0f} {memory / count / 1e3:11.0f}", flush=True)
+        rate = sum(shares) * BODY_FRAMES / seconds
+        print(f"{name:30} {rate:18.0f} {rate * steps:19.0f} {memory / sum(shares) / 1e3:11.0f}", flush=True)
 
 
 def step_bodies(count: int, threads: int, barrier: Barrier, results: Queue[tuple[float, int, int]]) -> None:
