@@ -17,8 +17,7 @@ class Peer:
     SETTINGS = (
         'youngs_modulus, poisson_ratio, accuracy="fast", fps=60, substeps="auto", volume="auto" (the volume of the '
         "mesh, exact), damping_ratio=0.2: all defaults but the material and the accuracy (docs/materials.md, "
-        "docs/study.md). "
-        "Held points by pin() and handle()."
+        "docs/study.md). Held points by pin() and handle()."
     )
 
     def __init__(self, task: Task) -> None:

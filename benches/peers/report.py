@@ -21,6 +21,8 @@ from worker import Measurements
 
 HERE = Path(__file__).parent
 ORDER = ("box-1000", "bust-1000", "box-10000", "bust-10000", "box-100000", "bust-100000", "pile", "fold")
+SECTIONS = ("machine", "settings", "not installed", *ORDER)
+SPEED_TIMES = ("3", "4", "6")
 BEGIN, END = "<!-- begin {} -->", "<!-- end {} -->"
 HEADER = (
     "| program | steps | ms a frame: median | 90 % | set-up, s | memory, MB | volume, stretched | volume, rest "
@@ -37,9 +39,10 @@ def main() -> None:
     results = [Measurements(**json.loads(path.read_text())) for path in sorted(arguments.folder.glob("runs/*.json"))]
     machines = [machine(results)]
     if arguments.write:
-        page = arguments.write.read_text()
-        machines += older_machines(page, results)
-        results += kept_rows(page, results)
+        page = read_page(arguments.write)
+        kept = kept_rows(page, results)
+        machines += older_machines(page, kept)
+        results += kept
     results.sort(key=lambda result: (ORDER.index(result.task), result.ms_median or 1e9))
     write_csv(results, arguments.folder / "results.csv")
     plot(results, arguments.folder / "peers.svg")
@@ -86,7 +89,7 @@ def task_table(results: list[Measurements]) -> list[str]:
             number(run.volume_error_stretched, "+.1e"),
             number(run.volume_error_rest, "+.1e"),
             number(run.shape_error_rest, ".2%"),
-            *(number(run.speeds.get(time), ".1e") for time in ("3", "4", "6")),
+            *(number(run.speeds.get(time), ".1e") for time in SPEED_TIMES),
             number(run.depth_plane_m and 1e3 * run.depth_plane_m, ".1f"),
             number(run.depth_body_m and 1e3 * run.depth_body_m, ".1f"),
             run.failed.replace("|", "/") or "-",
@@ -116,22 +119,23 @@ def machine(results: list[Measurements]) -> str:
     )
 
 
-def older_machines(page: str, results: list[Measurements]) -> list[str]:
-    """Return the lines of the page about programs that still have a row of an earlier date."""
-    kept = {run.peer for run in kept_rows(page, results)}
+def older_machines(page: str, kept: list[Measurements]) -> list[str]:
+    """Return the lines of the page about programs of which rows are kept."""
+    peers = {run.peer for run in kept}
     lines = []
     for line in section(page, "machine"):
         programs, rest = line.removeprefix("* ").split(": ", 1)
-        remaining = [program for program in programs.split(", ") if program in kept]
+        remaining = [program for program in programs.split(", ") if program in peers]
         if remaining:
             lines.append(f"* {', '.join(remaining)}: {rest}")
     return lines
 
 
 def kept_rows(page: str, results: list[Measurements]) -> list[Measurements]:
-    """Return the rows of the page that have no result, as far as a table says what was measured."""
+    """Return the rows of the page that have no result. A program with results has the settings of these."""
     new = {(run.peer, run.task) for run in results}
     texts = dict(line.removeprefix("* **").split("**: ", 1) for line in section(page, "settings"))
+    texts |= {run.peer: run.settings for run in results if run.settings}
     rows = []
     for task in ORDER:
         for line in section(page, task)[2:]:
@@ -149,7 +153,7 @@ def row_of(peer: str, task: str, settings: str, cells: list[str]) -> Measurement
         return None if text == "-" else factor * float(text)
 
     steps, median, slow, setup, memory, stretched, rest, shape, *speeds, plane, body = numbers
-    found = {time: value(speed) for time, speed in zip(("3", "4", "6"), speeds, strict=True)}
+    found = {time: value(speed) for time, speed in zip(SPEED_TIMES, speeds, strict=True)}
     return Measurements(
         peer=peer,
         task=task,
@@ -171,9 +175,15 @@ def row_of(peer: str, task: str, settings: str, cells: list[str]) -> Measurement
 
 def section(page: str, name: str) -> list[str]:
     """Return the lines of a marked section of a page that are not empty."""
+    return [line for line in around(page, name)[1].splitlines() if line]
+
+
+def around(page: str, name: str) -> tuple[str, str, str]:
+    """Return the text up to the mark that begins a section, the text in it, and the text from its end mark on."""
     begin, end = BEGIN.format(name), END.format(name)
-    inner = page.split(begin, 1)[1].split(end, 1)[0] if begin in page else ""
-    return [line for line in inner.splitlines() if line]
+    head, rest = page.split(begin, 1)
+    inner, tail = rest.split(end, 1)
+    return head + begin, inner, end + tail
 
 
 def settings(results: list[Measurements]) -> list[str]:
@@ -188,16 +198,23 @@ def not_installed(path: Path) -> list[str]:
     return [f"* {line}" for line in lines] or ["All packages were installed."]
 
 
+def read_page(path: Path) -> str:
+    """Return the text of a page, if it has all marks."""
+    page = path.read_text()
+    for name in SECTIONS:
+        begin, end = BEGIN.format(name), END.format(name)
+        if end not in page.partition(begin)[2]:
+            raise SystemExit(f"{path} lacks the lines {begin} and {end}")
+    return page
+
+
 def write_page(path: Path, sections: dict[str, list[str]]) -> None:
     """Replace the marked sections of a page."""
-    text = path.read_text()
+    page = read_page(path)
     for name, lines in sections.items():
-        begin, end = BEGIN.format(name), END.format(name)
-        if begin not in text or end not in text:
-            raise SystemExit(f"{path} lacks the lines {begin} and {end}")
-        head, rest = text.split(begin, 1)
-        text = "\n".join([head + begin, "", *lines, "", end + rest.split(end, 1)[1]])
-    path.write_text(text)
+        head, _, tail = around(page, name)
+        page = "\n".join([head, "", *lines, "", tail])
+    path.write_text(page)
 
 
 def plot(results: list[Measurements], path: Path) -> None:

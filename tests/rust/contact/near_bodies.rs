@@ -80,18 +80,11 @@ fn displayed_surfaces_take_half_of_a_gap_each_and_keep_their_volumes() {
 }
 
 /// Returns the greatest depth of a vertex of a displayed surface in the surface of another body.
-pub(crate) fn greatest_depth(sim: &Simulation, [body, other]: [usize; 2]) -> f64 {
-    depth_in(&surface_collider(sim, other), sim.body(body).surface().positions)
-}
-
-/// Returns the displayed surface of a body as a collider.
-fn surface_collider(sim: &Simulation, body: usize) -> Collider {
-    let points = sim.body(body).surface().positions.into_iter().map(|p: Point3<f64>| p.into()).collect();
-    Collider::mesh(Mesh::new(points, sim.body(body).mesh().unwrap().triangles()).unwrap()).unwrap()
-}
-
-/// Returns the greatest depth of a point in a collider.
-fn depth_in(collider: &Collider, points: Vec<Point3<f64>>) -> f64 {
+pub(crate) fn greatest_depth(sim: &Simulation, bodies: [usize; 2]) -> f64 {
+    let [points, other] = bodies.map(|k| sim.body(k).surface().positions);
+    let other = other.into_iter().map(|p: Point3<f64>| p.into()).collect::<Vec<[f64; 3]>>();
+    let other = Collider::mesh(Mesh::new(other, sim.body(bodies[1]).mesh().unwrap().triangles()).unwrap());
+    let collider = other.unwrap();
     let distance = collider.signed_distance_at(0.0).unwrap();
     points.into_iter().map(|point| -distance(point.into())).fold(0.0, f64::max)
 }
