@@ -117,6 +117,7 @@ impl Caution {
     /// Returns the cautions about a simulation at its start.
     pub fn all(simulation: &mut Simulation) -> Vec<Self> {
         let mut cautions = Vec::new();
+        let loads = Loads::of(simulation);
         for (index, body) in simulation.bodies().iter().enumerate() {
             let modulus = simulation.body(index).youngs_modulus();
             cautions.extend(not_closed(body));
@@ -125,7 +126,8 @@ impl Caution {
             cautions.extend(coarse_numbers(body));
             cautions.extend(jumps(body));
             cautions.extend(in_colliders(simulation, body));
-            cautions.extend(modulus.and_then(|modulus| too_soft(simulation, body, modulus)));
+            let too_soft = |(loads, modulus)| too_soft(simulation.bodies(), loads, index, modulus);
+            cautions.extend(loads.as_ref().zip(modulus).and_then(too_soft));
         }
         cautions.extend(Overlap::all(simulation).into_iter().map(Self::Overlap));
         cautions
@@ -137,11 +139,52 @@ impl Caution {
     }
 }
 
-/// Returns the direction against gravity and its magnitude, or `None` without gravity.
-fn up(simulation: &Simulation) -> Option<(Vector3<f64>, f64)> {
-    let gravity = Vector3::from(simulation.gravity());
-    let magnitude = gravity.norm();
-    (magnitude > 0.0).then(|| (gravity / -magnitude, magnitude))
+/// The weights of the bodies of a simulation, and where they stand.
+struct Loads {
+    /// The direction against gravity.
+    up: Vector3<f64>,
+    gravity: f64,
+    /// Whether bodies can lie on each other.
+    contact: bool,
+    bodies: Vec<Load>,
+}
+
+/// A body that may lie on another one or carry it.
+struct Load {
+    mass: f64,
+    /// The bounding box of its lattice vertices.
+    bounds: (Vector3<f64>, Vector3<f64>),
+    /// Coordinate of its center of mass along `up`.
+    level: f64,
+}
+
+impl Loads {
+    /// Returns the loads, or `None` without gravity.
+    fn of(simulation: &Simulation) -> Option<Self> {
+        let gravity = Vector3::from(simulation.gravity());
+        let magnitude = gravity.norm();
+        let up = (magnitude > 0.0).then(|| gravity / -magnitude)?;
+        let load = |body: &Body| Load {
+            mass: body.mass(),
+            bounds: bounds(body),
+            level: body.center_of_mass().coords.dot(&up),
+        };
+        let bodies = simulation.bodies().iter().map(load).collect();
+        Some(Self { up, gravity: magnitude, contact: simulation.contact(), bodies })
+    }
+
+    /// Iterates over the bodies that may come to lie on the body `index`: those above it whose boxes overlap with its own
+    /// when they are moved along the vertical.
+    fn above(&self, index: usize) -> impl Iterator<Item = (usize, &Load)> {
+        let Load { bounds: (low, high), level, .. } = &self.bodies[index];
+        let is_above = move |(other, load): &(usize, &Load)| {
+            let (other_low, other_high) = &load.bounds;
+            let overlaps =
+                (0..3).all(|a| self.up[a].abs() > 0.5 || (other_low[a] < high[a] && other_high[a] > low[a]));
+            *other != index && overlaps && load.level > *level
+        };
+        self.bodies.iter().enumerate().filter(move |_| self.contact).filter(is_above)
+    }
 }
 
 /// Returns the bounding box of the lattice vertices.
@@ -150,38 +193,34 @@ fn bounds(body: &Body) -> (Vector3<f64>, Vector3<f64>) {
     body.positions().iter().fold(empty, |(low, high), p| (low.inf(&p.coords), high.sup(&p.coords)))
 }
 
-/// Returns the area of the base of a body: its mass over its density and its height along `up`.
-fn base(body: &Body, up: &Vector3<f64>) -> (f64, f64) {
-    let heights = body.positions();
-    let heights = heights.iter().map(|p| p.coords.dot(up));
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-    (body.mass() / (body.material().density * (high - low)), high - low)
+/// Returns the extent of a body along `up`.
+fn height(body: &Body, up: &Vector3<f64>) -> f64 {
+    let levels = body.positions();
+    let levels = levels.iter().map(|p| p.coords.dot(up));
+    let (low, high) = levels.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    high - low
 }
 
-/// Finds the weight that compresses a body most: its own, or that of a body above it. The elasticity of regions has no
-/// modulus that a scene could raise.
-fn too_soft(simulation: &Simulation, body: &Body, modulus: f64) -> Option<Caution> {
+/// Finds the weight that compresses the body `index` most: its own, or that of a body above it. The elasticity of regions
+/// has no modulus that a scene could raise.
+fn too_soft(bodies: &[Body], loads: &Loads, index: usize, modulus: f64) -> Option<Caution> {
+    let body = &bodies[index];
     if matches!(body.material().elasticity, Elasticity::Regions { .. }) {
         return None;
     }
-    let (up, gravity) = up(simulation)?;
-    let (area, height) = base(body, &up);
-    let own = (None, body.material().density * gravity * height);
-    let (low, high) = bounds(body);
-    let is_above = |other: &&Body| {
-        let (other_low, other_high) = bounds(other);
-        // The boxes overlap when they are moved along the vertical.
-        let overlaps =
-            (0..3).all(|a| up[a].abs() > 0.5 || (other_low[a] < high[a] && other_high[a] > low[a]));
-        let is_higher = (other.center_of_mass() - body.center_of_mass()).dot(&up) > 0.0;
-        !std::ptr::eq(*other, body) && overlaps && is_higher
-    };
-    let others = simulation.bodies().iter().filter(is_above);
-    let loads = others.map(|other| (Some(other.name().to_owned()), other.mass() * gravity / area));
-    let (load, pressure) = std::iter::once(own).chain(loads).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (density, height) = (body.material().density, height(body, &loads.up));
+    // The area of the base.
+    let area = body.mass() / (density * height);
+    let own = (None, density * loads.gravity * height);
+    let others = loads.above(index).map(|(other, load)| (Some(other), load.mass * loads.gravity / area));
+    let (load, pressure) = std::iter::once(own).chain(others).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let needed = pressure / GREATEST_COMPRESSION;
-    let body = body.name().to_owned();
-    (modulus < needed).then_some(Caution::TooSoft { body, load, modulus, needed })
+    (modulus < needed).then(|| Caution::TooSoft {
+        body: body.name().to_owned(),
+        load: load.map(|other| bodies[other].name().to_owned()),
+        modulus,
+        needed,
+    })
 }
 
 fn jumps(body: &Body) -> impl Iterator<Item = Caution> {

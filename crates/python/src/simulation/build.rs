@@ -53,9 +53,10 @@ fn check_ignored(py: Python<'_>, bodies: &[Bound<'_, Body>]) -> PyResult<()> {
     };
     let bodies = bodies.iter().map(read).collect::<PyResult<Vec<_>>>()?;
     for (index, (_, ignored)) in bodies.iter().enumerate() {
-        let others = bodies.iter().enumerate().filter(|(other, _)| *other != index);
-        let others: Vec<&str> = others.map(|(_, (name, _))| name.as_str()).collect();
-        if let Some(name) = ignored.iter().find(|name| !others.contains(&name.as_str())) {
+        let others = || bodies.iter().enumerate().filter(|(other, _)| *other != index);
+        let is_missing = |name: &&String| !others().any(|(_, (other, _))| other == *name);
+        if let Some(name) = ignored.iter().find(is_missing) {
+            let others: Vec<&str> = others().map(|(_, (name, _))| name.as_str()).collect();
             let way_out = match nearest(name, &others) {
                 Some(nearest) => format!("the nearest name is {nearest:?}"),
                 None => "the simulation has no other body".to_owned(),
