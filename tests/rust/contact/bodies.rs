@@ -274,6 +274,36 @@ fn bodies_that_slide_on_another_one_bounce_off_each_other() {
 }
 
 #[test]
+fn a_ball_that_slides_down_another_one_leaves_it_where_its_speed_carries_it() {
+    let mut sim = Simulation::builder().dt(1.0 / 960.0).sleep(false);
+    // Balls of flat faces leave each other at edges.
+    let smooth = |radius: f64, cell_size: f64| {
+        let (vertices, faces) = sphere([0.0; 3], radius, 96);
+        let body = Body::builder(Mesh::new(vertices, &faces).unwrap()).cell_size(cell_size);
+        body.friction(0.0).youngs_modulus(1e7).damping_ratio(1.0)
+    };
+    let mut hill = smooth(1.0, 0.25).build().unwrap();
+    hill.pin(&Pin { goal: None, selection: everything(), window: TimeWindow::default() }).unwrap();
+    let start = 0.25_f64;
+    let center = Vector3::new(start.sin(), start.cos(), 0.0) * 1.5;
+    let slider = smooth(0.5, 0.15).translate(center.into()).build().unwrap();
+    sim = sim.body(hill).body(slider);
+    let mut sim = sim.build().unwrap();
+    let mut last = 0.0_f64;
+    for _ in 0..1440 {
+        sim.step();
+        if contacts_between(&sim) > 0 {
+            let center = sim.bodies()[1].center_of_mass();
+            last = center.y.atan2(center.x);
+        }
+    }
+    // A point that slides leaves a ball where gravity no longer bends its path so much: 3 cos θ = 2 cos θ₀. It may leave at
+    // an edge before: a face spans 0.065.
+    let expected = (2.0 * start.cos() / 3.0).asin();
+    assert!((last - expected).abs() < 0.065, "{last}, {expected}");
+}
+
+#[test]
 fn bodies_that_are_woken_keep_their_contacts() {
     let mut sim = on_ground().fps(60.0).substeps(Substeps::Fixed(4));
     for k in 0..3 {

@@ -34,6 +34,12 @@ const FIRST_DISPLACEMENT: f64 = 1.5;
 /// Depth in cells that a sample may have when it first touches, in addition.
 const FIRST_DEPTH: f64 = 0.1;
 
+/// Distance in cells by which a sample may slide along the other body until its closest point is searched again.
+const SLIDE: f64 = 0.05;
+
+/// Depth in cells from which on the closest point is searched in each step: the surface on another side may be nearer.
+const SHALLOW: f64 = 0.5;
+
 /// A sample that touches a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Touch {
@@ -98,6 +104,7 @@ impl Search {
         self.found.clear();
         self.cells.reset(posed[1]);
         let mut near = posed[0].cells.iter().peekable();
+        let mut last_touched = None;
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {
@@ -111,7 +118,10 @@ impl Search {
                 while known.next_if(|known| *known < sample).is_some() {}
                 if known.peek() != Some(&sample) {
                     let place = (group.cell, &own);
-                    self.found.extend(pair.touch(sample, place, remembered, &mut self.cells));
+                    let memory = memory_of(remembered, sample);
+                    let followed = memory.and_then(|memory| pair.follow(memory, place, &mut last_touched));
+                    let touch = followed.or_else(|| pair.touch(sample, place, memory, &mut self.cells));
+                    self.found.extend(touch);
                 }
             }
         }
@@ -132,17 +142,17 @@ impl Search {
         for memory in body.state.touches.of(self.other) {
             while groups.next_if(|group| group.samples.end <= memory.sample).is_some() {}
             let Some(group) = groups.peek() else { break };
-            let TouchedPoint { cell, local, normal, shell } = memory.touched;
+            let TouchedPoint { cell, shell, .. } = memory.touched;
             if cell as usize >= other.lattice.cells().len() {
                 continue;
             }
             let sample = &surface.samples[memory.sample as usize];
-            let point = current(&mut last_own, body, group.cell).position(sample.local.map(f64::from));
-            let touched_cell = current(&mut last_touched, other, cell);
-            let local = local.map(f64::from);
-            let normal = touched_cell.gradient(local).normal(&wide(normal));
+            let own = current(&mut last_own, group.cell, |cell| body.deformed_cell(cell));
+            let point = own.position(sample.local.map(f64::from));
+            let touched_cell = current(&mut last_touched, cell, |cell| other.deformed_cell(cell));
+            let (normal, offset) = offset_from(&memory.touched, touched_cell, &point);
             let normal = normal.unwrap_or_else(|| wide(memory.normal));
-            let distance = (point - touched_cell.position(local)).dot(&normal);
+            let distance = offset.dot(&normal);
             let shell = match self.body == self.other {
                 true => remaining(shell.into(), distance / other.lattice.cell_size()),
                 // That of the present thickness, as it is stored.
@@ -189,12 +199,49 @@ impl Pair<'_> {
         !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
     }
 
-    /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
+    /// Returns the contact of a sample in `cell`, whose geometry is `own`, with the point of another closed surface that it
+    /// touched in the last step, if it did not slide far from there. `last`: the touched cell of another sample.
+    fn follow(
+        &self,
+        memory: &SampleTouch,
+        (cell, own): (u32, &DeformedCell),
+        last: &mut Option<(u32, DeformedCell)>,
+    ) -> Option<Touch> {
+        let Self { body, other, posed, is_same, past, .. } = *self;
+        let touched = memory.touched;
+        let surface = other.contact.surface();
+        let is_known = (touched.cell as usize) < surface.corners.len();
+        if is_same || !surface.is_closed || !is_known || self.thickness > 0.0 {
+            return None;
+        }
+        let sample = &body.contact.surface().samples[memory.sample as usize];
+        let local = sample.local.map(f64::from);
+        let point = own.position(local);
+        let posed_cell = |cell| DeformedCell::new(&posed.at(other.corners(cell)));
+        let touched_cell = current(last, touched.cell, posed_cell);
+        let (normal, offset) = offset_from(&touched, touched_cell, &point);
+        let normal = normal?;
+        let gap = offset.dot(&normal);
+        let faces_away = || {
+            let outward = own.gradient(local).normal(&wide(sample.normal));
+            body.contact.surface().is_closed && outward.is_some_and(|outward| normal.dot(&outward) > 0.0)
+        };
+        let (slid, cell_size) = ((offset - normal * gap).norm(), body.lesser_cell_size(other));
+        let is_followed = slid <= SLIDE * cell_size
+            && gap <= SKIN * cell_size
+            && gap >= -SHALLOW * cell_size
+            && normal.dot(&wide(memory.normal)) > SAME_SIDE
+            && !faces_away();
+        is_followed.then_some(Touch { sample: memory.sample, cell, touched, point, normal, gap, past })
+    }
+
+    /// Returns the contact of a sample in `cell`, whose geometry is `own`. `memory`: of the sample in the last step, if it
+    /// touched the other body. `cells` belongs to the other body.
     fn touch(
         &self,
         index: u32,
         (cell, own): (u32, &DeformedCell),
-        remembered: &[SampleTouch],
+        memory: Option<&SampleTouch>,
         cells: &mut CellCache,
     ) -> Option<Touch> {
         let Self { body, other, posed, thickness, past, dt, .. } = *self;
@@ -205,8 +252,6 @@ impl Pair<'_> {
         let located =
             posed.locate(surface, &point, thickness > 0.0, |found| self.accepts(cell, found), cells)?;
         let outward = own.gradient(own_local).normal(&wide(sample.normal));
-        let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
-        let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
         let shell_before = memory.map(|memory| f64::from(memory.touched.shell));
         let memory = memory.map(|memory| wide(memory.normal));
         let displacement = || {
@@ -349,10 +394,30 @@ fn remaining(before: f64, distance: f64) -> f64 {
     if before < 0.0 { before.max(distance).min(0.0) } else { before }
 }
 
-/// Returns the geometry of a cell at the end of the step. `last`: the geometry of the last cell, computed once.
-fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell: u32) -> &'a DeformedCell {
+/// Returns the memory of a sample that touched in the last step. `remembered`: in increasing order of the samples.
+fn memory_of(remembered: &[SampleTouch], sample: u32) -> Option<&SampleTouch> {
+    let found = remembered.binary_search_by_key(&sample, |touch| touch.sample).ok();
+    found.map(|index| &remembered[index]).filter(|memory| memory.is_touching)
+}
+
+/// Returns the normal at a touched point, `None` if its cell is flat or inside out, and the offset of `point` from it.
+fn offset_from(
+    touched: &TouchedPoint,
+    cell: &DeformedCell,
+    point: &Point3<f64>,
+) -> (Option<Vector3<f64>>, Vector3<f64>) {
+    let local = touched.local.map(f64::from);
+    (cell.gradient(local).normal(&wide(touched.normal)), point - cell.position(local))
+}
+
+/// Returns the geometry of a cell. `last`: the geometry of the last cell, computed once.
+fn current(
+    last: &mut Option<(u32, DeformedCell)>,
+    cell: u32,
+    geometry: impl FnOnce(u32) -> DeformedCell,
+) -> &DeformedCell {
     if last.is_none_or(|(found, _)| found != cell) {
-        *last = Some((cell, DeformedCell::new(&body.corners(cell).map(|vertex| body.position(vertex)))));
+        *last = Some((cell, geometry(cell)));
     }
     let (_, geometry) = last.as_ref().expect("set above");
     geometry

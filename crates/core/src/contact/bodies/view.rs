@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::Bounds;
+use super::deformed_cell::DeformedCell;
 use super::motion::{PartMotions, PartVertices};
 use super::posed::PosedLattice;
 use super::surface::ContactSurface;
@@ -147,6 +148,11 @@ impl BodyView<'_> {
     #[inline]
     pub(super) fn corners(&self, cell: u32) -> [u32; 8] {
         self.contact.surface().corners[cell as usize]
+    }
+
+    /// Returns the geometry of a cell at the end of the step.
+    pub(super) fn deformed_cell(&self, cell: u32) -> DeformedCell {
+        DeformedCell::new(&self.corners(cell).map(|vertex| self.position(vertex)))
     }
 
     /// Returns the lesser cell size of two bodies.
