@@ -14,6 +14,12 @@ use std::sync::{Mutex, PoisonError, TryLockError, Weak};
 /// because joining threads takes longer than its work.
 pub(crate) const CHUNK: usize = 512;
 
+/// Returns the least number of blocks in a task of a body with this number of blocks. The tasks of a larger body are
+/// smaller than [`CHUNK`], so that the last of them keep no thread waiting for long.
+pub(crate) fn least_task(blocks: usize) -> usize {
+    if blocks <= CHUNK { CHUNK } else { CHUNK / 2 }
+}
+
 /// Number of attempts to lock the list of pools, a millisecond apart.
 #[cfg(feature = "rayon")]
 const LOCK_ATTEMPTS: u32 = 200;
