@@ -7,7 +7,7 @@ The first table runs N scenes of 1,000 lattice vertices: one after another in th
 milliseconds per scene, speed relative to the first row, and milliseconds per task that does nothing on the same
 workers, submitted in the same way. The workers are started, and have imported supple, before the time counts.
 
-The second table steps N cubes of 1,000 lattice vertices, each alone above a plane: up to 256 in one simulation on one
+The second table steps N cubes of 1,000 lattice vertices, each alone above a plane: all in one simulation on one
 thread and on all, and each in a simulation of its own, on 1, 2, ... processes of one thread. Columns: frames of a body
 and steps of a body per second, and memory per body.
 
@@ -41,8 +41,6 @@ import supple
 SCENE = Path(__file__).parents[2] / "examples/scenes/drop.toml"
 FRAMES = 60
 BODY_FRAMES = 10
-TOGETHER = 256
-"""Greatest number of bodies in one simulation: the time to build one grows with its square."""
 TIMEOUT = 600.0
 """Seconds after which a process that does not answer ends the bench."""
 
@@ -139,10 +137,10 @@ def volume(result: supple.SweepResult) -> float:
 
 def bodies(count: int, workers: list[int]) -> None:
     """Step the bodies in all ways, each in new processes, so that none has the memory of another."""
-    print(f"\n{count} bodies of 1,000 vertices, at most {TOGETHER} in one simulation, {BODY_FRAMES} frames")
+    print(f"\n{count} bodies of 1,000 vertices, {BODY_FRAMES} frames")
     print("way                            frames of a body/s   steps of a body/s   KB a body")
-    together, threads_of = [min(count, TOGETHER)], sorted({1, os.cpu_count() or 1})
-    ways = [(f"one simulation, {threads} threads", together, threads) for threads in threads_of]
+    threads_of = sorted({1, os.cpu_count() or 1})
+    ways = [(f"one simulation, {threads} threads", [count], threads) for threads in threads_of]
     for number in workers:
         shares = [count * (index + 1) // number - count * index // number for index in range(number)]
         ways.append((f"own simulations, {number} processes", [share for share in shares if share], 0))
