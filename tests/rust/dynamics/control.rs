@@ -3,11 +3,10 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Accuracy, Body, BodyBuilder, BreakLimit, ConstraintError, Elasticity, Error, FractureOptions, Handle,
-    Key, LatticeError, Material, Plasticity, Preset, RegionDamping, RegionSize, Selection, Simulation,
-    Stiffness, Substeps, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
+    Body, ConstraintError, Elasticity, Error, Handle, Key, LatticeError, Material, RegionDamping, RegionSize,
+    Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
 };
-use supple_tests::{block, half_cells, lattice, momentum, without_gravity};
+use supple_tests::{half_cells, momentum, without_gravity};
 
 #[test]
 fn material_set_later_equals_material_of_the_builder() {
@@ -326,20 +325,4 @@ fn a_state_keeps_all_settings_that_changed_between_steps() {
         other.steps(10);
     }
     assert_eq!(other.state(), one.state());
-}
-
-/// Dents and cracks follow the strain of the regions: these are at most one cell wide, if nothing else is asked.
-#[test]
-fn plastic_and_breaking_bodies_choose_narrow_regions() {
-    let half_width = |body: BodyBuilder| {
-        let simulation = Simulation::builder().body(body.build().unwrap()).fps(30.0).substeps(Substeps::Auto);
-        simulation.build().unwrap().body(0).half_width()
-    };
-    let body = || Body::from_lattice(lattice(&block([40, 20, 20]))).preset(Preset::Rubber);
-    let fracture = FractureOptions::new(BreakLimit::Strain(0.1));
-    assert!(half_width(body()).cells() > 1.0);
-    assert_eq!(half_width(body().plastic(Plasticity::default())), 1);
-    assert_eq!(half_width(body().fracture(fracture)), 1);
-    assert!(half_width(body().fracture(fracture).accuracy(Accuracy::Fast)).cells() > 1.0);
-    assert!(half_width(body().fracture(fracture).accuracy(Accuracy::Exact)).is_cell());
 }

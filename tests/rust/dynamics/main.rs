@@ -1,5 +1,6 @@
 //! The step: constraints, forces, damping, momentum, plasticity, zones, rest; the same bits and saved states.
 
+mod accuracy;
 mod cells;
 mod constraints;
 mod control;

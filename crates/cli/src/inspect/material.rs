@@ -24,6 +24,10 @@ pub(super) struct MaterialFacts {
     /// Half-widths and the steps per second with which they reach the specified Young's modulus in all parts; empty if the
     /// elasticity is that of regions.
     pub(super) step_rates: Vec<(HalfWidth, f64)>,
+    /// Length R over which the regions resist, in scene units: parts of the thickness t bend 0.6 R²/t² less than they should.
+    pub(super) region_radius: f64,
+    /// Thickness of the body in scene units; 0 without volume.
+    pub(super) thickness: f64,
     /// Shear modulus in force, E/(2 (1 + nu)).
     pub(super) shear_modulus: f64,
     /// Bulk modulus in force, E/(3 (1 - 2 nu)).
@@ -59,9 +63,7 @@ impl PlasticFacts {
     /// Collects the facts about the plasticity of a body.
     fn new(body: BodyRef<'_>) -> Option<Self> {
         let Plasticity { yield_strain, creep, max } = body.material().plastic?;
-        let half_width = body.half_width().cells();
-        let region_radius = body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt();
-        Some(Self { yield_strain, creep, max, region_radius })
+        Some(Self { yield_strain, creep, max, region_radius: region_radius(&body) })
     }
 
     /// Returns the facts as a line.
@@ -132,12 +134,19 @@ impl FractureFacts {
     }
 }
 
-/// Returns the steps per second with which regions of half-width 0.5, 1, 2 and 3 reach Young's modulus `modulus`.
+/// Returns the length R over which the regions of a body resist, in scene units.
+fn region_radius(body: &Body) -> f64 {
+    let half_width = body.half_width().cells();
+    body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt()
+}
+
+/// Returns the steps per second with which regions of half-width 0.5, 1, 2, 3 and that of the body reach Young's modulus `modulus`.
 fn step_rates(body: &Body, modulus: f64) -> Vec<(HalfWidth, f64)> {
     let greatest =
         body.stiffness_factors().map_or(1.0, |factors| factors.iter().copied().fold(0.0, f64::max));
     let rate = |half_width| (half_width, body.step_rate(half_width, greatest * modulus));
-    [0.5, 1.0, 2.0, 3.0].map(HalfWidth::from).map(rate).into()
+    let own = Some(body.half_width()).filter(|half_width| half_width.cells() > 3.0);
+    [0.5, 1.0, 2.0, 3.0].map(HalfWidth::from).into_iter().chain(own).map(rate).collect()
 }
 
 impl MaterialFacts {
@@ -162,6 +171,8 @@ impl MaterialFacts {
             poisson_ratio,
             accuracy: has_modulus.then(|| material.accuracy.name()),
             step_rates: if has_modulus { step_rates(&body, specified) } else { Vec::new() },
+            region_radius: region_radius(&body),
+            thickness: body.thickness(),
             shear_modulus: in_force / (2.0 * (1.0 + poisson_ratio)),
             bulk_modulus: in_force / (3.0 * (1.0 - 2.0 * poisson_ratio)),
             wave_speed: (in_force / material.density).sqrt(),
@@ -177,7 +188,16 @@ impl MaterialFacts {
     pub(super) fn regions(&self) -> Option<String> {
         let rates: Vec<String> =
             self.step_rates.iter().map(|(half_width, rate)| format!("{half_width}: {rate:.0}")).collect();
-        Some(format!("accuracy {}; steps per second by half-width: {}", self.accuracy?, rates.join(", ")))
+        let thickness = match self.thickness {
+            0.0 => String::new(),
+            thickness => format!(" in a thickness of {}", number(thickness)),
+        };
+        Some(format!(
+            "accuracy {}, region radius {}{thickness}; steps per second by half-width: {}",
+            self.accuracy?,
+            number(self.region_radius),
+            rates.join(", ")
+        ))
     }
 
     /// Returns the facts as three lines.

@@ -150,7 +150,7 @@ impl Body {
     pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
         let is_valid = !self.is_asleep() && (component as usize) < self.shape.lattice.components().count;
         let damping = self.pipeline.elastic_damping.as_ref().filter(|_| is_valid)?;
-        let sizes = (self.shape.size, self.cell_mass(), self.contact_layers());
+        let sizes = (self.size(), self.cell_mass(), self.contact_layers());
         damping.coupled((index, component), (&self.state, &self.pipeline.momentum), sizes)
     }
 

@@ -3,9 +3,10 @@
 use std::sync::OnceLock;
 
 use super::builder::{BodyBuilder, Model};
-use super::elasticity::{extent, initial_half_width, longest_side, size_of, slenderness_of};
+use super::elasticity::initial_half_width;
 use super::material::check_cell_mass;
 use super::parts::{ContactData, DisplayData, Pipeline, Settings, Shape};
+use super::proportions::{Proportions, extent, longest_side};
 use super::rigid_values::MassProperties;
 use super::soft_body::{Body, MAX_CELLS};
 use super::surface::Surface;
@@ -77,8 +78,7 @@ impl BodyBuilder {
                 youngs_modulus: None,
             },
             shape: Shape {
-                size: size_of(&lattice, surface.as_ref(), &masses),
-                slenderness: slenderness_of(&lattice, surface.as_ref(), &masses),
+                proportions: Proportions::of(&lattice, surface.as_ref(), &masses),
                 lattice,
                 masses,
                 surface: surface.map(OnceLock::from),

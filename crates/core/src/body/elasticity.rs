@@ -1,37 +1,32 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use nalgebra::Matrix3;
-
-use super::parts::{Pipeline, Shape};
+use super::parts::Pipeline;
+use super::proportions::Proportions;
 use super::soft_body::Body;
-use super::surface::Surface;
 use crate::contact::Colliders;
 use crate::dynamics::{
     Accuracy, Damping, DampingRates, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper,
-    RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue, vertex_moments,
+    RegionSize, Stiffness, StiffnessFactors, half_width_of, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::{HalfWidth, Matching, bulk_of};
-use crate::mesh::Interior;
 use crate::parallel::Executor;
-use crate::state::index_bounds;
-use crate::volume::MIN_VOLUME_FRACTION;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
 pub(super) const DEFAULT_HALF_WIDTH: HalfWidth = HalfWidth::whole(2);
 
-/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
-const REGION_FRACTION: f64 = 0.15;
+/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size, if that is more than two
+/// cells. Wider ones show: the sides of a block that is stretched by half are then wavy.
+const SIZE_FRACTION: f64 = 0.15;
+
+/// As [`SIZE_FRACTION`], of its thickness: the body bends by at most 5 % less than it should, 0.6 R²/t².
+const THICKNESS_FRACTION: f64 = 0.3;
 
 /// Time that a step takes for a lattice vertex, in seconds, by which [`Accuracy::Balanced`] chooses: a step of
 /// regions of one cell takes 10 to 15 ns on a core of 2020, and contacts as much again. It is a fixed number, so that
 /// a body has the same regions on every machine.
 const TIME_PER_VERTEX: f64 = 2e-8;
-
-/// Least size L of a body without volume, as a fraction of its largest extent: the bounding box of a flat sheet has
-/// none.
-const LEAST_SIZE: f64 = 0.1;
 
 /// A body that is softer than its material, because its steps are too long.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,9 +81,14 @@ impl Body {
     /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`,
     /// if the steps are short enough: see [`step_rate`](Self::step_rate).
     pub(crate) fn chosen_half_width(&self, modulus: f64) -> HalfWidth {
-        let cells = REGION_FRACTION * self.shape.size / self.shape.lattice.cell_size();
-        // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
-        let widest = half_width_of(cells * cells).floor().max(2.0);
+        let Proportions { size, thickness, .. } = self.shape.proportions;
+        // w (w + 1) <= (R/h)².
+        let within = |length: f64| {
+            let cells = length / self.shape.lattice.cell_size();
+            half_width_of(cells * cells).floor()
+        };
+        let widest =
+            within(SIZE_FRACTION * size).max(2.0).min(within(THICKNESS_FRACTION * thickness)).max(1.0);
         let greatest = self.factor_range().1 * modulus;
         let share = |half_width: HalfWidth| {
             self.step_rate(half_width, greatest) * self.shape.lattice.len() as f64 * TIME_PER_VERTEX
@@ -197,7 +197,7 @@ impl Body {
         let Material { elasticity, density, .. } = self.settings.material;
         match elasticity {
             Elasticity::Preset(preset) => {
-                let Shape { size, slenderness, .. } = self.shape;
+                let Proportions { size, slenderness, .. } = self.shape.proportions;
                 Some(preset.youngs_modulus(density, size, slenderness, gravity))
             }
             Elasticity::YoungsModulus(modulus) => Some(modulus),
@@ -213,9 +213,16 @@ impl Body {
         }
     }
 
-    /// Returns the size L of the body in scene units, the cube root of its volume: see [`size_of`].
+    /// Returns the thickness t of the body in scene units: that of a box with the least principal second moment of its
+    /// volume, but at most 6 V/A with the volume V and the area A. It is the shortest side of a block, 0.77 of the
+    /// diameter of a ball, and 0 for a body without volume. Fracture does not change it.
+    pub fn thickness(&self) -> f64 {
+        self.shape.proportions.thickness
+    }
+
+    /// Returns the size L of the body in scene units, the cube root of its volume: see [`Proportions`].
     pub(crate) fn size(&self) -> f64 {
-        self.shape.size
+        self.shape.proportions.size
     }
 
     /// Returns Young's modulus of the material, or `None` with the elasticity of regions, or if the body has a
@@ -297,75 +304,4 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent:
         _ => DEFAULT_HALF_WIDTH,
     };
     if cells.is_cell() { cells } else { HalfWidth::whole(cells.links().min(extent.max(1))) }
-}
-
-/// Returns the size L of a body: the cube root of the volume inside the mesh, or of the bounding box if the mesh is a
-/// sheet or encloses next to nothing; of a bare lattice it is the cube root of the volume of its cells. `masses`:
-/// those of the vertices, in full cells.
-pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
-    match (volume_of(lattice, surface, masses), surface) {
-        (None, Some(Surface { mesh, .. })) => {
-            let (low, high) = mesh.bounds();
-            let extents = high - low;
-            libm::cbrt(extents.product()).max(LEAST_SIZE * extents.max())
-        }
-        (volume, _) => libm::cbrt(volume.unwrap_or(0.0)),
-    }
-}
-
-/// Returns the volume inside the mesh, or that of the cells of a bare lattice. `None` for a sheet and for a mesh that
-/// encloses next to nothing.
-fn volume_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> Option<f64> {
-    let cell_volume = lattice.cell_size().powi(3);
-    let cells = cell_volume * lattice.cells().len() as f64;
-    let Some(Surface { mesh, .. }) = surface else { return Some(cells) };
-    let volume = match mesh.interior() {
-        Interior::Closed => mesh.volume(),
-        Interior::WindingNumber => cell_volume * masses.iter().map(|&mass| f64::from(mass)).sum::<f64>(),
-        Interior::Sheet => 0.0,
-    };
-    (volume > MIN_VOLUME_FRACTION * cells).then_some(volume)
-}
-
-/// Returns the ratio of the length of a body to its width: the root of the ratio of the greatest two principal second
-/// moments of its volume. It is 1 for a body without volume, for cubes, balls and plates, and s for a bar of 1 x 1 x s.
-/// `masses`: those of the vertices, in full cells.
-pub(super) fn slenderness_of(lattice: &Lattice, surface: Option<&Surface>, masses: &[f32]) -> f64 {
-    if volume_of(lattice, surface, masses).is_none() {
-        return 1.0;
-    }
-    let cell = lattice.cell_size().powi(2);
-    let moments = match surface {
-        Some(Surface { mesh, .. }) if mesh.interior() == Interior::Closed => mesh.second_moments(),
-        _ => cell * second_moments_of_cells(lattice, masses),
-    };
-    let mut moments = moments.symmetric_eigenvalues();
-    moments.as_mut_slice().sort_by(f64::total_cmp);
-    // A body is at least as wide as a cell.
-    let least = cell / 12.0;
-    (moments[2].max(least) / moments[1].max(least)).sqrt()
-}
-
-/// Returns the second moments of the mass of a lattice about its center, relative to the mass, in squared cells.
-fn second_moments_of_cells(lattice: &Lattice, masses: &[f32]) -> Matrix3<f64> {
-    let (mass, _, moments) = vertex_moments(lattice, masses);
-    // The mass of a cell is at its corners: 1/4 per axis in place of 1/12.
-    moments / mass - Matrix3::identity() / 6.0
-}
-
-/// Returns the longest side of the bounding box of the mesh, or of a bare lattice.
-pub(super) fn longest_side(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
-    match surface {
-        Some(Surface { mesh, .. }) => {
-            let (low, high) = mesh.bounds();
-            (high - low).max()
-        }
-        None => extent(lattice) as f64 * lattice.cell_size(),
-    }
-}
-
-/// Returns the largest extent of a lattice along an axis, in cells.
-pub(super) fn extent(lattice: &Lattice) -> usize {
-    let (low, high) = index_bounds(lattice.indices());
-    (0..3).map(|c| high[c].abs_diff(low[c]) as usize).max().unwrap_or(1)
 }

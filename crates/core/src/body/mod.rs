@@ -9,6 +9,7 @@
 //! | `values` | positions, velocities and other values of the vertices |
 //! | `samples` | the contact stage, and the samples of the surface |
 //! | `pieces` | the mesh and the volume correction, which exist when they are needed |
+//! | `proportions` | the size of a body, and how long and how thick it is |
 //! | `elasticity` | the material in force |
 //! | `material` | changes of the material between steps |
 //! | `zones` | stiffness factors |
@@ -61,6 +62,7 @@ mod piece_mesh;
 mod pieces;
 mod plan;
 mod plasticity;
+mod proportions;
 mod quantities;
 mod reference;
 mod rigid;

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::proportions::Proportions;
 use super::surface::Surface;
 use super::touching::TouchingOptions;
 use crate::contact::Contacts;
@@ -33,10 +34,7 @@ pub(super) struct Shape {
     pub(super) placement: Placement,
     /// Largest extent of the lattice along an axis, in cells.
     pub(super) extent: usize,
-    /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
-    pub(super) size: f64,
-    /// Ratio of the length to the width, at least 1: see `elasticity`.
-    pub(super) slenderness: f64,
+    pub(super) proportions: Proportions,
 }
 
 /// The settings of a body: those of the user, and those that its simulation derives from them.

@@ -72,8 +72,7 @@ impl Body {
                 * self.mass_of(vertex)
         });
         // In units of the mass and the size, so that f32 holds it.
-        let covariance: Matrix3<f64> =
-            covariance.sum::<Matrix3<f64>>() / (self.mass() * self.shape.size.powi(2));
+        let covariance: Matrix3<f64> = covariance.sum::<Matrix3<f64>>() / (self.mass() * self.size().powi(2));
         let rotation = rotations(&[covariance])[0];
         let rotation = UnitQuaternion::from_matrix(&rotation);
         Isometry3::from_parts(Translation3::from(center - rotation * rest_center), rotation)

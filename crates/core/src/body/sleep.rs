@@ -145,7 +145,7 @@ impl Body {
         // The place of a body that touches others is that in which they were searched.
         let can_stay =
             can_rest && !self.state.supports.list().is_empty() && self.state.touches.bodies().is_empty();
-        let limit = REST_DISTANCE.min(REST_SHARE * self.shape.size / self.shape.lattice.cell_size());
+        let limit = REST_DISTANCE.min(REST_SHARE * self.size() / self.shape.lattice.cell_size());
         let stay = match can_stay {
             true => Stay::Possible { stays: context.is_frame_start.then(|| self.stays_in_place(limit)) },
             false => Stay::Impossible,
@@ -208,7 +208,7 @@ impl Body {
     /// damping keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
     fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
-        let (size, cell_size) = (self.shape.size, self.shape.lattice.cell_size());
+        let (size, cell_size) = (self.size(), self.shape.lattice.cell_size());
         let speed = REST_SPEED * (size * effective_gravity(size, gravity)).sqrt() / cell_size;
         if self.is_rigid() {
             return speed;
@@ -278,7 +278,7 @@ impl Body {
     /// Returns whether something may move a body at rest in this step.
     fn is_disturbed(&self, context: &StepContext) -> bool {
         let Self { constraints, forces, state, .. } = self;
-        let acceleration = REST_FORCE * effective_gravity(self.shape.size, context.gravity.norm());
+        let acceleration = REST_FORCE * effective_gravity(self.size(), context.gravity.norm());
         let tolerance = |vertex: u32| acceleration * self.mass_of(vertex);
         forces
             .as_ref()

@@ -26,7 +26,7 @@ impl Stage for MeetSupports {
     fn run(&self, body: &mut Body, step: &BodyStep<'_>) {
         let BodyStep { context, executor, .. } = *step;
         let rates = body.damping_rates(context.interval.dt, executor);
-        let size = body.shape.size / body.shape.lattice.cell_size();
+        let size = body.size() / body.shape.lattice.cell_size();
         let layers = body.contact_layers();
         let (own, colliders) = (body.rolling_resistance(), context.colliders);
         let rolling_resistance = &|collider: u32| colliders.rolling_resistance(collider).unwrap_or(own);
