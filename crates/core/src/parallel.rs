@@ -10,14 +10,17 @@ use std::sync::Arc;
 #[cfg(feature = "rayon")]
 use std::sync::{Mutex, PoisonError, TryLockError, Weak};
 
-/// Number of blocks in a chunk, the size of a task: 4,096 lattice vertices. A smaller body is one task,
-/// because joining threads takes longer than its work.
-pub(crate) const CHUNK: usize = 512;
+/// Number of blocks in a chunk: 4,096 lattice vertices. A body of one chunk is one task, because joining threads takes
+/// longer than its work.
+const CHUNK: usize = 512;
 
-/// Returns the least number of blocks in a task of a body with this number of blocks. The tasks of a larger body are
-/// smaller than [`CHUNK`], so that the last of them keep no thread waiting for long.
-pub(crate) fn least_task(blocks: usize) -> usize {
-    if blocks <= CHUNK { CHUNK } else { CHUNK / 2 }
+/// Least number of blocks in a task of the window sums of a larger body. Tasks are small, so that the last of them keeps no
+/// thread waiting for long.
+pub(crate) const LEAST_TASK: usize = 256;
+
+/// Returns whether a body with this number of blocks is one task.
+pub(crate) fn is_one_task(blocks: usize) -> bool {
+    blocks <= CHUNK
 }
 
 /// Number of attempts to lock the list of pools, a millisecond apart.

@@ -1,4 +1,4 @@
-//! The half-width of regions that each accuracy chooses, and the thickness of a body by which it does.
+//! The half-width of regions that each accuracy chooses, and the widths of a body by which it does.
 
 use supple::{
     Accuracy, Body, BodyBuilder, BreakLimit, FractureOptions, HalfWidth, Plasticity, Preset, Simulation,
@@ -24,20 +24,20 @@ fn hollow(outer: i32, inner: i32) -> Vec<[i32; 3]> {
 }
 
 #[test]
-fn thickness_is_the_shortest_side_or_thrice_that_of_walls() {
-    let of_cells = |cells: &[[i32; 3]]| Body::from_lattice(lattice(cells)).build().unwrap().thickness();
+fn the_least_width_is_the_shortest_side_or_three_times_that_of_walls() {
+    let of_cells = |cells: &[[i32; 3]]| Body::from_lattice(lattice(cells)).build().unwrap().least_width();
     assert!((of_cells(&block([20, 5, 8])) - 5.0).abs() < 1e-6);
     // 6 V/A of walls of two cells.
     let walls = of_cells(&hollow(20, 16));
     assert!((walls - 6.0 * 3904.0 / 3936.0).abs() < 1e-9, "{walls}");
     // The root of 12 r²/5, of a ball of triangles that is somewhat smaller.
-    let round = Body::builder(ball(1.0)).cell_size(0.2).build().unwrap().thickness();
+    let round = Body::builder(ball(1.0)).cell_size(0.2).build().unwrap().least_width();
     assert!((1.5..2.4_f64.sqrt()).contains(&round), "{round}");
-    assert_eq!(Body::builder(square_sheet(1.0, 8)).cell_size(0.2).build().unwrap().thickness(), 0.0);
+    assert_eq!(Body::builder(square_sheet(1.0, 8)).cell_size(0.2).build().unwrap().least_width(), 0.0);
 }
 
 #[test]
-fn fast_regions_are_narrow_beside_the_size_and_the_thickness() {
+fn fast_regions_are_narrow_beside_the_size_and_the_least_width() {
     let fast = |extents| half_width(stiff(extents).accuracy(Accuracy::Fast));
     // R² = w (w + 1): 12 <= (0.15 x 24)² < 20; two cells in smaller bodies.
     assert_eq!([fast([24; 3]), fast([9; 3])], [3, 2]);

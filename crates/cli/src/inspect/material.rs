@@ -26,8 +26,8 @@ pub(super) struct MaterialFacts {
     pub(super) step_rates: Vec<(HalfWidth, f64)>,
     /// Length R over which the regions resist, in scene units: parts of the thickness t bend 0.6 R²/t² less than they should.
     pub(super) region_radius: f64,
-    /// Thickness of the body in scene units; 0 without volume.
-    pub(super) thickness: f64,
+    /// Least width of the body in scene units; 0 without volume.
+    pub(super) least_width: f64,
     /// Shear modulus in force, E/(2 (1 + nu)).
     pub(super) shear_modulus: f64,
     /// Bulk modulus in force, E/(3 (1 - 2 nu)).
@@ -172,7 +172,7 @@ impl MaterialFacts {
             accuracy: has_modulus.then(|| material.accuracy.name()),
             step_rates: if has_modulus { step_rates(&body, specified) } else { Vec::new() },
             region_radius: region_radius(&body),
-            thickness: body.thickness(),
+            least_width: body.least_width(),
             shear_modulus: in_force / (2.0 * (1.0 + poisson_ratio)),
             bulk_modulus: in_force / (3.0 * (1.0 - 2.0 * poisson_ratio)),
             wave_speed: (in_force / material.density).sqrt(),
@@ -188,12 +188,12 @@ impl MaterialFacts {
     pub(super) fn regions(&self) -> Option<String> {
         let rates: Vec<String> =
             self.step_rates.iter().map(|(half_width, rate)| format!("{half_width}: {rate:.0}")).collect();
-        let thickness = match self.thickness {
+        let width = match self.least_width {
             0.0 => String::new(),
-            thickness => format!(" in a thickness of {}", number(thickness)),
+            width => format!(" in a body {} wide", number(width)),
         };
         Some(format!(
-            "accuracy {}, region radius {}{thickness}; steps per second by half-width: {}",
+            "accuracy {}, region radius {}{width}; steps per second by half-width: {}",
             self.accuracy?,
             number(self.region_radius),
             rates.join(", ")

@@ -16,12 +16,13 @@ use crate::parallel::Executor;
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
 pub(super) const DEFAULT_HALF_WIDTH: HalfWidth = HalfWidth::whole(2);
 
-/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size, if that is more than two
-/// cells. Wider ones show: the sides of a block that is stretched by half are then wavy.
+/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size, if that is more than the
+/// length of the half-width 2. Wider ones show: the sides of a block that is stretched by half are then wavy.
 const SIZE_FRACTION: f64 = 0.15;
 
-/// As [`SIZE_FRACTION`], of its thickness: the body bends by at most 5 % less than it should, 0.6 R²/t².
-const THICKNESS_FRACTION: f64 = 0.3;
+/// As [`SIZE_FRACTION`], of the least width: a solid part of this thickness t bends by 0.6 R²/t², 5 %, less than it should.
+/// Walls, which may be three times as thin, and bodies of less than 4.7 cells, which have w = 1, bend less.
+const WIDTH_FRACTION: f64 = 0.3;
 
 /// Time that a step takes for a lattice vertex, in seconds, by which [`Accuracy::Balanced`] chooses: a step of
 /// regions of one cell takes 10 to 15 ns on a core of 2020, and contacts as much again. It is a fixed number, so that
@@ -81,14 +82,13 @@ impl Body {
     /// Returns the half-width of the regions that the [accuracy](Accuracy) asks for with Young's modulus `modulus`,
     /// if the steps are short enough: see [`step_rate`](Self::step_rate).
     pub(crate) fn chosen_half_width(&self, modulus: f64) -> HalfWidth {
-        let Proportions { size, thickness, .. } = self.shape.proportions;
+        let Proportions { size, least_width, .. } = self.shape.proportions;
         // w (w + 1) <= (R/h)².
         let within = |length: f64| {
             let cells = length / self.shape.lattice.cell_size();
             half_width_of(cells * cells).floor()
         };
-        let widest =
-            within(SIZE_FRACTION * size).max(2.0).min(within(THICKNESS_FRACTION * thickness)).max(1.0);
+        let widest = within(SIZE_FRACTION * size).max(2.0).min(within(WIDTH_FRACTION * least_width)).max(1.0);
         let greatest = self.factor_range().1 * modulus;
         let share = |half_width: HalfWidth| {
             self.step_rate(half_width, greatest) * self.shape.lattice.len() as f64 * TIME_PER_VERTEX
@@ -213,11 +213,12 @@ impl Body {
         }
     }
 
-    /// Returns the thickness t of the body in scene units: that of a box with the least principal second moment of its
-    /// volume, but at most 6 V/A with the volume V and the area A. It is the shortest side of a block, 0.77 of the
-    /// diameter of a ball, and 0 for a body without volume. Fracture does not change it.
-    pub fn thickness(&self) -> f64 {
-        self.shape.proportions.thickness
+    /// Returns the least width of the body in scene units: that of a box with the least principal second moment of its
+    /// volume, but at most 6 V/A with the volume V and the area A of its mesh, or of the cells of a bare lattice. It is the
+    /// shortest side of a block, three times the thickness of thin walls, 0.77 of the diameter of a ball with a mesh, and 0
+    /// for a body without volume. Fracture does not change it.
+    pub fn least_width(&self) -> f64 {
+        self.shape.proportions.least_width
     }
 
     /// Returns the size L of the body in scene units, the cube root of its volume: see [`Proportions`].

@@ -9,7 +9,7 @@
 //! | `values` | positions, velocities and other values of the vertices |
 //! | `samples` | the contact stage, and the samples of the surface |
 //! | `pieces` | the mesh and the volume correction, which exist when they are needed |
-//! | `proportions` | the size of a body, and how long and how thick it is |
+//! | `proportions` | the size of a body, and how long and how wide it is |
 //! | `elasticity` | the material in force |
 //! | `material` | changes of the material between steps |
 //! | `zones` | stiffness factors |

@@ -1,4 +1,4 @@
-//! The size of a body, and how long and how thick it is.
+//! The size of a body, and how long and how wide it is.
 
 use nalgebra::Matrix3;
 
@@ -22,10 +22,10 @@ pub(super) struct Proportions {
     /// Ratio of the length to the width: the root of the ratio of the greatest two principal second moments of the
     /// volume. It is 1 for a body without volume, for cubes, balls and plates, and s for a bar of 1 x 1 x s.
     pub(super) slenderness: f64,
-    /// The thickness t in scene units: that of a box with the least principal second moment of the volume, but at most
-    /// 6 V/A with the volume V and the area A, three times the thickness of a thin wall. It is the shortest side of a
-    /// block, 0.77 of the diameter of a ball, and 0 for a body without volume.
-    pub(super) thickness: f64,
+    /// The least width in scene units: that of a box with the least principal second moment of the volume, but at most
+    /// 6 V/A with the volume V and the area A, three times the thickness of a thin wall. It is 0 for a body without volume.
+    /// Meshes of rough or overlapping parts have more area, and so less width; open ones have less area.
+    pub(super) least_width: f64,
 }
 
 impl Proportions {
@@ -36,7 +36,7 @@ impl Proportions {
             let (low, high) = mesh.map(Mesh::bounds).unwrap_or_default();
             let extents = high - low;
             let size = libm::cbrt(extents.product()).max(LEAST_SIZE * extents.max());
-            return Self { size, slenderness: 1.0, thickness: 0.0 };
+            return Self { size, slenderness: 1.0, least_width: 0.0 };
         };
         let cell = lattice.cell_size().powi(2);
         let moments = match mesh {
@@ -54,7 +54,7 @@ impl Proportions {
         Self {
             size: libm::cbrt(volume),
             slenderness: (greatest / middle).sqrt(),
-            thickness: (12.0 * least).sqrt().min(6.0 * volume / area),
+            least_width: (12.0 * least).sqrt().min(6.0 * volume / area),
         }
     }
 }

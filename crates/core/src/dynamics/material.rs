@@ -114,7 +114,7 @@ pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Accuracy {
     /// The widest regions: of a half-width of 2 cells, or a length R of 0.15 of the size of the body, the cube root of its
-    /// volume, if that is more; but of at most 0.3 of its [thickness](crate::Body::thickness), or a half-width of 1. The
+    /// volume, if that is more; but of at most 0.3 of its [least width](crate::Body::least_width), or a half-width of 1. The
     /// fewest steps. Layers of cells that are held or touched strain more than the others, and parts of the thickness t
     /// bend 0.6 R²/t² less.
     Fast,

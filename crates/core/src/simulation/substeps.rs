@@ -4,9 +4,9 @@
 //! greatest speed that is expected, and L the size of the body:
 //!
 //! * [`StepReason::Material`]: a body with a Young's modulus reaches it (alpha is at most the greatest one, 1 or
-//!   1.5/(1 + k): see [`ElasticLaw`](crate::ElasticLaw)) with regions of at most the length
-//!   max(2.45 h, 0.15 L), so half-width 2, or more where the cells are small. Larger regions would make the body
-//!   stiffer in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is t. A body with a `frequency`
+//!   1.5/(1 + k): see [`ElasticLaw`](crate::ElasticLaw)) with the regions of its [`Accuracy`](crate::Accuracy). Larger
+//!   regions would make the body stiffer in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is
+//!   t. A body with a `frequency`
 //!   f has at least six steps per period: alpha = 2 (1 - cos(2 π f dt)) is then at most 1.
 //! * [`StepReason::Motion`]: the fastest handle or collider crosses at most one cell in a step.
 //! * [`StepReason::Fall`]: the body crosses at most one cell in a step at the speed u after a fall to the farthest

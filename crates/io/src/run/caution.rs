@@ -126,7 +126,7 @@ impl Caution {
             cautions.extend(coarse_numbers(body));
             cautions.extend(jumps(body));
             cautions.extend(in_colliders(simulation, body));
-            let too_soft = |(loads, modulus)| too_soft(simulation.bodies(), loads, index, modulus);
+            let too_soft = |(loads, modulus)| too_soft(body, loads, index, modulus);
             cautions.extend(loads.as_ref().zip(modulus).and_then(too_soft));
         }
         cautions.extend(Overlap::all(simulation).into_iter().map(Self::Overlap));
@@ -144,13 +144,15 @@ struct Loads {
     /// The direction against gravity.
     up: Vector3<f64>,
     gravity: f64,
-    /// Whether bodies can lie on each other.
-    contact: bool,
+    /// Empty if bodies do not touch each other.
     bodies: Vec<Load>,
 }
 
 /// A body that may lie on another one or carry it.
 struct Load {
+    name: String,
+    /// Names of the bodies that it does not touch.
+    ignored: Vec<String>,
     mass: f64,
     /// The bounding box of its lattice vertices.
     bounds: (Vector3<f64>, Vector3<f64>),
@@ -165,32 +167,39 @@ impl Loads {
         let magnitude = gravity.norm();
         let up = (magnitude > 0.0).then(|| gravity / -magnitude)?;
         let load = |body: &Body| Load {
+            name: body.name().to_owned(),
+            ignored: body.touching().ignored.clone(),
             mass: body.mass(),
             bounds: bounds(body),
             level: body.center_of_mass().coords.dot(&up),
         };
-        let bodies = simulation.bodies().iter().map(load).collect();
-        Some(Self { up, gravity: magnitude, contact: simulation.contact(), bodies })
+        let touching = simulation.bodies().iter().filter(|_| simulation.contact());
+        Some(Self { up, gravity: magnitude, bodies: touching.map(load).collect() })
     }
 
-    /// Iterates over the bodies that may come to lie on the body `index`: those above it whose boxes overlap with its own
-    /// when they are moved along the vertical.
-    fn above(&self, index: usize) -> impl Iterator<Item = (usize, &Load)> {
-        let Load { bounds: (low, high), level, .. } = &self.bodies[index];
-        let is_above = move |(other, load): &(usize, &Load)| {
-            let (other_low, other_high) = &load.bounds;
-            let overlaps =
-                (0..3).all(|a| self.up[a].abs() > 0.5 || (other_low[a] < high[a] && other_high[a] > low[a]));
-            *other != index && overlaps && load.level > *level
-        };
-        self.bodies.iter().enumerate().filter(move |_| self.contact).filter(is_above)
+    /// Iterates over the bodies that may come to lie on the body `index`: those above it that it touches, and whose boxes
+    /// overlap with its own when they are moved along the vertical.
+    fn above(&self, index: usize) -> impl Iterator<Item = &Load> {
+        let own = self.bodies.get(index);
+        self.bodies.iter().filter(move |other| own.is_some_and(|own| other.is_above(own, &self.up)))
+    }
+}
+
+impl Load {
+    /// Returns whether the body may come to lie on another one.
+    fn is_above(&self, other: &Self, up: &Vector3<f64>) -> bool {
+        let ((low, high), (other_low, other_high)) = (&self.bounds, &other.bounds);
+        let overlaps =
+            (0..3).all(|a| up[a].abs() > 0.5 || (low[a] < other_high[a] && high[a] > other_low[a]));
+        let ignores = |a: &Self, b: &Self| a.ignored.contains(&b.name);
+        self.level > other.level && overlaps && !ignores(self, other) && !ignores(other, self)
     }
 }
 
 /// Returns the bounding box of the lattice vertices.
 fn bounds(body: &Body) -> (Vector3<f64>, Vector3<f64>) {
-    let empty = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    body.positions().iter().fold(empty, |(low, high), p| (low.inf(&p.coords), high.sup(&p.coords)))
+    let (low, high) = body.bounds();
+    (low.coords, high.coords)
 }
 
 /// Returns the extent of a body along `up`.
@@ -203,8 +212,7 @@ fn height(body: &Body, up: &Vector3<f64>) -> f64 {
 
 /// Finds the weight that compresses the body `index` most: its own, or that of a body above it. The elasticity of regions
 /// has no modulus that a scene could raise.
-fn too_soft(bodies: &[Body], loads: &Loads, index: usize, modulus: f64) -> Option<Caution> {
-    let body = &bodies[index];
+fn too_soft(body: &Body, loads: &Loads, index: usize, modulus: f64) -> Option<Caution> {
     if matches!(body.material().elasticity, Elasticity::Regions { .. }) {
         return None;
     }
@@ -212,12 +220,12 @@ fn too_soft(bodies: &[Body], loads: &Loads, index: usize, modulus: f64) -> Optio
     // The area of the base.
     let area = body.mass() / (density * height);
     let own = (None, density * loads.gravity * height);
-    let others = loads.above(index).map(|(other, load)| (Some(other), load.mass * loads.gravity / area));
+    let others = loads.above(index).map(|load| (Some(load), load.mass * loads.gravity / area));
     let (load, pressure) = std::iter::once(own).chain(others).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let needed = pressure / GREATEST_COMPRESSION;
     (modulus < needed).then(|| Caution::TooSoft {
         body: body.name().to_owned(),
-        load: load.map(|other| bodies[other].name().to_owned()),
+        load: load.map(|load| load.name.clone()),
         modulus,
         needed,
     })

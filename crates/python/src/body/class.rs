@@ -47,8 +47,8 @@ use super::storage::{BuildArguments, SharedBody, Storage};
 /// stiffness : float, default 1; or frequency : float
 ///     Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
 /// accuracy : str, default "balanced"
-///     How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, the fewest
-///     steps with which the body bends as it should), "balanced" (the least half-width with which a second of
+///     How the half-width of the regions is chosen for a material or youngs_modulus: "fast" (wide regions, narrower
+///     in thin bodies: the fewest steps), "balanced" (the least half-width with which a second of
 ///     a scene takes at most 0.12 seconds, by an estimate; at most 1 in a body that is plastic or breaks by itself), or
 ///     "exact" (regions of one cell: layers that are held or touched strain as the others do).
 /// poisson_ratio : float or keyframes

@@ -9,7 +9,7 @@ use crate::body::soft_body::Body;
 use crate::body::transfer::Parents;
 use crate::dynamics::{Accelerate, ElasticDamper, EnergyLimiter};
 use crate::matching::{Purpose, RegionFit, Shapes, Workspace, Workspaces};
-use crate::parallel::{CHUNK, Executor};
+use crate::parallel::{self, Executor};
 use crate::state::State;
 
 /// Accelerates the vertices towards their goal positions.
@@ -59,10 +59,9 @@ impl Stage for MatchShapes {
 }
 
 impl Body {
-    /// Returns whether the blocks of eight lattice vertices fit into one chunk. A step then runs on one
-    /// thread.
+    /// Returns whether the body is one task. A step then runs on one thread.
     pub(crate) fn is_one_task(&self) -> bool {
-        self.pipeline.matching.layout.blocks() <= CHUNK
+        parallel::is_one_task(self.pipeline.matching.layout.blocks())
     }
 
     /// Allocates the missing buffers of the workspaces of `threads` threads, for the bodies that are a single

@@ -174,7 +174,7 @@ impl<'a> TouchGroup<'a> {
         links.iter_mut().for_each(Vec::clear);
         for (touch, share) in self.shares() {
             let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.touched.local)];
+            let sides = [(body, touch.cell, sample.local), (other, touch.touched.cell, touch.under)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
                 // A smooth surface of a crack leaves the cells of its part, where weights can be negative or great.
                 let weights = trilinear_weights(local.map(|u| u.clamp(0.0, 1.0)));

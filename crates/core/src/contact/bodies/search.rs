@@ -4,18 +4,19 @@
 //! closest point Y of the surface at rest has the normal N (distances at rest that the deformed lattice carries: Fisher
 //! & Lin 2001; McAdams et al. 2011). With the world position y of Y, and the derivative F of world positions by rest
 //! coordinates, the contact has the normal n = F⁻ᵀN/|F⁻ᵀN| and the gap n · (x - y). So contacts act at the visible
-//! surface, between the sample and the point Y of the surface.
+//! surface, between the sample and the point Y of the surface. A sample that slides along the surface keeps Y for a short
+//! distance, and the contact acts at the point under the sample.
 //!
 //! With a thickness of the bodies, a sample is also located outside of the cells, in the linear continuation of the
 //! nearest one, and the gap is less by the sum of the thicknesses.
 
 use nalgebra::{Point3, Vector3};
 
-use super::deformed_cell::DeformedCell;
+use super::deformed_cell::{DeformedCell, Gradient};
 use super::posed::{CellCache, Located, PosedLattice};
 use super::touched_point::{
-    MAX_SHELL_DEPTH, RANGE, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed, closest_on_shell,
-    rest_point, touching_distance,
+    FACING, MAX_SHELL_DEPTH, RANGE, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed,
+    closest_on_shell, rest_point, touching_distance,
 };
 use super::view::BodyView;
 use crate::contact::SKIN;
@@ -34,11 +35,13 @@ const FIRST_DISPLACEMENT: f64 = 1.5;
 /// Depth in cells that a sample may have when it first touches, in addition.
 const FIRST_DEPTH: f64 = 0.1;
 
-/// Distance in cells by which a sample may slide along the other body until its closest point is searched again.
+/// Distance in cells by which a sample may slide along the other body until its closest point is searched again. The normal
+/// of a round surface of the radius r, in cells, is then off by up to 0.05/r, and a contact ends 0.05 cells beyond an edge.
 const SLIDE: f64 = 0.05;
 
-/// Depth in cells from which on the closest point is searched in each step: the surface on another side may be nearer.
-const SHALLOW: f64 = 0.5;
+/// Depth in cells from which on the closest point is searched in each step: in a thin part the surface on the other side may
+/// be nearer. Contacts that last are less deep.
+const SHALLOW: f64 = 0.1;
 
 /// A sample that touches a body.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +51,9 @@ pub(super) struct Touch {
     pub(super) cell: u32,
     /// The touched point of the other body.
     pub(super) touched: TouchedPoint,
+    /// Local coordinates in the touched cell of the point under the sample, at which the forces act. They differ from those
+    /// of the touched point if the sample slid.
+    pub(super) under: [f32; 3],
     pub(super) point: Point3<f64>,
     /// Unit normal of the surface of the other body, to its outside.
     pub(super) normal: Vector3<f64>,
@@ -119,9 +125,8 @@ impl Search {
                 if known.peek() != Some(&sample) {
                     let place = (group.cell, &own);
                     let memory = memory_of(remembered, sample);
-                    let followed = memory.and_then(|memory| pair.follow(memory, place, &mut last_touched));
-                    let touch = followed.or_else(|| pair.touch(sample, place, memory, &mut self.cells));
-                    self.found.extend(touch);
+                    let kept = memory.and_then(|memory| pair.keep_point(memory, place, &mut last_touched));
+                    self.found.extend(kept.or_else(|| pair.touch(sample, place, memory, &mut self.cells)));
                 }
             }
         }
@@ -150,7 +155,8 @@ impl Search {
             let own = current(&mut last_own, group.cell, |cell| body.deformed_cell(cell));
             let point = own.position(sample.local.map(f64::from));
             let touched_cell = current(&mut last_touched, cell, |cell| other.deformed_cell(cell));
-            let (normal, offset) = offset_from(&memory.touched, touched_cell, &point);
+            let (gradient, offset) = offset_from(&memory.touched, touched_cell, &point);
+            let normal = gradient.normal(&wide(memory.touched.normal));
             let normal = normal.unwrap_or_else(|| wide(memory.normal));
             let distance = offset.dot(&normal);
             let shell = match self.body == self.other {
@@ -160,7 +166,8 @@ impl Search {
             };
             let gap = distance - shell * other.lattice.cell_size();
             let (sample, touched) = (memory.sample, TouchedPoint { shell: shell as f32, ..memory.touched });
-            let touch = Touch { sample, cell: group.cell, touched, point, normal, gap, past: 0.0 };
+            let under = touched.local;
+            let touch = Touch { sample, cell: group.cell, touched, under, point, normal, gap, past: 0.0 };
             match gap <= SKIN * body.lesser_cell_size(other) {
                 true => self.touches.push(touch),
                 false => self.separated.push(touch),
@@ -200,39 +207,45 @@ impl Pair<'_> {
     }
 
     /// Returns the contact of a sample in `cell`, whose geometry is `own`, with the point of another closed surface that it
-    /// touched in the last step, if it did not slide far from there. `last`: the touched cell of another sample.
-    fn follow(
+    /// touched in the last step. Returns `None` if the closest point must be searched: the sample slid far from there, is
+    /// deep, has turned away, or the side is not known. `last`: the touched cell of another sample.
+    fn keep_point(
         &self,
         memory: &SampleTouch,
         (cell, own): (u32, &DeformedCell),
         last: &mut Option<(u32, DeformedCell)>,
     ) -> Option<Touch> {
-        let Self { body, other, posed, is_same, past, .. } = *self;
-        let touched = memory.touched;
-        let surface = other.contact.surface();
-        let is_known = (touched.cell as usize) < surface.corners.len();
-        if is_same || !surface.is_closed || !is_known || self.thickness > 0.0 {
+        let Self { body, other, posed, is_same, thickness, past, .. } = *self;
+        let (surface, touched) = (other.contact.surface(), memory.touched);
+        let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
+        let can_keep = surface.is_closed && !is_same && thickness == 0.0 && !are_new;
+        if !can_keep || touched.cell as usize >= surface.corners.len() {
             return None;
         }
         let sample = &body.contact.surface().samples[memory.sample as usize];
-        let local = sample.local.map(f64::from);
-        let point = own.position(local);
-        let posed_cell = |cell| DeformedCell::new(&posed.at(other.corners(cell)));
-        let touched_cell = current(last, touched.cell, posed_cell);
-        let (normal, offset) = offset_from(&touched, touched_cell, &point);
-        let normal = normal?;
+        let own_local = sample.local.map(f64::from);
+        let point = own.position(own_local);
+        let geometry = |cell| DeformedCell::new(&posed.at(other.corners(cell)));
+        let (gradient, offset) = offset_from(&touched, current(last, touched.cell, geometry), &point);
+        let normal = gradient.normal(&wide(touched.normal))?;
         let gap = offset.dot(&normal);
-        let faces_away = || {
-            let outward = own.gradient(local).normal(&wide(sample.normal));
-            body.contact.surface().is_closed && outward.is_some_and(|outward| normal.dot(&outward) > 0.0)
+        let (slid, cell_size) = (offset - normal * gap, body.lesser_cell_size(other));
+        let is_near = (-SHALLOW * cell_size..=SKIN * cell_size).contains(&gap)
+            && slid.norm() <= SLIDE * cell_size
+            && normal.dot(&wide(memory.normal)) > SAME_SIDE;
+        let faces = || {
+            let outward = own.gradient(own_local).normal(&wide(sample.normal));
+            let facing = outward.and_then(|outward| gradient.rest_normal(&outward));
+            !body.contact.surface().is_closed
+                || facing.is_none_or(|facing| facing.dot(&wide(touched.normal)) <= FACING)
         };
-        let (slid, cell_size) = ((offset - normal * gap).norm(), body.lesser_cell_size(other));
-        let is_followed = slid <= SLIDE * cell_size
-            && gap <= SKIN * cell_size
-            && gap >= -SHALLOW * cell_size
-            && normal.dot(&wide(memory.normal)) > SAME_SIDE
-            && !faces_away();
-        is_followed.then_some(Touch { sample: memory.sample, cell, touched, point, normal, gap, past })
+        if !is_near || !faces() {
+            return None;
+        }
+        // The forces act on both bodies at the same point.
+        let slid = gradient.local_offset(&slid);
+        let under = std::array::from_fn(|axis| touched.local[axis] + slid[axis] as f32);
+        Some(Touch { sample: memory.sample, cell, touched, under, point, normal, gap, past })
     }
 
     /// Returns the contact of a sample in `cell`, whose geometry is `own`. `memory`: of the sample in the last step, if it
@@ -305,7 +318,8 @@ impl Pair<'_> {
         let rest_normal = rest_normal.map(|x| x as f32).into();
         let touched =
             TouchedPoint { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
-        counts.then_some(Touch { sample: index, cell, touched, point, normal, gap, past })
+        let under = other_local;
+        counts.then_some(Touch { sample: index, cell, touched, under, point, normal, gap, past })
     }
 
     /// Returns the distance in cells at which a sample touches another part of the body, which fits together with its
@@ -400,14 +414,10 @@ fn memory_of(remembered: &[SampleTouch], sample: u32) -> Option<&SampleTouch> {
     found.map(|index| &remembered[index]).filter(|memory| memory.is_touching)
 }
 
-/// Returns the normal at a touched point, `None` if its cell is flat or inside out, and the offset of `point` from it.
-fn offset_from(
-    touched: &TouchedPoint,
-    cell: &DeformedCell,
-    point: &Point3<f64>,
-) -> (Option<Vector3<f64>>, Vector3<f64>) {
+/// Returns the derivative at a touched point, and the offset of `point` from it. `cell`: the geometry of the touched cell.
+fn offset_from(touched: &TouchedPoint, cell: &DeformedCell, point: &Point3<f64>) -> (Gradient, Vector3<f64>) {
     let local = touched.local.map(f64::from);
-    (cell.gradient(local).normal(&wide(touched.normal)), point - cell.position(local))
+    (cell.gradient(local), point - cell.position(local))
 }
 
 /// Returns the geometry of a cell. `last`: the geometry of the last cell, computed once.

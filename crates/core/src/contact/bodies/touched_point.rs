@@ -7,7 +7,7 @@ use crate::lattice::Lattice;
 
 /// Greatest product of the normals of a surface and of a sample, at rest of the surface, for which they touch: they
 /// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
-const FACING: f64 = -0.25;
+pub(super) const FACING: f64 = -0.25;
 
 /// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does
 /// not.

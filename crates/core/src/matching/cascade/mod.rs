@@ -51,7 +51,7 @@ use fearless_simd::dispatch;
 use super::half_width::HalfWidth;
 use super::windows::{Method, Weighted, Window};
 use crate::lattice::Layout;
-use crate::parallel::{Executor, Split, least_task};
+use crate::parallel::{Executor, LEAST_TASK, Split, is_one_task};
 use crate::simd::level;
 use adjoint_x::AdjointX;
 use loose::Loose;
@@ -91,7 +91,7 @@ impl Cascade {
         // With running sums along x, a task ends only before a plane at which these sums restart. So no task
         // reads the sums of another task.
         let planes_per_group = if methods[0].is_running() { RESTART_INTERVAL } else { 1 };
-        let least = least_task(layout.blocks());
+        let least = if is_one_task(layout.blocks()) { layout.blocks() } else { LEAST_TASK };
         let (mut task_planes, mut task_blocks) = (vec![0], vec![0]);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);
