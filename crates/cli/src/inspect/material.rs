@@ -24,7 +24,8 @@ pub(super) struct MaterialFacts {
     /// Half-widths and the steps per second with which they reach the specified Young's modulus in all parts; empty if the
     /// elasticity is that of regions.
     pub(super) step_rates: Vec<(HalfWidth, f64)>,
-    /// Length R over which the regions resist, in scene units: parts of the thickness t bend 0.6 R²/t² less than they should.
+    /// Length R over which the regions resist, in scene units: parts of the thickness t bend 0.6 R²/t² less than they
+    /// should.
     pub(super) region_radius: f64,
     /// Least width of the body in scene units; 0 without volume.
     pub(super) least_width: f64,
@@ -140,7 +141,8 @@ fn region_radius(body: &Body) -> f64 {
     body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt()
 }
 
-/// Returns the steps per second with which regions of half-width 0.5, 1, 2, 3 and that of the body reach Young's modulus `modulus`.
+/// Returns the steps per second with which regions of half-width 0.5, 1, 2, 3 and that of the body reach Young's modulus
+/// `modulus`.
 fn step_rates(body: &Body, modulus: f64) -> Vec<(HalfWidth, f64)> {
     let greatest =
         body.stiffness_factors().map_or(1.0, |factors| factors.iter().copied().fold(0.0, f64::max));

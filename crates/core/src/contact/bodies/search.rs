@@ -216,7 +216,9 @@ impl Pair<'_> {
         last: &mut Option<(u32, DeformedCell)>,
     ) -> Option<Touch> {
         let Self { body, other, posed, is_same, thickness, past, .. } = *self;
-        let (surface, touched) = (other.contact.surface(), memory.touched);
+        let surface = other.contact.surface();
+        // Closed surfaces without a thickness touch at the distance 0.
+        let touched = TouchedPoint { shell: 0.0, ..memory.touched };
         let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let can_keep = surface.is_closed && !is_same && thickness == 0.0 && !are_new;
         if !can_keep || touched.cell as usize >= surface.corners.len() {
