@@ -364,9 +364,13 @@ const FAST: &str = "body.cube.accuracy=fast";
 
 #[test]
 fn auto_substeps_follow_the_material() {
-    // alpha <= 1 with regions of w (w + 1) = 6 needs steps of at most h sqrt(2 rho/E).
+    // alpha <= 1 with regions of R/h = sqrt(w (w + 1)) needs steps of at most R sqrt(rho/(3 E)). In a cube of 10 cells
+    // w = 2, in one of 5 cells w = 1, because R <= 0.3 L.
     let fps = 30.0;
-    let needed = |modulus: f64, cell_size: f64| ((modulus / 2000.0).sqrt() / (cell_size * fps)).ceil() as u32;
+    let needed = |modulus: f64, cell_size: f64| {
+        let squared: f64 = if cell_size > 0.1 { 2.0 } else { 6.0 };
+        ((3.0 * modulus / 1000.0 / squared).sqrt() / (cell_size * fps)).ceil() as u32
+    };
     let still = "simulation.gravity=[0, 0, 0]";
     for (modulus, cell_size) in [(1e5, 0.1), (1e6, 0.1), (1e6, 0.2)] {
         let text = format!("body.cube.youngs_modulus={modulus}");
