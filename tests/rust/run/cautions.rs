@@ -84,7 +84,7 @@ fn a_body_under_a_much_heavier_one_is_named_with_it() {
     // Nor does it rest on a body that it does not touch.
     let heavy = scene("[-0.5, 0.6, -0.5]");
     let apart = ["[simulation]\ncontact = false\n".to_owned() + &heavy, heavy + "ignore = [\"ball\"]\n"];
-    assert!(apart.iter().all(|scene| cautions(scene, &fine_box([0.0; 3])) == []));
+    assert!(apart.iter().all(|scene| cautions(scene, &fine_box([0.0; 3])).is_empty()));
     // Beside the body, or below it, the weight does not rest on it.
     for place in ["[4.0, 0.6, 0.0]", "[-0.5, -1.6, -0.5]"] {
         assert_eq!(cautions(&scene(place), &fine_box([0.0; 3])), [], "{place}");
