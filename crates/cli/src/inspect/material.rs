@@ -137,8 +137,7 @@ impl FractureFacts {
 
 /// Returns the length R over which the regions of a body resist, in scene units.
 fn region_radius(body: &Body) -> f64 {
-    let half_width = body.half_width().cells();
-    body.lattice().cell_size() * (half_width * (half_width + 1.0)).sqrt()
+    body.lattice().cell_size() * body.half_width().radius()
 }
 
 /// Returns the steps per second with which regions of half-width 0.5, 1, 2, 3 and that of the body reach Young's modulus

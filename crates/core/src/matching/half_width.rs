@@ -58,6 +58,11 @@ impl HalfWidth {
         self.0.ceil() as usize
     }
 
+    /// Returns the radius √(w (w + 1)) of the regions in cells: the length R over which they resist, over the cell size.
+    pub fn radius(self) -> f64 {
+        (self.0 * (self.0 + 1.0)).sqrt()
+    }
+
     /// Returns the second moment w (w + 1)/3 of a window, in squared cells.
     pub(crate) fn moment(self) -> f64 {
         self.0 * (self.0 + 1.0) / 3.0

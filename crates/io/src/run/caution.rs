@@ -140,58 +140,54 @@ impl Caution {
 }
 
 /// The weights of the bodies of a simulation, and where they stand.
-struct Loads {
+struct Loads<'a> {
     /// The direction against gravity.
     up: Vector3<f64>,
     gravity: f64,
     /// Empty if bodies do not touch each other.
-    bodies: Vec<Load>,
+    bodies: Vec<Load<'a>>,
 }
 
 /// A body that may lie on another one or carry it.
-struct Load {
-    name: String,
-    /// Names of the bodies that it does not touch.
-    ignored: Vec<String>,
-    mass: f64,
+struct Load<'a> {
+    body: &'a Body,
     /// The bounding box of its lattice vertices.
     bounds: (Vector3<f64>, Vector3<f64>),
     /// Coordinate of its center of mass along `up`.
     level: f64,
 }
 
-impl Loads {
+impl<'a> Loads<'a> {
     /// Returns the loads, or `None` without gravity.
-    fn of(simulation: &Simulation) -> Option<Self> {
+    fn of(simulation: &'a Simulation) -> Option<Self> {
         let gravity = Vector3::from(simulation.gravity());
         let magnitude = gravity.norm();
         let up = (magnitude > 0.0).then(|| gravity / -magnitude)?;
-        let load = |body: &Body| Load {
-            name: body.name().to_owned(),
-            ignored: body.touching().ignored.clone(),
-            mass: body.mass(),
-            bounds: bounds(body),
-            level: body.center_of_mass().coords.dot(&up),
+        let load = |body: &'a Body| {
+            let level = body.center_of_mass().coords.dot(&up);
+            Load { body, bounds: bounds(body), level }
         };
-        let touching = simulation.bodies().iter().filter(|_| simulation.contact());
-        Some(Self { up, gravity: magnitude, bodies: touching.map(load).collect() })
+        let touching = if simulation.contact() { simulation.bodies() } else { &[] };
+        Some(Self { up, gravity: magnitude, bodies: touching.iter().map(load).collect() })
     }
 
     /// Iterates over the bodies that may come to lie on the body `index`: those above it that it touches, and whose boxes
     /// overlap with its own when they are moved along the vertical.
-    fn above(&self, index: usize) -> impl Iterator<Item = &Load> {
+    fn above(&self, index: usize) -> impl Iterator<Item = &'a Body> {
         let own = self.bodies.get(index);
-        self.bodies.iter().filter(move |other| own.is_some_and(|own| other.is_above(own, &self.up)))
+        let above =
+            self.bodies.iter().filter(move |other| own.is_some_and(|own| other.is_above(own, &self.up)));
+        above.map(|load| load.body)
     }
 }
 
-impl Load {
+impl Load<'_> {
     /// Returns whether the body may come to lie on another one.
     fn is_above(&self, other: &Self, up: &Vector3<f64>) -> bool {
         let ((low, high), (other_low, other_high)) = (&self.bounds, &other.bounds);
         let overlaps =
             (0..3).all(|a| up[a].abs() > 0.5 || (low[a] < other_high[a] && high[a] > other_low[a]));
-        let ignores = |a: &Self, b: &Self| a.ignored.contains(&b.name);
+        let ignores = |a: &Self, b: &Self| a.body.touching().ignored.iter().any(|name| name == b.body.name());
         self.level > other.level && overlaps && !ignores(self, other) && !ignores(other, self)
     }
 }
@@ -220,12 +216,12 @@ fn too_soft(body: &Body, loads: &Loads, index: usize, modulus: f64) -> Option<Ca
     // The area of the base.
     let area = body.mass() / (density * height);
     let own = (None, density * loads.gravity * height);
-    let others = loads.above(index).map(|load| (Some(load), load.mass * loads.gravity / area));
+    let others = loads.above(index).map(|other| (Some(other), other.mass() * loads.gravity / area));
     let (load, pressure) = std::iter::once(own).chain(others).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let needed = pressure / GREATEST_COMPRESSION;
     (modulus < needed).then(|| Caution::TooSoft {
         body: body.name().to_owned(),
-        load: load.map(|load| load.name.clone()),
+        load: load.map(|other| other.name().to_owned()),
         modulus,
         needed,
     })

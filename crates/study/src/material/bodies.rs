@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::{
-    Accuracy, Body, BodyBuilder, Collider, ElasticLaw, Lattice, Material, Mesh, Preservation, Simulation,
-    SimulationBuilder, Substeps,
+    Accuracy, Body, BodyBuilder, Collider, ElasticLaw, HalfWidth, Lattice, Material, Mesh, Preservation,
+    Simulation, SimulationBuilder, Substeps,
 };
 use supple_io::obj::Document;
 
@@ -45,8 +45,8 @@ pub(super) fn region_radius(cells: i32, modulus: f64, dt: f64) -> f64 {
         poisson_ratio: 0.0,
     };
     let is_sufficient = |&half_width: &usize| law.alpha(half_width, modulus) <= 1.0;
-    let half_width = (1..).find(is_sufficient).unwrap_or(1) as f64;
-    law.cell_size * (half_width * (half_width + 1.0)).sqrt()
+    let half_width = (1..).find(is_sufficient).unwrap_or(1);
+    law.cell_size * HalfWidth::from(half_width).radius()
 }
 
 /// Creates a builder of the bar [`bar`] as a mesh that is turned about the origin, and so across the cells.

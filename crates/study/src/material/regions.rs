@@ -22,8 +22,7 @@ pub(super) struct Regions {
 impl Regions {
     /// Returns the radius R = √(w (w + 1)) of the regions over the thickness.
     pub(super) fn radius(&self) -> f64 {
-        let w = self.half_width.cells();
-        (w * (w + 1.0)).sqrt() / f64::from(self.cells)
+        self.half_width.radius() / f64::from(self.cells)
     }
 
     /// Returns the factor of Young's modulus: 1 - 0.47 ν R/t, or 1 of cells.

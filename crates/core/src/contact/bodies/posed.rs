@@ -52,7 +52,7 @@ impl CellCache {
     ) -> &(DeformedCell, LinearMap) {
         let place = &mut self.places[found.index as usize];
         if *place == 0 {
-            let cell = DeformedCell::new(&lattice.at(surface.corners[found.cell as usize]));
+            let cell = lattice.deformed_cell(surface.corners[found.cell as usize]);
             self.cells.push((cell, LinearMap::new(&cell, found.continued_sides)));
             *place = self.cells.len() as u32;
         }
@@ -114,8 +114,13 @@ impl PosedLattice {
     }
 
     /// Returns the positions of vertices.
-    pub(super) fn at(&self, vertices: [u32; 8]) -> [Point3<f64>; 8] {
+    fn at(&self, vertices: [u32; 8]) -> [Point3<f64>; 8] {
         vertices.map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Returns the geometry of the cell with vertices at its corners.
+    pub(super) fn deformed_cell(&self, corners: [u32; 8]) -> DeformedCell {
+        DeformedCell::new(&self.at(corners))
     }
 
     /// Returns the memory in bytes.

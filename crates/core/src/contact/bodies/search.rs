@@ -102,7 +102,7 @@ impl Search {
         past: f64,
         dt: f64,
     ) {
-        let remembered = body.state.touches.of(self.other);
+        let mut remembered = body.state.touches.of(self.other).iter().peekable();
         let (is_same, thickness) = (self.body == self.other, self.thickness);
         let pair = Pair { body, other, posed: posed[1], is_same, thickness, past, dt };
         let surface = body.contact.surface();
@@ -119,12 +119,14 @@ impl Search {
             if !is_near {
                 continue;
             }
-            let own = DeformedCell::new(&posed[0].at(body.corners(group.cell)));
+            let own = posed[0].deformed_cell(body.corners(group.cell));
             for sample in group.samples.clone() {
                 while known.next_if(|known| *known < sample).is_some() {}
+                while remembered.next_if(|memory| memory.sample < sample).is_some() {}
                 if known.peek() != Some(&sample) {
                     let place = (group.cell, &own);
-                    let memory = memory_of(remembered, sample);
+                    let memory = remembered.peek().copied();
+                    let memory = memory.filter(|memory| memory.sample == sample && memory.is_touching);
                     let kept = memory.and_then(|memory| pair.keep_point(memory, place, &mut last_touched));
                     self.found.extend(kept.or_else(|| pair.touch(sample, place, memory, &mut self.cells)));
                 }
@@ -227,8 +229,8 @@ impl Pair<'_> {
         let sample = &body.contact.surface().samples[memory.sample as usize];
         let own_local = sample.local.map(f64::from);
         let point = own.position(own_local);
-        let geometry = |cell| DeformedCell::new(&posed.at(other.corners(cell)));
-        let (gradient, offset) = offset_from(&touched, current(last, touched.cell, geometry), &point);
+        let touched_cell = current(last, touched.cell, |cell| posed.deformed_cell(other.corners(cell)));
+        let (gradient, offset) = offset_from(&touched, touched_cell, &point);
         let normal = gradient.normal(&wide(touched.normal))?;
         let gap = offset.dot(&normal);
         let (slid, cell_size) = (offset - normal * gap, body.lesser_cell_size(other));
@@ -293,7 +295,7 @@ impl Pair<'_> {
             return None;
         }
         let layer = self.layer((cell, own_local), &touched_rest);
-        let touched_cell = DeformedCell::new(&posed.at(other.corners(other_cell)));
+        let touched_cell = posed.deformed_cell(other.corners(other_cell));
         let touched_local = other_local.map(f64::from);
         // Where the touched cell is inside out, the derivative at the sample replaces its derivative.
         let normal = touched_cell.gradient(touched_local).normal(&rest_normal);
@@ -408,12 +410,6 @@ struct Encounter {
 /// crack. This overlap must not push them apart: it remains until it ends by itself.
 fn remaining(before: f64, distance: f64) -> f64 {
     if before < 0.0 { before.max(distance).min(0.0) } else { before }
-}
-
-/// Returns the memory of a sample that touched in the last step. `remembered`: in increasing order of the samples.
-fn memory_of(remembered: &[SampleTouch], sample: u32) -> Option<&SampleTouch> {
-    let found = remembered.binary_search_by_key(&sample, |touch| touch.sample).ok();
-    found.map(|index| &remembered[index]).filter(|memory| memory.is_touching)
 }
 
 /// Returns the derivative at a touched point, and the offset of `point` from it. `cell`: the geometry of the touched cell.
