@@ -222,6 +222,17 @@ impl TouchingBody for Body {
         })
     }
 
+    fn list_near_cells(&mut self) {
+        let Some(contact) = &mut self.contact.body_contact else { return };
+        let mut cells = std::mem::take(&mut contact.near_cells);
+        if let Some(view) = self.contact_view() {
+            cells.update(&view, self.pipeline.matching.layout.occupied());
+        }
+        if let Some(contact) = &mut self.contact.body_contact {
+            contact.near_cells = cells;
+        }
+    }
+
     fn is_asleep(&self) -> bool {
         self.state.rest.is_asleep
     }

@@ -22,6 +22,9 @@ impl Bounds {
         high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
+    /// Contains all points.
+    pub(super) const ALL: Self = Self { low: Self::EMPTY.high, high: Self::EMPTY.low };
+
     /// Contains the origin only.
     pub(super) const ZERO: Self = Self { low: Point3::new(0.0, 0.0, 0.0), high: Point3::new(0.0, 0.0, 0.0) };
 

@@ -21,6 +21,9 @@ pub(crate) trait TouchingBody: Send + Sync {
     /// Returns the body as contact between bodies reads it, or `None` if it touches no bodies.
     fn contact_view(&self) -> Option<BodyView<'_>>;
 
+    /// Lists the cells of the body that may touch other cells of it, unless the last list has them.
+    fn list_near_cells(&mut self);
+
     /// Returns whether the body sleeps. Two sleeping bodies do not touch.
     fn is_asleep(&self) -> bool;
 }
@@ -48,6 +51,8 @@ pub(super) struct NearBody {
     pub(super) thickness: f64,
     /// Whether it is searched.
     pub(super) is_searched: bool,
+    /// Whether only the cells that the body lists ([`TouchingBody::list_near_cells`]) are searched.
+    is_listed: bool,
     /// Its island, and its index there.
     place: Option<(u32, u32)>,
 }
@@ -60,6 +65,7 @@ impl NearBody {
         times: 1,
         thickness: 0.0,
         is_searched: false,
+        is_listed: false,
         place: None,
     };
 }
@@ -142,8 +148,19 @@ impl BodyContacts {
                 prepare(body, !self.bodies[index as usize].has_partner);
             }
         });
+        self.choose_searches(|index| bodies[index as usize].contact_view(), step);
+        for body in &mut self.bodies {
+            // The list is one for the positions at the end of the step.
+            body.is_listed = body.is_searched && !body.has_partner && body.times == 1;
+        }
+        if self.bodies.iter().any(|body| body.is_listed) {
+            executor.for_each_indexed(bodies, |index, body| {
+                if self.bodies[index as usize].is_listed {
+                    body.list_near_cells();
+                }
+            });
+        }
         let view = |index: u32| bodies[index as usize].contact_view();
-        self.choose_searches(view, step);
         for past in self.search_times() {
             self.search(view, past, step.dt, executor);
         }
@@ -207,13 +224,14 @@ impl BodyContacts {
         let Self { posed, bodies, searches, search_count, .. } = self;
         posed.resize_with(bodies.len(), PosedLattice::default);
         executor.for_each_indexed(posed, |body, posed| {
-            let NearBody { region, times, thickness, is_searched, .. } = &bodies[body as usize];
+            let NearBody { region, times, thickness, is_searched, is_listed, .. } = &bodies[body as usize];
             if *is_searched
                 && is_search_time(past, *times)
                 && !region.is_empty()
                 && let Some(body) = view(body)
             {
-                body.pose(posed, past * dt, region, *thickness);
+                let among = if *is_listed { body.contact.near_cells.list() } else { None };
+                body.pose(posed, past * dt, region, *thickness, among);
             }
         });
         let posed = &*posed;

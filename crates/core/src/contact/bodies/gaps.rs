@@ -12,6 +12,7 @@ use nalgebra::{Point3, Vector3};
 use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
+use super::joined_cells::TouchableCells;
 use super::patch::{FACING, GROWTH, MAX_OVERLAP, Patch};
 use super::surface::{ContactSurface, SIDES, Sample, side};
 use super::view::BodyView;
@@ -214,18 +215,19 @@ impl GapSearch {
         let opposite = (OPPOSITE * other.0.lattice.cell_size() / body.0.lattice.cell_size()) as f32;
         let Self { own, own_positions, own_samples, cells, boxes, grid, blocks, near, .. } = self;
         let lengths = [opposite, thickness as f32];
-        let touch = |cells| body.1.cells_touch(body.0.lattice, body.0.touches_itself, cells);
-        for (own, group) in own.iter_mut().zip(&body.1.cells) {
+        for (index, (own, group)) in own.iter_mut().zip(&body.1.cells).enumerate() {
             if own.bounds.is_empty() {
                 continue;
             }
             near.clear();
+            let touchable = || TouchableCells::new(body.1, body.0.lattice, body.0.touches_itself, index);
+            let touchable = is_own.then(touchable);
             let bounds = own.bounds.enlarged(thickness);
             grid.any_within(&bounds, |index| {
                 let found = &mut cells[index as usize];
                 let sampled = &other.1.cells[found.group as usize];
                 if !boxes[index as usize].1.intersects(&bounds)
-                    || is_own && !touch([group.cell, sampled.cell])
+                    || touchable.is_some_and(|cells| !cells.contains(sampled.cell))
                 {
                     return false;
                 }

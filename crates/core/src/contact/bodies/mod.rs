@@ -18,6 +18,8 @@
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
 //! | `rest_distance` | bounds of the distance of points from a surface at rest |
 //! | `touched_point` | the point of a surface at rest that a sample touches |
+//! | `joined_cells` | the cells of a body that a cell of it can touch |
+//! | `near_cells` | the cells of a body that may touch other cells of the body |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 //! | `pair_contacts` | adds the contacts between bodies to it |
@@ -34,7 +36,9 @@ mod filter;
 mod gaps;
 mod grid;
 mod island;
+mod joined_cells;
 mod motion;
+mod near_cells;
 mod pair_contacts;
 mod pairing;
 mod patch;

@@ -79,13 +79,15 @@ pub(super) struct Located {
 
 impl PosedLattice {
     /// Poses the lattice of a body with the given positions of its vertices, and prepares the search of points in
-    /// `region`. Points within `thickness` of the cells can be found too.
+    /// `region`. Points within `thickness` of the cells can be found too. `cells`: those in which points are searched, in
+    /// increasing order.
     pub(super) fn pose(
         &mut self,
         positions: impl Iterator<Item = Point3<f64>>,
         surface: &ContactSurface,
         (cell_size, thickness): (f64, f64),
         region: &Bounds,
+        cells: impl Iterator<Item = u32>,
     ) {
         self.positions.clear();
         self.positions.extend(positions);
@@ -94,7 +96,8 @@ impl PosedLattice {
         self.sides.clear();
         self.sides.extend(self.positions.iter().map(|position| region.sides_of(position)));
         self.cells.clear();
-        for (cell, corners) in (0..).zip(&surface.corners) {
+        for cell in cells {
+            let corners = &surface.corners[cell as usize];
             let continued_sides = surface.continued_sides_of(cell);
             if continued_sides != 0 {
                 let bounds = continued(&self.at(*corners), continued_sides).enlarged(margin);
@@ -136,6 +139,17 @@ impl PosedLattice {
                 let (cell, own) = &self.cells[index as usize];
                 own.intersects(bounds) && accepts(*cell)
             })
+    }
+
+    /// Calls `visit` for the cells whose boxes intersect a box.
+    pub(super) fn for_each_near(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
+        self.grid.any_within(bounds, |index| {
+            let (cell, own) = &self.cells[index as usize];
+            if own.intersects(bounds) {
+                visit(*cell);
+            }
+            false
+        });
     }
 
     /// Returns the cell that contains a point. If several do, because the lattice overlaps itself, it is the first one

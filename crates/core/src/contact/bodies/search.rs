@@ -13,6 +13,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::deformed_cell::{DeformedCell, Gradient};
+use super::joined_cells::TouchableCells;
 use super::posed::{CellCache, Located, PosedLattice};
 use super::touched_point::{
     FACING, MAX_SHELL_DEPTH, RANGE, RestPoint, SAME_SIDE, SurfaceQuery, cell_of, closest_on_closed,
@@ -111,24 +112,24 @@ impl Search {
         self.cells.reset(posed[1]);
         let mut near = posed[0].cells.iter().peekable();
         let mut last_touched = None;
-        for group in &surface.cells {
+        for (index, group) in surface.cells.iter().enumerate() {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
-            let is_near = near.peek().is_some_and(|(cell, bounds)| {
-                *cell == group.cell && posed[1].is_near(bounds, |found| pair.accepts(group.cell, found))
-            });
-            if !is_near {
+            let Some((_, bounds)) = near.peek().filter(|(cell, _)| *cell == group.cell) else { continue };
+            let touchable = || TouchableCells::new(surface, body.lattice, body.touches_itself, index);
+            let touchable = is_same.then(touchable);
+            if !posed[1].is_near(bounds, |found| accepts(touchable, found)) {
                 continue;
             }
-            let own = posed[0].deformed_cell(body.corners(group.cell));
+            let geometry = posed[0].deformed_cell(body.corners(group.cell));
+            let own = OwnCell { cell: group.cell, geometry: &geometry, touchable };
             for sample in group.samples.clone() {
                 while known.next_if(|known| *known < sample).is_some() {}
                 while remembered.next_if(|memory| memory.sample < sample).is_some() {}
                 if known.peek() != Some(&sample) {
-                    let place = (group.cell, &own);
                     let memory = remembered.peek().copied();
                     let memory = memory.filter(|memory| memory.sample == sample && memory.is_touching);
-                    let kept = memory.and_then(|memory| pair.keep_point(memory, place, &mut last_touched));
-                    self.found.extend(kept.or_else(|| pair.touch(sample, place, memory, &mut self.cells)));
+                    let kept = memory.and_then(|memory| pair.keep_point(memory, own, &mut last_touched));
+                    self.found.extend(kept.or_else(|| pair.touch(sample, own, memory, &mut self.cells)));
                 }
             }
         }
@@ -201,20 +202,28 @@ struct Pair<'a> {
     dt: f64,
 }
 
-impl Pair<'_> {
-    /// Returns whether a sample in `cell` may touch the surface in the cell `found` of the other body.
-    fn accepts(&self, cell: u32, found: u32) -> bool {
-        let Self { body, is_same, .. } = *self;
-        !is_same || body.contact.surface().cells_touch(body.lattice, body.touches_itself, [cell, found])
-    }
+/// A cell with samples that are tested.
+#[derive(Clone, Copy)]
+struct OwnCell<'a> {
+    cell: u32,
+    geometry: &'a DeformedCell,
+    /// The cells that it can touch, if the other body is the same.
+    touchable: Option<TouchableCells<'a>>,
+}
 
-    /// Returns the contact of a sample in `cell`, whose geometry is `own`, with the point of another closed surface that it
+/// Returns whether samples may touch the surface in a cell of the other body: see [`OwnCell::touchable`].
+fn accepts(touchable: Option<TouchableCells>, found: u32) -> bool {
+    touchable.is_none_or(|cells| cells.contains(found))
+}
+
+impl Pair<'_> {
+    /// Returns the contact of a sample in the cell `own` with the point of another closed surface that it
     /// touched in the last step. Returns `None` if the closest point must be searched: the sample slid far from there, is
     /// deep, has turned away, or the side is not known. `last`: the touched cell of another sample.
     fn keep_point(
         &self,
         memory: &SampleTouch,
-        (cell, own): (u32, &DeformedCell),
+        OwnCell { cell, geometry: own, .. }: OwnCell,
         last: &mut Option<(u32, DeformedCell)>,
     ) -> Option<Touch> {
         let Self { body, other, posed, is_same, thickness, past, .. } = *self;
@@ -252,12 +261,12 @@ impl Pair<'_> {
         Some(Touch { sample: memory.sample, cell, touched, under, point, normal, gap, past })
     }
 
-    /// Returns the contact of a sample in `cell`, whose geometry is `own`. `memory`: of the sample in the last step, if it
+    /// Returns the contact of a sample in a cell. `memory`: of the sample in the last step, if it
     /// touched the other body. `cells` belongs to the other body.
     fn touch(
         &self,
         index: u32,
-        (cell, own): (u32, &DeformedCell),
+        OwnCell { cell, geometry: own, touchable }: OwnCell,
         memory: Option<&SampleTouch>,
         cells: &mut CellCache,
     ) -> Option<Touch> {
@@ -267,7 +276,7 @@ impl Pair<'_> {
         let point = own.position(own_local);
         let surface = other.contact.surface();
         let located =
-            posed.locate(surface, &point, thickness > 0.0, |found| self.accepts(cell, found), cells)?;
+            posed.locate(surface, &point, thickness > 0.0, |found| accepts(touchable, found), cells)?;
         let outward = own.gradient(own_local).normal(&wide(sample.normal));
         let shell_before = memory.map(|memory| f64::from(memory.touched.shell));
         let memory = memory.map(|memory| wide(memory.normal));
@@ -291,7 +300,7 @@ impl Pair<'_> {
             self.closest(&encounter, cell_size, displacement)?;
         let (other_cell, other_local) = cell_of(other.lattice, &touched_rest, located.cell);
         // A sample that was located outside of a cell of the same body may be nearest to a part that it does not touch.
-        if thickness > 0.0 && !self.accepts(cell, other_cell) {
+        if thickness > 0.0 && !accepts(touchable, other_cell) {
             return None;
         }
         let layer = self.layer((cell, own_local), &touched_rest);

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3};
 
+use super::joined_cells::JoinedCells;
 use super::rest_distance::RestDistances;
 use crate::contact::sampler::{PartSurface, RestSurface};
 use crate::lattice::{Lattice, trilinear_weights};
@@ -14,9 +15,6 @@ use crate::mesh::SurfaceTree;
 /// Greatest distance of samples within a triangle, in cells. The samples of the other body lie as densely, and both
 /// bodies are searched for the samples of the other.
 const SPACING: f64 = 0.5;
-
-/// Greatest distance of cells of one body, in cells along an axis, that are connected and do not touch each other.
-const NEIGHBORHOOD: i32 = 2;
 
 /// Least weight of a lattice vertex that moves a sample noticeably.
 const LEAST_WEIGHT: f32 = 0.02;
@@ -40,6 +38,8 @@ pub(crate) struct ContactSurface {
     pub(super) cells: Vec<SampledCell>,
     /// Signed distances at rest in `cells`; empty until a sample is searched.
     distances: OnceLock<RestDistances>,
+    /// Empty until the body is searched for contact with itself.
+    joined: OnceLock<JoinedCells>,
     /// Lattice vertices at the corners of each cell of the lattice.
     pub(super) corners: Vec<[u32; 8]>,
     /// The sides of each cell that were joined to another part, one bit for each of the sides at -x, +x, -y, +y, -z,
@@ -81,9 +81,18 @@ impl ContactSurface {
         let continued_sides = continued_sides(lattice, &of_cell);
         let (samples, cells) = (Vec::with_capacity(found.len()), Vec::new());
         let (is_closed, corners) = (surface.is_closed, lattice.corner_table().into_owned());
-        let distances = OnceLock::new();
-        let mut surface =
-            Self { trees, parts: of_cell, is_closed, samples, cells, distances, corners, continued_sides };
+        let (distances, joined) = (OnceLock::new(), OnceLock::new());
+        let mut surface = Self {
+            trees,
+            parts: of_cell,
+            is_closed,
+            samples,
+            cells,
+            distances,
+            joined,
+            corners,
+            continued_sides,
+        };
         for group in found.chunk_by(|a, b| a.cell == b.cell) {
             let (cell, start) = (group[0].cell, surface.samples.len() as u32);
             for sample in group {
@@ -120,11 +129,9 @@ impl ContactSurface {
         self.trees[part].as_ref()
     }
 
-    /// Returns whether two cells of the body touch each other: cells of different parts, and cells of one part if
-    /// `with_itself`, unless they are the same or joined by at most [`NEIGHBORHOOD`] steps through cells with common
-    /// corners.
-    pub(super) fn cells_touch(&self, lattice: &Lattice, with_itself: bool, [a, b]: [u32; 2]) -> bool {
-        self.are_of_two_parts([a, b]) || with_itself && !are_near(lattice, a, b)
+    /// Returns the cells that are joined to each of `cells`, which are found at the first call.
+    pub(super) fn joined_cells(&self, lattice: &Lattice) -> &JoinedCells {
+        self.joined.get_or_init(|| JoinedCells::new(lattice, &self.cells))
     }
 
     /// Returns whether two cells of the body are of different parts, which fit together where it broke.
@@ -164,11 +171,12 @@ impl ContactSurface {
 
     /// Returns the memory in bytes.
     pub(in crate::contact) fn bytes(&self) -> usize {
-        let Self { trees, parts, samples, cells, distances, corners, continued_sides, .. } = self;
+        let Self { trees, parts, samples, cells, distances, joined, corners, continued_sides, .. } = self;
         let lists = size_of_val(&**samples) + size_of_val(&**cells) + size_of_val(&**corners);
         let of_parts = size_of_val(&**trees) + size_of_val(&**parts) + size_of_val(&**continued_sides);
         trees.iter().flatten().map(SurfaceTree::bytes).sum::<usize>()
             + distances.get().map_or(0, RestDistances::bytes)
+            + joined.get().map_or(0, JoinedCells::bytes)
             + lists
             + of_parts
     }
@@ -191,21 +199,6 @@ fn continued_sides(lattice: &Lattice, of_cell: &[u32]) -> Vec<u8> {
         (0..6).filter(|side| is_other(*side)).fold(0, |sides, side| sides | 1 << side)
     };
     (0..).zip(of_cell).map(sides).collect()
-}
-
-/// Returns whether two cells are the same or joined by at most [`NEIGHBORHOOD`] steps through cells with common
-/// corners.
-fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
-    let [a, b] = [a, b].map(|cell| lattice.cells()[cell as usize]);
-    let distance = |a: [i32; 3], b: [i32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).max().unwrap_or(0);
-    match distance(a, b) {
-        ..=1 => true,
-        NEIGHBORHOOD => {
-            let common = |c: usize| a[c].max(b[c]) - 1..=a[c].min(b[c]) + 1;
-            common(0).any(|x| common(1).any(|y| common(2).any(|z| lattice.cell_at([x, y, z]).is_some())))
-        }
-        _ => false,
-    }
 }
 
 #[cfg(test)]

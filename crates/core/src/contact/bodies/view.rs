@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::motion::{PartMotions, PartVertices};
+use super::near_cells::NearCells;
 use super::posed::PosedLattice;
 use super::surface::ContactSurface;
 use crate::contact::Contacts;
@@ -48,6 +49,7 @@ pub(crate) struct BodyContact {
     pub(super) motions: PartMotions,
     /// The distance that the body moved since its contacts were searched.
     pub(crate) searched: SearchedMotion,
+    pub(crate) near_cells: NearCells,
     /// Buffer: the change of the momenta of each component by the contacts of a step.
     pub(crate) momentum_changes: Vec<MomentumChange>,
 }
@@ -71,6 +73,7 @@ impl BodyContact {
             origin_velocity: Vector3::zeros(),
             motions: PartMotions::EMPTY,
             searched: SearchedMotion::UNKNOWN,
+            near_cells: NearCells::default(),
             momentum_changes: Vec::new(),
         }
     }
@@ -114,7 +117,7 @@ impl BodyContact {
     pub(crate) fn bytes(&self) -> usize {
         let surface = self.created_surface().map_or(0, ContactSurface::bytes);
         let changes = self.momentum_changes.capacity() * size_of::<MomentumChange>();
-        surface + self.velocities_before.bytes() + self.motions.bytes() + changes
+        surface + self.velocities_before.bytes() + self.motions.bytes() + self.near_cells.bytes() + changes
     }
 }
 
@@ -161,15 +164,25 @@ impl BodyView<'_> {
     }
 
     /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`, and
-    /// within `thickness` of the cells.
-    pub(super) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds, thickness: f64) {
+    /// within `thickness` of the cells: of all cells, or of those `among` a list in increasing order.
+    pub(super) fn pose(
+        &self,
+        posed: &mut PosedLattice,
+        past: f64,
+        region: &Bounds,
+        thickness: f64,
+        among: Option<&[u32]>,
+    ) {
         let position = |vertex: u32| match past > 0.0 {
             true => self.position(vertex) - self.velocity(vertex) * past,
             false => self.position(vertex),
         };
         let positions = (0..self.lattice.len() as u32).map(position);
-        let lengths = (self.lattice.cell_size(), thickness);
-        posed.pose(positions, self.contact.surface(), lengths, region);
+        let (lengths, surface) = ((self.lattice.cell_size(), thickness), self.contact.surface());
+        match among {
+            None => posed.pose(positions, surface, lengths, region, 0..surface.corners.len() as u32),
+            Some(cells) => posed.pose(positions, surface, lengths, region, cells.iter().copied()),
+        }
     }
 
     /// Returns the world position of a lattice vertex.
