@@ -3,10 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{
-    Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, Substeps, TimeWindow,
-    VolumeOptions, VolumeScope, Zone,
+    Body, Collider, Field, FieldLaw, Handle, Key, Lattice, Material, Pin, Selection, Simulation, Substeps,
+    Switch, SwitchKey, TimeWindow, VolumeOptions, VolumeScope, Wind, Zone,
 };
-use supple_tests::{Random, block, coordinates, lattice, points, rest, tolerance, worst};
+use supple_tests::{Random, block, coordinates, half_cells, lattice, points, rest, tolerance, worst};
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
@@ -243,4 +243,44 @@ fn every_simd_level_gives_the_same_bits_and_is_close_to_the_reference() {
     // From rest, a step at stiffness 1 ends in the goals; the new positions are rounded once more.
     let error = worst(&vectors(&stepped[0]), &naive);
     assert!(error <= 2.0 * goal_error, "{error:e} cells off the reference after one step");
+}
+
+/// Bodies that do not touch each other, and change nothing but themselves: one falls onto a moving plane and comes to rest,
+/// one is moved by a handle, and one is in the wind. `switches`: whether a collider that is far away is disabled later.
+fn bodies_apart(threads: usize, switches: bool) -> Simulation {
+    let cube = |x: f64| Body::from_lattice(half_cells()).youngs_modulus(2e4).translate([x, 0.2, 0.0]);
+    let keys = vec![Key::default(), Key { time: 0.3, translate: [0.0, 0.4, 0.2], rotate: [0.0, 50.0, 0.0] }];
+    let (selection, window) = (Selection::Vertices(vec![0, 1, 5, 20]), TimeWindow { start: 0.05, end: 0.2 });
+    let handle = Handle { goal: None, selection, motion: keys.into(), window };
+    let bodies = [cube(0.0).name("falls"), cube(0.0).handle(handle), cube(0.2).spin([0.0, 2.0, 1.0])];
+    let rising = vec![Key::default(), Key { time: 0.1, translate: [0.0, 0.1, 0.0], ..Key::default() }];
+    let ground = Collider { keys: rising, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };
+    let switch = [(0.0, true), (0.25, !switches)].map(|(time, value)| SwitchKey { time, value });
+    let far = Collider::sphere([0.0, 500.0, 0.0], 1.0);
+    let far = Collider { enabled: Switch::new(switch.to_vec()).unwrap(), ..far };
+    let wind = Wind { velocity: [0.0, 0.0, 3.0], drag: 1.0, ..Wind::default() };
+    let builder =
+        Simulation::builder().collider(ground).collider(far).field(Field::new(FieldLaw::Wind(wind)));
+    let builder = builder.fps(60.0).substeps(Substeps::Fixed(7)).contact(false).threads(threads);
+    bodies.into_iter().fold(builder, |builder, body| builder.body(body.build().unwrap())).build().unwrap()
+}
+
+#[test]
+fn bodies_that_do_not_touch_have_the_same_bits_in_a_call_for_many_steps_and_step_by_step() {
+    let outcome = |simulation: &Simulation| -> Vec<Outcome> {
+        assert_eq!(simulation.step_count(), 280);
+        simulation.bodies().iter().map(|body| (body.positions(), body.velocities())).collect()
+    };
+    // A collider that is switched lets all bodies take each step before the next one.
+    let mut together = bodies_apart(1, true);
+    together.advance(40);
+    let expected = outcome(&together);
+    for threads in [1, 3] {
+        let mut apart = bodies_apart(threads, false);
+        apart.advance(3);
+        apart.steps(250);
+        (0..9).for_each(|_| apart.step());
+        assert!(outcome(&apart) == expected, "{threads} threads");
+        assert_eq!(apart.time(), together.time());
+    }
 }

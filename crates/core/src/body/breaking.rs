@@ -94,7 +94,7 @@ impl Body {
     }
 
     /// Returns whether the body breaks by itself.
-    pub(super) fn is_armed(&self) -> bool {
+    pub(crate) fn is_armed(&self) -> bool {
         self.breaking.as_ref().is_some_and(|breaking| breaking.fracture.is_armed())
     }
 

@@ -8,6 +8,13 @@ use crate::contact::bodies::BodyContactPart;
 use crate::parallel::Executor;
 
 impl Body {
+    /// Runs a step of a body that no other one can touch.
+    pub(crate) fn step_alone(&mut self, context: &StepContext, executor: &Executor) {
+        self.advance_step(context, executor);
+        self.finish_step(context, &BodyContactPart::Alone, executor);
+        self.end_step(context, executor);
+    }
+
     /// Begins a step: runs the existing stages of the body up to the contacts, unless it sleeps.
     pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);

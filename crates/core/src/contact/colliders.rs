@@ -209,6 +209,16 @@ impl Colliders {
             .any(|(_, valid)| valid.animated.is_some() || !matches!(valid.motion, ColliderMotion::Rest))
     }
 
+    /// Returns whether the colliders need no update in the course of time: none is driven or has an animated mesh, and
+    /// none is enabled or disabled. Colliders with keyframes may move.
+    pub(crate) fn need_no_update(&self) -> bool {
+        self.0.iter().all(|valid| {
+            let is_driven = matches!(valid.motion, ColliderMotion::Driven(_));
+            let is_constant = valid.collider.enabled.constant() == Some(valid.is_enabled);
+            !is_driven && valid.animated.is_none() && is_constant
+        })
+    }
+
     /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
     /// in cells, beside its thickness.
     pub(crate) fn moves_near(

@@ -41,8 +41,8 @@ impl Clock {
         Interval { start: self.time(), end: self.time_after(self.steps + 1), dt: self.dt }
     }
 
-    pub(super) fn tick(&mut self) {
-        self.steps += 1;
+    pub(super) fn tick(&mut self, steps: u64) {
+        self.steps += steps;
     }
 
     /// Sets the step length; the time stays the same.
@@ -87,15 +87,15 @@ mod tests {
     #[test]
     fn time_is_exactly_steps_times_dt_and_continuous_when_dt_changes() {
         let mut clock = Clock::new(0.1);
-        (0..1000).for_each(|_| clock.tick());
+        (0..1000).for_each(|_| clock.tick(1));
         assert_eq!(clock.time(), 1000.0 * 0.1);
         assert_eq!(clock.interval(), Interval::of_step(1000, 0.1));
         clock.set_dt(0.25);
         assert_eq!(clock.time(), 1000.0 * 0.1);
-        clock.tick();
+        clock.tick(1);
         assert_eq!((clock.time(), clock.steps()), (100.25, 1001));
         clock.set_time(2.0);
-        clock.tick();
+        clock.tick(1);
         assert_eq!((clock.time(), clock.steps()), (2.25, 1002));
     }
 
@@ -103,7 +103,7 @@ mod tests {
     fn frames_are_counted_from_the_last_change_of_the_steps_per_frame() {
         let mut clock = Clock::new(0.1);
         let starts = |clock: &mut Clock, substeps| -> Vec<bool> {
-            (0..7).map(|_| (clock.is_frame_start(substeps), clock.tick()).0).collect()
+            (0..7).map(|_| (clock.is_frame_start(substeps), clock.tick(1)).0).collect()
         };
         assert_eq!(starts(&mut clock, 3), [true, false, false, true, false, false, true]);
         clock.begin_frame();

@@ -100,6 +100,11 @@ impl Links {
         Ok(Self { list: list.collect::<Result<_, _>>()? })
     }
 
+    /// Returns whether there are no links.
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     /// Returns whether a link ties a body.
     pub(super) fn ties(&self, body: usize) -> bool {
         self.list.iter().any(|joined| joined.bodies.0 == body || joined.bodies.1 == Some(body))

@@ -47,12 +47,13 @@ pub(crate) struct SharedSimulation {
     owner: Owner,
     /// For each body, what the last step found about its material, so that each change of it warns once.
     pub(crate) softened: Mutex<Vec<Option<Softened>>>,
-    /// Whether the last [`with_long`](Self::with_long) took less than [`LONG`].
+    /// Whether the last [`with_long`](Self::with_long) took less than [`QUICK`].
     is_quick: AtomicBool,
 }
 
-/// Longer work runs such that Ctrl-C ends the wait for it.
-pub(crate) const LONG: Duration = Duration::from_millis(100);
+/// After longer work, the next one runs such that Ctrl-C ends the wait for it. It may take about 32 times as long: see
+/// `Batch` in `simulation::steps`.
+pub(crate) const QUICK: Duration = Duration::from_millis(3);
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
@@ -130,7 +131,7 @@ impl SharedSimulation {
             let mut simulation = shared.lock()?;
             let start = Instant::now();
             let result = work(&mut simulation, shared);
-            shared.is_quick.store(start.elapsed() < LONG, Ordering::Relaxed);
+            shared.is_quick.store(start.elapsed() < QUICK, Ordering::Relaxed);
             Ok::<_, Forked>(result)
         };
         if self.is_quick.load(Ordering::Relaxed) {

@@ -9,9 +9,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::Simulation;
-use super::steps::{SIGNAL_INTERVAL, apply_fields, warn_softened, warnings_about_materials};
+use super::steps::{Batch, apply_fields, warn_softened, warnings_about_materials};
 use crate::argument::{self, Given, type_name};
-use crate::body::{LONG, SharedSimulation};
+use crate::body::{QUICK, SharedSimulation};
 use crate::forked::Forked;
 use crate::interrupt::interruptible;
 
@@ -80,14 +80,11 @@ fn simulations<'py>(sims: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Simulat
 fn steps(py: Python<'_>, simulations: &[Bound<'_, Simulation>], count: u64) -> PyResult<()> {
     let shared: Arc<[Arc<SharedSimulation>]> =
         simulations.iter().map(|item| item.get().shared.clone()).collect();
-    let (mut remaining, mut batch, mut is_quick) = (count, 1, false);
+    let (mut remaining, mut batch, mut is_quick) = (count, Batch::new(false), false);
     while remaining > 0 {
-        if apply_fields(py, simulations.iter().map(Bound::get))? {
-            // Force fields act in each step anew.
-            batch = 1;
-        }
+        let steps = batch.next_of(remaining, apply_fields(py, simulations.iter().map(Bound::get))?);
         // The first step can choose the number of steps per frame, and warn.
-        let (steps, is_first) = (remaining.min(batch), remaining == count);
+        let is_first = remaining == count;
         let shared = shared.clone();
         let work = move || {
             let start = Instant::now();
@@ -95,9 +92,9 @@ fn steps(py: Python<'_>, simulations: &[Bound<'_, Simulation>], count: u64) -> P
         };
         let (warnings, elapsed) = if is_quick { py.detach(work)? } else { interruptible(py, work)?? };
         warn_softened(py, warnings)?;
-        is_quick = elapsed < LONG;
+        is_quick = elapsed < QUICK;
         remaining -= steps;
-        batch = if elapsed < SIGNAL_INTERVAL / 2 { batch * 2 } else { batch.div_ceil(2) };
+        batch.follow(steps, elapsed);
         py.check_signals()?;
     }
     Ok(())

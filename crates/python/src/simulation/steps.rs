@@ -16,7 +16,40 @@ use crate::body::SharedSimulation;
 use crate::error;
 
 /// Target run time between two checks for signals such as Ctrl-C.
-pub(super) const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
+
+/// Greatest number of steps at once, and the time that they may take, of bodies that are
+/// [apart](supple::Simulation::bodies_are_apart). After Ctrl-C, the simulation is busy for up to this time.
+const APART: (f64, Duration) = (32.0, Duration::from_secs(1));
+
+/// The number of steps between two checks for signals.
+pub(super) struct Batch {
+    steps: u64,
+    are_apart: bool,
+}
+
+impl Batch {
+    /// Begins with a single step. `are_apart`: whether bodies are faster with many steps at once.
+    pub(super) fn new(are_apart: bool) -> Self {
+        Self { steps: 1, are_apart }
+    }
+
+    /// Returns how many of the remaining steps to make next. If Python functions give forces, which act in a single step,
+    /// that is one.
+    pub(super) fn next_of(&self, remaining: u64, has_fields: bool) -> u64 {
+        if has_fields { 1 } else { self.steps.min(remaining) }
+    }
+
+    /// Follows the run time of a number of steps.
+    pub(super) fn follow(&mut self, steps: u64, elapsed: Duration) {
+        self.steps = if elapsed < SIGNAL_INTERVAL / 2 { steps.saturating_mul(2) } else { steps.div_ceil(2) };
+        if self.are_apart {
+            let (greatest, time) = APART;
+            let fitting = time.as_secs_f64() * steps as f64 / elapsed.as_secs_f64();
+            self.steps = self.steps.max(fitting.min(greatest) as u64);
+        }
+    }
+}
 
 #[pymethods]
 impl Simulation {
@@ -75,8 +108,8 @@ impl Simulation {
     /// n : int, default 1
     ///     Number of steps, at least 0.
     ///
-    /// Other Python threads continue to run. Ctrl-C interrupts between two steps; one that takes longer than a tenth
-    /// of a second then ends in the background. The first step warns with
+    /// Other Python threads continue to run. Ctrl-C interrupts between two steps; steps that have begun end in the
+    /// background, within about a second if a step is not longer. The first step warns with
     /// MaterialWarning if steps are too long for the material of a body, and so does the first one after the
     /// material or the step length changed.
     #[pyo3(signature = (n=Given(None)), text_signature = "($self, n=1)")]
@@ -85,8 +118,8 @@ impl Simulation {
         match count {
             0 => Ok(()),
             count => self.in_call(py, || {
-                self.first_step(py)?;
-                self.steps(py, count - 1)
+                let (_, batch) = self.first_step(py)?;
+                self.steps(py, count - 1, batch)
             }),
         }
     }
@@ -112,8 +145,8 @@ impl Simulation {
         }
         self.in_call(py, || {
             // The first step may choose the number of steps per frame.
-            let steps_per_frame = self.first_step(py)?;
-            self.steps(py, frames.saturating_mul(steps_per_frame) - 1)
+            let (steps_per_frame, batch) = self.first_step(py)?;
+            self.steps(py, frames.saturating_mul(steps_per_frame) - 1, batch)
         })
     }
 }
@@ -127,34 +160,31 @@ impl Simulation {
     }
 
     /// Runs one step, and warns about bodies that are softer than their material for the first time since it or the
-    /// step length changed. Returns the number of steps per frame.
-    fn first_step(&self, py: Python<'_>) -> PyResult<u64> {
+    /// step length changed. Returns the number of steps per frame, and the next batch.
+    fn first_step(&self, py: Python<'_>) -> PyResult<(u64, Batch)> {
         apply_fields(py, [self])?;
-        let (steps_per_frame, warnings) = self.shared.with_long(py, |simulation, shared| {
+        let (steps_per_frame, warnings, batch) = self.shared.with_long(py, |simulation, shared| {
+            let (start, mut batch) = (Instant::now(), Batch::new(simulation.bodies_are_apart()));
             simulation.make_steps(1);
-            (simulation.substeps(), warnings_about_materials(simulation, shared))
+            batch.follow(1, start.elapsed());
+            (simulation.substeps(), warnings_about_materials(simulation, shared), batch)
         })?;
         warn_softened(py, warnings)?;
         py.check_signals()?;
-        Ok(steps_per_frame)
+        Ok((steps_per_frame, batch))
     }
 
-    /// Runs steps, and checks for signals about every 10 ms.
-    fn steps(&self, py: Python<'_>, mut remaining: u64) -> PyResult<()> {
-        let mut batch = 1;
+    /// Runs steps, and checks for signals between batches of them.
+    fn steps(&self, py: Python<'_>, mut remaining: u64, mut batch: Batch) -> PyResult<()> {
         while remaining > 0 {
-            if apply_fields(py, [self])? {
-                // Force fields act in each step anew.
-                batch = 1;
-            }
-            let steps = remaining.min(batch);
+            let steps = batch.next_of(remaining, apply_fields(py, [self])?);
             let elapsed = self.shared.with_long(py, move |simulation, _| {
                 let start = Instant::now();
                 simulation.make_steps(steps);
                 start.elapsed()
             })?;
             remaining -= steps;
-            batch = if elapsed < SIGNAL_INTERVAL / 2 { batch * 2 } else { batch.div_ceil(2) };
+            batch.follow(steps, elapsed);
             py.check_signals()?;
         }
         Ok(())
