@@ -226,7 +226,7 @@ impl TouchingBody for Body {
         let Some(contact) = &mut self.contact.body_contact else { return };
         let mut cells = std::mem::take(&mut contact.near_cells);
         if let Some(view) = self.contact_view() {
-            cells.update(&view, self.pipeline.matching.layout.occupied());
+            view.list_near_cells(&mut cells, self.pipeline.matching.layout.occupied());
         }
         if let Some(contact) = &mut self.contact.body_contact {
             contact.near_cells = cells;

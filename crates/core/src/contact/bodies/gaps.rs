@@ -12,7 +12,6 @@ use nalgebra::{Point3, Vector3};
 use super::bounds::Bounds;
 use super::deformed_cell::DeformedCell;
 use super::grid::Grid;
-use super::joined_cells::TouchableCells;
 use super::patch::{FACING, GROWTH, MAX_OVERLAP, Patch};
 use super::surface::{ContactSurface, SIDES, Sample, side};
 use super::view::BodyView;
@@ -220,7 +219,7 @@ impl GapSearch {
                 continue;
             }
             near.clear();
-            let touchable = || TouchableCells::new(body.1, body.0.lattice, body.0.touches_itself, index);
+            let touchable = || body.1.touchable_cells(body.0.lattice, body.0.touches_itself, index);
             let touchable = is_own.then(touchable);
             let bounds = own.bounds.enlarged(thickness);
             grid.any_within(&bounds, |index| {

@@ -1,6 +1,5 @@
 //! The cells of a body that a cell of it can touch: those of other parts, and of its own part all but its neighbors.
 
-use super::surface::{ContactSurface, SampledCell};
 use crate::lattice::Lattice;
 
 /// Greatest distance of cells of one body, in cells along an axis, that are connected and do not touch each other.
@@ -12,9 +11,14 @@ const NEIGHBORHOOD: i32 = 2;
 pub(super) struct JoinedCells(Vec<u128>);
 
 impl JoinedCells {
-    /// Finds the cells that are joined to `cells`, which are in increasing order.
-    pub(super) fn new(lattice: &Lattice, cells: &[SampledCell]) -> Self {
-        Self(cells.iter().map(|group| joined(lattice, group.cell)).collect())
+    /// Finds the cells that are joined to `cells`.
+    pub(super) fn new(lattice: &Lattice, cells: impl Iterator<Item = u32>) -> Self {
+        Self(cells.map(|cell| joined(lattice, cell)).collect())
+    }
+
+    /// Returns those of the `index`-th cell.
+    pub(super) fn of(&self, index: usize) -> u128 {
+        self.0[index]
     }
 
     /// Returns the memory in bytes.
@@ -26,35 +30,30 @@ impl JoinedCells {
 /// The cells of a body that a cell with samples can touch.
 #[derive(Clone, Copy)]
 pub(super) struct TouchableCells<'a> {
-    surface: &'a ContactSurface,
-    lattice: &'a Lattice,
-    cell: u32,
+    pub(super) lattice: &'a Lattice,
+    /// The part of each cell; empty if there is one part.
+    pub(super) parts: &'a [u32],
+    pub(super) cell: u32,
     /// The cells of its own part that it does not touch, as in [`JoinedCells`]; `None` for all.
-    joined: Option<u128>,
+    pub(super) joined: Option<u128>,
 }
 
-impl<'a> TouchableCells<'a> {
-    /// Returns those of the `group`-th cell with samples. `with_itself`: whether a part touches itself.
-    pub(super) fn new(
-        surface: &'a ContactSurface,
-        lattice: &'a Lattice,
-        with_itself: bool,
-        group: usize,
-    ) -> Self {
-        let joined = with_itself.then(|| surface.joined_cells(lattice).0[group]);
-        Self { surface, lattice, cell: surface.cells[group].cell, joined }
-    }
-
+impl TouchableCells<'_> {
     /// Returns whether the cell can touch another one of the body.
     #[inline]
     pub(super) fn contains(&self, other: u32) -> bool {
-        let Self { surface, lattice, cell, joined } = *self;
+        let Self { lattice, parts, cell, joined } = *self;
         let [a, b] = [cell, other].map(|cell| lattice.cells()[cell as usize]);
         let offset: [i32; 3] = std::array::from_fn(|axis| b[axis] - a[axis]);
         let is_far = offset.iter().any(|distance| distance.abs() > NEIGHBORHOOD);
         joined.is_some_and(|joined| is_far || joined >> place(offset) & 1 == 0)
-            || surface.are_of_two_parts([cell, other])
+            || are_of_two_parts(parts, [cell, other])
     }
+}
+
+/// Returns whether two cells are of different parts. `parts`: the part of each cell; empty if there is one part.
+pub(super) fn are_of_two_parts(parts: &[u32], [a, b]: [u32; 2]) -> bool {
+    parts.get(a as usize) != parts.get(b as usize)
 }
 
 /// Returns the bit of the place at an offset, of up to [`NEIGHBORHOOD`] cells.
@@ -79,6 +78,7 @@ fn joined(lattice: &Lattice, cell: u32) -> u128 {
 mod tests {
     use nalgebra::Point3;
 
+    use super::super::surface::ContactSurface;
     use super::*;
     use crate::contact::sampler::RestSurface;
     use crate::mesh::testing::Random;
@@ -95,7 +95,7 @@ mod tests {
         let touches = |a: [i32; 3], b: [i32; 3], with_itself: bool| {
             let [a, b] = [a, b].map(|index| lattice.cell_at(index).unwrap());
             let group = surface.cells.iter().position(|group| group.cell == a).unwrap();
-            TouchableCells::new(&surface, &lattice, with_itself, group).contains(b)
+            surface.touchable_cells(&lattice, with_itself, group).contains(b)
         };
         assert!(!touches([0, 0, 0], [0, 0, 0], true) && !touches([0, 0, 0], [0, 2, 0], true));
         // Over the joining cell with a common corner, and not beyond it.
@@ -122,7 +122,7 @@ mod tests {
             let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
             let surface = ContactSurface::new(RestSurface::of_lattice(&lattice)).unwrap();
             for (group, sampled) in surface.cells.iter().enumerate() {
-                let touchable = TouchableCells::new(&surface, &lattice, true, group);
+                let touchable = surface.touchable_cells(&lattice, true, group);
                 for other in 0..lattice.cells().len() as u32 {
                     let indices = [sampled.cell, other].map(|cell| lattice.cells()[cell as usize]);
                     let touches =

@@ -1,11 +1,10 @@
 //! The cells of a body that may touch other cells of the same body. Most cells have only their neighbors near, which they do
 //! not touch. While the body deforms little, only the cells of a list are searched.
 
-use super::bounds::Bounds;
-use super::joined_cells::TouchableCells;
 use super::posed::PosedLattice;
-use super::view::BodyView;
+use super::surface::ContactSurface;
 use crate::contact::memory::buffer_bytes;
+use crate::lattice::Lattice;
 use crate::simd::bounds::difference_bounds;
 use crate::simd::lanes::Lanes;
 
@@ -38,20 +37,28 @@ impl NearCells {
         (!self.positions.blocks().is_empty()).then_some(&self.cells)
     }
 
-    /// Lists the cells, unless the last list has all that may touch in the present positions. `occupied` has the bit mask of
-    /// the lanes with a vertex, for each block. There is no list for a body with cracks: some of their smooth surfaces lies
-    /// outside of its cells.
-    pub(crate) fn update(&mut self, body: &BodyView<'_>, occupied: &[u8]) {
-        let surface = body.contact.surface();
-        let reach = 2.0 * body.properties.thickness + (MOTION + ROUNDING) * body.lattice.cell_size();
-        let list_for = (body.touches_itself, reach);
+    /// Lists the cells, unless the last list has all that may touch in the present positions. There is no list for a body with
+    /// cracks: some of their smooth surfaces lies outside of its cells.
+    ///
+    /// * `thickness`: of the body, in scene units. `with_itself`: whether a part of it touches itself.
+    /// * `positions`, `occupied`: in cells, and the bit mask of the lanes with a vertex, for each block.
+    /// * `pose`: poses the lattice, and enlarges the boxes of its cells by a distance.
+    pub(super) fn update(
+        &mut self,
+        (surface, lattice): (&ContactSurface, &Lattice),
+        (thickness, with_itself): (f64, bool),
+        (positions, occupied): (&Lanes<3>, &[u8]),
+        pose: impl FnOnce(&mut PosedLattice, f64),
+    ) {
+        let reach = 2.0 * thickness + (MOTION + ROUNDING) * lattice.cell_size();
+        let list_for = (with_itself, reach);
         if !surface.continued_sides.is_empty() {
             self.positions.clear();
-        } else if list_for != self.listed_for || !self.is_valid_at(&body.state.positions, occupied) {
+        } else if list_for != self.listed_for || !self.is_valid_at(positions, occupied) {
             self.listed_for = list_for;
-            self.positions.copy_from(&body.state.positions);
-            body.pose(&mut self.posed, 0.0, &Bounds::ALL, reach, None);
-            self.fill(body);
+            self.positions.copy_from(positions);
+            pose(&mut self.posed, reach);
+            self.fill(surface, lattice, with_itself);
         }
     }
 
@@ -67,13 +74,12 @@ impl NearCells {
     }
 
     /// Fills the list with the cells that are near in the lattice of the buffer.
-    fn fill(&mut self, body: &BodyView<'_>) {
+    fn fill(&mut self, surface: &ContactSurface, lattice: &Lattice, with_itself: bool) {
         let Self { cells, posed, is_near, .. } = self;
-        let surface = body.contact.surface();
         is_near.clear();
-        is_near.resize(body.lattice.cells().len(), false);
+        is_near.resize(lattice.cells().len(), false);
         for (index, group) in surface.cells.iter().enumerate() {
-            let touchable = TouchableCells::new(surface, body.lattice, body.touches_itself, index);
+            let touchable = surface.touchable_cells(lattice, with_itself, index);
             let (_, bounds) = &posed.cells[group.cell as usize];
             posed.for_each_near(bounds, |found| {
                 if touchable.contains(found) {
@@ -97,10 +103,11 @@ impl NearCells {
 mod tests {
     use nalgebra::{Point3, Vector3};
 
+    use super::super::bounds::Bounds;
     use super::super::contacts::TouchingBody;
     use super::*;
+    use crate::Body;
     use crate::mesh::testing::Random;
-    use crate::{Body, Lattice};
 
     /// A horseshoe in the plane of x and y, whose arms are bent towards each other.
     fn bent_horseshoe(thickness: f64) -> Body {
@@ -125,7 +132,7 @@ mod tests {
         let bounds = |cell: u32| Bounds::of(corners(cell)).enlarged(thickness);
         let groups = surface.cells.iter().enumerate();
         let near = groups.flat_map(|(index, group)| {
-            let touchable = TouchableCells::new(surface, view.lattice, true, index);
+            let touchable = surface.touchable_cells(view.lattice, true, index);
             let own = bounds(group.cell);
             let all = 0..surface.corners.len() as u32;
             let others = all.filter(|&b| touchable.contains(b) && own.intersects(&bounds(b)));

@@ -115,7 +115,7 @@ impl Search {
         for (index, group) in surface.cells.iter().enumerate() {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let Some((_, bounds)) = near.peek().filter(|(cell, _)| *cell == group.cell) else { continue };
-            let touchable = || TouchableCells::new(surface, body.lattice, body.touches_itself, index);
+            let touchable = || surface.touchable_cells(body.lattice, body.touches_itself, index);
             let touchable = is_same.then(touchable);
             if !posed[1].is_near(bounds, |found| accepts(touchable, found)) {
                 continue;

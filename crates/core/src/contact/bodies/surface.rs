@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3};
 
-use super::joined_cells::JoinedCells;
+use super::joined_cells::{JoinedCells, TouchableCells, are_of_two_parts};
 use super::rest_distance::RestDistances;
 use crate::contact::sampler::{PartSurface, RestSurface};
 use crate::lattice::{Lattice, trilinear_weights};
@@ -129,14 +129,21 @@ impl ContactSurface {
         self.trees[part].as_ref()
     }
 
-    /// Returns the cells that are joined to each of `cells`, which are found at the first call.
-    pub(super) fn joined_cells(&self, lattice: &Lattice) -> &JoinedCells {
-        self.joined.get_or_init(|| JoinedCells::new(lattice, &self.cells))
+    /// Returns the cells of the body that the `group`-th of `cells` can touch. `with_itself`: whether a part touches itself.
+    pub(super) fn touchable_cells<'a>(
+        &'a self,
+        lattice: &'a Lattice,
+        with_itself: bool,
+        group: usize,
+    ) -> TouchableCells<'a> {
+        let create = || JoinedCells::new(lattice, self.cells.iter().map(|group| group.cell));
+        let joined = with_itself.then(|| self.joined.get_or_init(create).of(group));
+        TouchableCells { lattice, parts: &self.parts, cell: self.cells[group].cell, joined }
     }
 
     /// Returns whether two cells of the body are of different parts, which fit together where it broke.
-    pub(super) fn are_of_two_parts(&self, [a, b]: [u32; 2]) -> bool {
-        self.parts.get(a as usize) != self.parts.get(b as usize)
+    pub(super) fn are_of_two_parts(&self, cells: [u32; 2]) -> bool {
+        are_of_two_parts(&self.parts, cells)
     }
 
     /// Returns whether two cells of the body are of different parts, and one of them was joined to another part.

@@ -185,6 +185,15 @@ impl BodyView<'_> {
         }
     }
 
+    /// Lists the cells that may touch other cells of the body. `occupied` has the bit mask of the lanes with a vertex, for each
+    /// block.
+    pub(crate) fn list_near_cells(&self, cells: &mut NearCells, occupied: &[u8]) {
+        let contact = (self.properties.thickness, self.touches_itself);
+        let pose = |posed: &mut PosedLattice, reach: f64| self.pose(posed, 0.0, &Bounds::ALL, reach, None);
+        let body = (self.contact.surface(), self.lattice);
+        cells.update(body, contact, (&self.state.positions, occupied), pose);
+    }
+
     /// Returns the world position of a lattice vertex.
     #[inline]
     pub(super) fn position(&self, vertex: u32) -> Point3<f64> {
