@@ -38,7 +38,7 @@ pub(crate) use follow::{Arrays, Restored};
 pub(crate) use force_field::ForceField;
 pub(crate) use forces::add_fields;
 pub(crate) use hold::Hold;
-pub(crate) use storage::{QUICK, SharedBody, SharedSimulation, Storage};
+pub(crate) use storage::{APART, LONG, SharedBody, SharedSimulation, Storage};
 pub(crate) use values::mesh_size;
 
 use pyo3::prelude::*;

@@ -47,13 +47,16 @@ pub(crate) struct SharedSimulation {
     owner: Owner,
     /// For each body, what the last step found about its material, so that each change of it warns once.
     pub(crate) softened: Mutex<Vec<Option<Softened>>>,
-    /// Whether the last [`with_long`](Self::with_long) took less than [`QUICK`].
+    /// Whether the next [`with_long`](Self::with_long) is expected to take less than [`LONG`].
     is_quick: AtomicBool,
 }
 
-/// After longer work, the next one runs such that Ctrl-C ends the wait for it. It may take about 32 times as long: see
-/// `Batch` in `simulation::steps`.
-pub(crate) const QUICK: Duration = Duration::from_millis(3);
+/// After longer work, the next one runs such that Ctrl-C ends the wait for it.
+pub(crate) const LONG: Duration = Duration::from_millis(100);
+
+/// Greatest number of steps at once, and the time that they may take, of bodies that are
+/// [apart](supple::Simulation::bodies_are_apart). After Ctrl-C, the simulation is busy for up to this time.
+pub(crate) const APART: (u32, Duration) = (32, Duration::from_secs(1));
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
@@ -131,7 +134,9 @@ impl SharedSimulation {
             let mut simulation = shared.lock()?;
             let start = Instant::now();
             let result = work(&mut simulation, shared);
-            shared.is_quick.store(start.elapsed() < QUICK, Ordering::Relaxed);
+            // The next call may make many steps after one.
+            let factor = if simulation.bodies_are_apart() { APART.0 } else { 1 };
+            shared.is_quick.store(start.elapsed() * factor < LONG, Ordering::Relaxed);
             Ok::<_, Forked>(result)
         };
         if self.is_quick.load(Ordering::Relaxed) {

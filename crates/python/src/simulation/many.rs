@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use super::Simulation;
 use super::steps::{Batch, apply_fields, warn_softened, warnings_about_materials};
 use crate::argument::{self, Given, type_name};
-use crate::body::{QUICK, SharedSimulation};
+use crate::body::{LONG, SharedSimulation};
 use crate::forked::Forked;
 use crate::interrupt::interruptible;
 
@@ -92,7 +92,7 @@ fn steps(py: Python<'_>, simulations: &[Bound<'_, Simulation>], count: u64) -> P
         };
         let (warnings, elapsed) = if is_quick { py.detach(work)? } else { interruptible(py, work)?? };
         warn_softened(py, warnings)?;
-        is_quick = elapsed < QUICK;
+        is_quick = elapsed < LONG;
         remaining -= steps;
         batch.follow(steps, elapsed);
         py.check_signals()?;

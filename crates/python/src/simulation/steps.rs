@@ -12,15 +12,11 @@ use supple::{Elasticity, Softened};
 use super::Simulation;
 use super::substeps::{AUTO, substeps as read_substeps};
 use crate::argument::{self, Given};
-use crate::body::SharedSimulation;
+use crate::body::{APART, SharedSimulation};
 use crate::error;
 
 /// Target run time between two checks for signals such as Ctrl-C.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
-
-/// Greatest number of steps at once, and the time that they may take, of bodies that are
-/// [apart](supple::Simulation::bodies_are_apart). After Ctrl-C, the simulation is busy for up to this time.
-const APART: (f64, Duration) = (32.0, Duration::from_secs(1));
 
 /// The number of steps between two checks for signals.
 pub(super) struct Batch {
@@ -46,7 +42,7 @@ impl Batch {
         if self.are_apart {
             let (greatest, time) = APART;
             let fitting = time.as_secs_f64() * steps as f64 / elapsed.as_secs_f64();
-            self.steps = self.steps.max(fitting.min(greatest) as u64);
+            self.steps = self.steps.max(fitting.min(greatest.into()) as u64);
         }
     }
 }
