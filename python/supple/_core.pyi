@@ -1540,8 +1540,8 @@ class Simulation:
         n : int, default 1
             Number of steps, at least 0.
 
-        Other Python threads continue to run. Ctrl-C interrupts between two steps; up to 32 steps that take longer than a
-        tenth of a second then end in the background. The first step warns with
+        Other Python threads continue to run. Ctrl-C interrupts between two steps; steps that have begun end in the
+        background, within about a second if a step is not longer. The first step warns with
         MaterialWarning if steps are too long for the material of a body, and so does the first one after the
         material or the step length changed.
         """
